@@ -12,6 +12,7 @@
 #include <ensonify/engine/run/several_parts.h>
 #include <ensonify/engine/run/whole_run.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
@@ -79,8 +80,9 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
   run.warnings.insert(run.warnings.end(), track.warnings().begin(), track.warnings().end());
   const RunParts parts = parts_of(run, track, simulator.sonars());
   require_images(control.memory, simulator.sonars(), run.pings_in_memory(parts));
-  const RunPlan plan =
-      make_plan(scene, simulator.seafloor().mesh.world_origin, control.verify_pings, parts);
+  run.world = {track.middle(),
+               world_reference(scene, simulator.seafloor().mesh.world_origin, track.middle())};
+  const RunPlan plan = make_plan(scene, run.world.reference, control.verify_pings, parts);
   PartRecord whole = parts.count() > 1 ? make_several_parts(run, output, simulator, track, plan)
                                        : make_one_part(run, output, simulator, track, plan);
   report.counts = counts_of(whole);

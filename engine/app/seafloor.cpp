@@ -42,7 +42,8 @@ void write_seafloor(const SeafloorArguments& arguments) {
     stop_if_asked();
     refine::write_file(arguments.file,
                        kind == ".tif"
-                           ? encode_geotiff(field, world_reference(scene, field.world_origin))
+                           ? encode_geotiff(field, world_reference(scene, field.world_origin,
+                                                                   given_origin(scene.track)))
                            : encode_npy(field.z_m, static_cast<std::size_t>(field.rows),
                                         static_cast<std::size_t>(field.columns)));
   }

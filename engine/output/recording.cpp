@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/scatter/decibel.h>
@@ -29,10 +30,19 @@ std::vector<std::uint16_t> recorded_samples(const Waterfall& waterfall) {
   return samples;
 }
 
-PlaceOnEarth place_of(const Eigen::Vector3d& position, const RecordingFrame& frame) {
-  if (!frame.origin && frame.utm_zone != 0)
-    return place_of_utm((frame.world_origin + position).head<2>(), frame.utm_zone);
-  return place_of_tangent(position.head<2>(), frame.origin.value_or(usual_origin));
+/// From local positions.
+PlaceOfMap place_of_local(const RecordingFrame& frame) {
+  if (frame.origin)
+    return [&](const Eigen::Vector2d& at) { return place_of_tangent(at, *frame.origin); };
+  if (frame.utm_zone != 0)
+    return [&](const Eigen::Vector2d& at) {
+      return place_of_utm(frame.world_origin.head<2>() + at, frame.utm_zone);
+    };
+  if (const PlaceOfMap of_world = place_of_reference(frame.reference))
+    return [&, of_world](const Eigen::Vector2d& at) {
+      return of_world(frame.world_origin.head<2>() + at);
+    };
+  return [](const Eigen::Vector2d& at) { return place_of_tangent(at, usual_origin); };
 }
 
 /// The samples with columns for both sides; zeros for a side that the sonar does not have.
@@ -109,12 +119,13 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
   const double first_s = waterfall.pings.empty() ? 0.0 : waterfall.pings.front().pose.t_s;
   const std::int64_t start_s =
       unix_time(frame.start_time).value_or(first_s > counts_from_1970_s ? 0 : usual_start_s);
+  const PlaceOfMap place_of = place_of_local(frame);
   for (std::size_t i = 0; i < waterfall.pings.size(); ++i) {
     const PingRow& ping = waterfall.pings[i];
     if (!ping.recorded) continue;
     const Pose pose = mounted(ping.reported, sonar.mounting);
     const double altitude_m = frame.altitude_m(mounted(ping.pose, sonar.mounting).position);
-    const PlaceOnEarth there = place_of(pose.position, frame);
+    const PlaceOnEarth there = place_of(pose.position.head<2>());
     double heading_rad = std::fmod(pose.heading_rad + there.convergence_rad, 2.0 * pi);
     if (heading_rad < 0.0) heading_rad += 2.0 * pi;
     recording.pings.push_back({.row = i,

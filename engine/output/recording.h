@@ -21,6 +21,7 @@ struct RecordingFrame {
   std::optional<GeographicPlace> origin;  ///< the seabed's middle
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
   int utm_zone = 0;        ///< of the world coordinates; 0: unknown
+  std::string reference;   ///< of the world coordinates, as WKT; empty: unknown
   std::string start_time;  ///< as in OutputOptions
   double sound_speed_mps = 1500.0;
   /// Height of a local position above the bed; NaN over a hole.
@@ -85,10 +86,10 @@ inline constexpr std::string_view common_recording = "recording";
 std::optional<std::int64_t> unix_time(std::string_view text);
 
 /// A recording of a waterfall. Without an origin, positions follow the frame's UTM zone; without a
-/// zone either, they lie in the North Sea. Without a start time it begins on 2000-01-01, or at the
-/// track's first time if the track counts seconds from 1970. A side that the sonar does not have
-/// is silent. Pings that were not recorded are left out. Throws std::invalid_argument in a build
-/// without GeographicLib.
+/// zone, its reference; with neither, they lie in the North Sea. Without a start time it begins on
+/// 2000-01-01, or at the track's first time if the track counts seconds from 1970. A side that the
+/// sonar does not have is silent. Pings that were not recorded are left out. Throws
+/// std::invalid_argument in a build without GeographicLib.
 Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
                          const RecordingFrame& frame);
 

@@ -37,18 +37,17 @@ int frequency_rank(std::span<const Sonar> sonars, std::size_t sonar) {
   return rank;
 }
 
-Recording recording_of(const Scene& scene, const Waterfall& image, const Simulator& simulator,
-                       std::size_t sonar) {
-  const TrackOptions& track = scene.track;
+Recording recording_of(const Scene& scene, const WorldOnEarth& world, const Waterfall& image,
+                       const Simulator& simulator, std::size_t sonar) {
   const Seafloor& seafloor = simulator.seafloor();
-  RecordingFrame frame{.world_origin = seafloor.mesh.world_origin,
-                       .utm_zone = seafloor.utm_zone,
-                       .start_time = scene.output.start_time,
-                       .sound_speed_mps = simulator.sound_speed_mps(),
-                       .altitude_m = std::bind_front(&Simulator::altitude_m, &simulator),
-                       .frequency_rank = frequency_rank(simulator.sonars(), sonar)};
-  if (track.origin_latitude_rad)
-    frame.origin = {*track.origin_latitude_rad, *track.origin_longitude_rad};
+  const RecordingFrame frame{.origin = world.middle,
+                             .world_origin = seafloor.mesh.world_origin,
+                             .utm_zone = seafloor.utm_zone,
+                             .reference = world.reference,
+                             .start_time = scene.output.start_time,
+                             .sound_speed_mps = simulator.sound_speed_mps(),
+                             .altitude_m = std::bind_front(&Simulator::altitude_m, &simulator),
+                             .frequency_rank = frequency_rank(simulator.sonars(), sonar)};
   return make_recording(image, SimulatorInternals::recorder(simulator, sonar), frame);
 }
 
@@ -113,9 +112,9 @@ std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image
       render(image, scene.display, simulator.calibration(sonar), scene.output.png_bits));
 }
 
-PartRecord write_files(const Scene& scene, const std::string& scene_hash, ScenePings& pings,
-                       const Simulator& simulator, const std::string& ending, int threads,
-                       const WriteFile& write) {
+PartRecord write_files(const Scene& scene, const std::string& scene_hash, const WorldOnEarth& world,
+                       ScenePings& pings, const Simulator& simulator, const std::string& ending,
+                       int threads, const WriteFile& write) {
   const Seafloor& seafloor = simulator.seafloor();
   const OutputOptions& output = scene.output;
   PartRecord record{.pings = pings.pings,
@@ -143,7 +142,7 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, SceneP
     tasks.emplace_back([&, first, end, name, formats] {
       std::vector<Recording> sonars;
       for (std::size_t i = first; i < end; ++i)
-        sonars.push_back(recording_of(scene, pings.images[i], simulator, i));
+        sonars.push_back(recording_of(scene, world, pings.images[i], simulator, i));
       for (const OutputFormat* format : formats)
         write_bytes(fmt::format("{}.{}", name, format->name),
                     std::get<EncodeRecording>(format->encode)(sonars));

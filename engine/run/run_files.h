@@ -2,11 +2,13 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <ensonify/engine/run/part_record.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/refine/atomic_file.h>
 
@@ -16,14 +18,20 @@ namespace ensonify::engine {
 using WriteFile =
     std::function<void(const std::string& name, const refine::WriteContent& write_content)>;
 
+/// What is known of where a run's world is on Earth.
+struct WorldOnEarth {
+  std::optional<GeographicPlace> middle;  ///< as TrackPoses
+  std::string reference;                  ///< as in Manifest
+};
+
 /// Encodes the files of the pings of a run or of one of its parts, on several threads: for each
 /// sonar NAME the picture, the layers and recordings that the scene asks for, the table of pings
 /// and the targets. The recordings may also be of all sonars together. `ending` follows NAME in all
 /// file names. Renumbers the labels as the scene asks. Returns the names and counts of these pings,
 /// without files and warnings.
-PartRecord write_files(const Scene& scene, const std::string& scene_hash, ScenePings& pings,
-                       const Simulator& simulator, const std::string& ending, int threads,
-                       const WriteFile& write);
+PartRecord write_files(const Scene& scene, const std::string& scene_hash, const WorldOnEarth& world,
+                       ScenePings& pings, const Simulator& simulator, const std::string& ending,
+                       int threads, const WriteFile& write);
 
 /// The picture of a sonar's pings, as write_files() encodes it.
 std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image,

@@ -10,7 +10,6 @@
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
@@ -40,12 +39,12 @@ std::map<std::string, std::string> values_of(const std::string& scene_toml) {
 
 }  // namespace
 
-RunPlan make_plan(const Scene& scene, const Eigen::Vector3d& world_origin, std::size_t verify_pings,
+RunPlan make_plan(const Scene& scene, const std::string& reference, std::size_t verify_pings,
                   const RunParts& parts) {
   RunPlan plan{.scene_toml = dump_scene(scene, false),
                .seed = scene.seed,
                .intersector = scene.run.intersector,
-               .reference = world_reference(scene, world_origin),
+               .reference = reference,
                .verify_pings = verify_pings,
                .parts = parts,
                .version = std::string(program_version()),

@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Core>
-
 #include <ensonify/engine/run/parts.h>
 
 namespace ensonify::engine {
@@ -26,7 +24,8 @@ struct RunPlan {
   std::map<std::string, std::string> files;
 };
 
-RunPlan make_plan(const Scene& scene, const Eigen::Vector3d& world_origin, std::size_t verify_pings,
+/// `reference` is that of the scene's world.
+RunPlan make_plan(const Scene& scene, const std::string& reference, std::size_t verify_pings,
                   const RunParts& parts);
 
 std::filesystem::path plan_file(const std::filesystem::path& folder);  ///< run.json

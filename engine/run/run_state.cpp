@@ -17,7 +17,7 @@ PartRecord RunState::record_files(ScenePings& pings, const Simulator& simulator,
                                   const std::string& ending, int file_threads,
                                   const WriteFile& write) const {
   PartRecord record =
-      write_files(scene, xxh128(scene_toml), pings, simulator, ending, file_threads, write);
+      write_files(scene, xxh128(scene_toml), world, pings, simulator, ending, file_threads, write);
   if (control.verify_pings == 0) record.verification.clear();
   record.surface = report.surface;
   record.warnings = report.extrapolation.behind(warnings);

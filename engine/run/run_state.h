@@ -40,6 +40,7 @@ struct RunState {
   int threads;                        ///< at least 1
   std::string scene_toml;             ///< all keys, defaults included
   std::vector<std::string> warnings;  ///< about the scene and its track
+  WorldOnEarth world;
   RunReport report;
   PictureTimer picture;
 

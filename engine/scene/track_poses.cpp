@@ -9,6 +9,7 @@
 
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/water_check.h>
+#include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/engine/sonar/vehicle/ground_path.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
@@ -27,6 +28,7 @@ class TrackBuilder {
   }
 
   TrackPoses build_track() {
+    flight_.middle = given_origin(track_);
     if (track_.kind == TrackKind::file)
       read();
     else
@@ -75,6 +77,7 @@ class TrackBuilder {
           "{}: {} of {} rows repeat the place of the row before, so the track moves by fits and "
           "starts; if that is slow navigation, smooth it with track.smooth_s",
           name, repeated, log.t_s.size()));
+    if (log.origin) flight_.middle = log.origin;
     recorded_.emplace(log, track_.smooth_s);
     if (interval_s_ == 0.0) {
       check_pings(scene_, static_cast<double>(log.t_s.size()), name);

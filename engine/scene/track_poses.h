@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/scene/tables/track_reader.h>
+#include <ensonify/engine/seafloor/bed/geographic.h>
 
 namespace ensonify::engine {
 
@@ -22,6 +24,8 @@ struct Ground {
 struct TrackPoses {
   std::vector<Pose> poses;
   std::vector<std::size_t> leg_starts;  ///< as GeneratedPings; none of a recorded track
+  /// Of the seabed: what the scene gives, or the place that a track in latitudes puts there.
+  std::optional<GeographicPlace> middle;
   std::vector<std::string> warnings;
 };
 

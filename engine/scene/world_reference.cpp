@@ -4,14 +4,17 @@
 
 namespace ensonify::engine {
 
-std::string world_reference(const Scene& scene, const Eigen::Vector3d& world_origin) {
+std::optional<GeographicPlace> given_origin(const TrackOptions& track) {
+  if (!track.origin_latitude_rad || !track.origin_longitude_rad) return std::nullopt;
+  return GeographicPlace{*track.origin_latitude_rad, *track.origin_longitude_rad};
+}
+
+std::string world_reference(const Scene& scene, const Eigen::Vector3d& world_origin,
+                            const std::optional<GeographicPlace>& middle) {
   std::string reference;
   if (scene.seafloor.kind == SeafloorKind::survey)
     reference = survey_reference({scene.seafloor.survey.path, scene.seafloor.survey_cell_m});
-  const TrackOptions& track = scene.track;
-  if (reference.empty() && track.origin_latitude_rad)
-    reference =
-        reference_about({*track.origin_latitude_rad, *track.origin_longitude_rad}, world_origin);
+  if (reference.empty() && middle) reference = reference_about(*middle, world_origin);
   return reference;
 }
 

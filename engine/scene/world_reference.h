@@ -1,16 +1,22 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include <Eigen/Core>
 
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/seafloor/bed/geographic.h>
 
 namespace ensonify::engine {
 
-/// The coordinate reference system of a scene's world as WKT: the survey's own, or a local one at
-/// the track's origin; empty if neither is known. Throws refine::MeshError for a survey that cannot
-/// be opened.
-std::string world_reference(const Scene& scene, const Eigen::Vector3d& world_origin);
+/// The place of the seabed's middle that the scene gives.
+std::optional<GeographicPlace> given_origin(const TrackOptions& track);
+
+/// The coordinate reference system of a scene's world as WKT: the survey's own, or a local one
+/// about the place of the seabed's middle; empty if neither is known. Throws refine::MeshError for
+/// a survey that cannot be opened.
+std::string world_reference(const Scene& scene, const Eigen::Vector3d& world_origin,
+                            const std::optional<GeographicPlace>& middle);
 
 }  // namespace ensonify::engine

@@ -23,6 +23,7 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   TrackPoses track_poses = SimulatorInternals::track_poses(simulator);
   poses_ = std::move(track_poses.poses);
   leg_starts_ = std::move(track_poses.leg_starts);
+  middle_ = track_poses.middle;
   warnings_ = std::move(track_poses.warnings);
   if (auto warning = coarse_planes_warning(simulator.sonars(), simulator.sound_speed_mps(),
                                            simulator.seafloor(), poses_))

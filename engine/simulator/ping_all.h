@@ -43,6 +43,7 @@ class TrackPings {
   std::span<const Pose> poses() const { return poses_; }
   /// As TrackPoses.
   std::span<const std::size_t> leg_starts() const { return leg_starts_; }
+  const std::optional<GeographicPlace>& middle() const { return middle_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
   struct PingRecord {
@@ -73,6 +74,7 @@ class TrackPings {
   std::vector<std::size_t> recorded_;    // by ping: the ping whose echo is recorded, or none
   std::vector<Pose> sent_;               // poses of the recorded echoes, in order
   std::vector<std::size_t> sent_until_;  // by ping: the number of recorded echoes up to it
+  std::optional<GeographicPlace> middle_;
   std::vector<std::string> warnings_;
 };
 

@@ -263,18 +263,28 @@ TEST_CASE("A reader of XTF or JSF finds an object at its position for any mounti
   }
 }
 
-TEST_CASE("A reader finds an object at its position in a UTM zone whose north is not true north") {
+TEST_CASE("A reader finds an object at its position on a map whose north is not true north") {
+  struct Map {
+    int epsg;
+    Vector2d west_south_m;
+  };
+  // Far east in UTM zone 32, whose north lies there 2.6 degrees to the east; and the equal-area map
+  // of Europe, in the English Channel, where its north lies 7.5 degrees to the west.
+  const auto [epsg, west_south_m] =
+      GENERATE(Map{32632, {749960.0, 5499960.0}}, Map{3035, {3599960.0, 2999960.0}});
+  CAPTURE(epsg);
   const TemporaryFolder folder;
-  // Far east in zone 32: the map's north lies 2.6 degrees to the east.
-  std::string bed = "ncols 81\nnrows 81\nxllcorner 749960\nyllcorner 5499960\ncellsize 1\n";
+  std::string bed = fmt::format("ncols 81\nnrows 81\nxllcorner {}\nyllcorner {}\ncellsize 1\n",
+                                west_south_m.x(), west_south_m.y());
   for (int i = 0; i < 81 * 81; ++i) bed += "-20 ";
   write_text(folder / "bed.asc", bed);
-  OGRSpatialReference utm, wgs84;
-  REQUIRE(utm.importFromEPSG(32632) == OGRERR_NONE);
+  OGRSpatialReference map, wgs84;
+  REQUIRE(map.importFromEPSG(epsg) == OGRERR_NONE);
+  map.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   REQUIRE(wgs84.importFromEPSG(4326) == OGRERR_NONE);
   wgs84.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   char* wkt = nullptr;
-  utm.exportToWkt(&wkt);
+  map.exportToWkt(&wkt);
   write_text(folder / "bed.prj", wkt);
   CPLFree(wkt);
   std::string scene = level_bed;
@@ -290,14 +300,31 @@ TEST_CASE("A reader finds an object at its position in a UTM zone whose north is
             "[sonar.s]\nforward_m = 2\n" +
                 sonar,
             scene);
-  const std::unique_ptr<OGRCoordinateTransformation> to_utm(
-      OGRCreateCoordinateTransformation(&wgs84, &utm));
+  const std::unique_ptr<OGRCoordinateTransformation> to_map(
+      OGRCreateCoordinateTransformation(&wgs84, &map));
   for (const std::vector<Line>& lines :
        {read_xtf(read_text(folder / "out/s.xtf")), read_jsf(read_text(folder / "out/s.jsf"))}) {
     Vector2d found = place_of_ball_deg(lines);
-    REQUIRE(to_utm->Transform(1, &found.x(), &found.y()));
-    CHECK((found - Vector2d(750000.5, 5500000.5) - ball_m).norm() < 0.1);
+    REQUIRE(to_map->Transform(1, &found.x(), &found.y()));
+    CHECK((found - west_south_m - Vector2d(40.5, 40.5) - ball_m).norm() < 0.1);
   }
+}
+
+TEST_CASE("A recording over a generated seabed lies where its track's latitudes are") {
+  const TemporaryFolder folder;
+  write_text(folder / "track.csv",
+             "t_s,lat_deg,lon_deg\n0,-48.4450,-68.829\n10,-48.4448,-68.829\n");
+  std::string scene = level_bed;
+  const std::string origin = "origin_lat_deg = 55\norigin_lon_deg = 10\n";
+  scene.replace(scene.find(origin), origin.size(), "kind = \"file\"\nfile = \"track.csv\"\n");
+  run_scene(folder, "[sonar.s]\n" + sonar, scene);
+  for (const std::vector<Line>& lines :
+       {read_xtf(read_text(folder / "out/s.xtf")), read_jsf(read_text(folder / "out/s.jsf"))}) {
+    CHECK((lines.front().place_deg - Place(-68.829, -48.4450)).norm() < 1e-6);
+    CHECK((lines.back().place_deg - Place(-68.829, -48.4448)).norm() < 1e-6);
+  }
+  CHECK(read_text(folder / "out/manifest.json").find("\"reference\": \"PROJCRS") !=
+        std::string::npos);
 }
 
 TEST_CASE("A recording has the position that the vehicle reports, not the true one") {

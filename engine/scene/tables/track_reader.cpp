@@ -206,7 +206,7 @@ class TrackReader {
   }
 
   std::function<MapPlace(const GeographicPlace&)> map_for(
-      const std::vector<double>& latitude_deg, const std::vector<double>& longitude_deg) const {
+      const std::vector<double>& latitude_deg, const std::vector<double>& longitude_deg) {
     if (track_.origin_latitude_rad && track_.origin_longitude_rad)
       return tangent_plane({*track_.origin_latitude_rad, *track_.origin_longitude_rad});
     if (frame_.utm_zone != 0)
@@ -227,8 +227,9 @@ class TrackReader {
     std::vector<double> off_first_deg;  // from -180 to 180, also over the meridian of 180 degrees
     for (const double longitude : longitude_deg)
       off_first_deg.push_back(std::remainder(longitude - longitude_deg.front(), 360.0));
-    return tangent_plane(
-        {middle_rad(latitude_deg), longitude_deg.front() * degree + middle_rad(off_first_deg)});
+    log_.origin = {middle_rad(latitude_deg),
+                   longitude_deg.front() * degree + middle_rad(off_first_deg)};
+    return tangent_plane(*log_.origin);
   }
 
   static std::function<MapPlace(const GeographicPlace&)> tangent_plane(

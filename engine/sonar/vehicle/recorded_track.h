@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine {
@@ -16,7 +17,8 @@ struct NavigationLog {
   std::vector<double> z_m;         ///< height above the sea surface
   std::vector<double> altitude_m;  ///< above the bed
   std::vector<double> roll_rad, pitch_rad;
-  std::vector<double> heading_rad;  ///< if empty, the course is used
+  std::vector<double> heading_rad;        ///< if empty, the course is used
+  std::optional<GeographicPlace> origin;  ///< where x_m = y_m = 0, if the places tell
 
   /// The number of rows that repeat the place of the row before.
   std::size_t repeated_places() const;

@@ -68,6 +68,8 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
   CHECK(log.x_m[0] == Approx(-log.x_m[1]).epsilon(1e-4));
   CHECK(log.y_m[1] - log.y_m[0] == Approx(111.2).margin(0.1));
   CHECK(log.heading_rad[0] == 0.0);
+  CHECK(log.origin.value().latitude_rad == Approx(48.4455 * degree).epsilon(1e-12));
+  CHECK(log.origin.value().longitude_rad == Approx(-68.828 * degree).epsilon(1e-12));
 
   // Over the meridian of 180 degrees, however longitudes are counted.
   for (const std::string last : {"-179.9999", "180.0001"}) {
@@ -78,6 +80,7 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
 
   const NavigationLog about = parsed(
       text, {.origin_latitude_rad = 48.445 * degree, .origin_longitude_rad = -68.829 * degree});
+  CHECK_FALSE(about.origin);
   CHECK(about.x_m[0] == Approx(0.0).margin(1e-6));
   CHECK(about.x_m[1] == Approx(log.x_m[1] - log.x_m[0]).epsilon(1e-4));
 
