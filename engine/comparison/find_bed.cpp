@@ -6,6 +6,8 @@
 #include <optional>
 #include <span>
 
+#include <ensonify/engine/comparison/value_below.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -36,13 +38,8 @@ class Smooth {
   std::vector<double> row_;
 };
 
-/// The value below which a share of them lies; NaN of fewer than 10.
 double level_below(std::span<const double> row, double share) {
-  if (row.size() < 10) return std::numeric_limits<double>::quiet_NaN();
-  std::vector<double> values(row.begin(), row.end());
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
+  return value_below({row.begin(), row.end()}, share, 10);
 }
 
 /// A place where the bed may begin.

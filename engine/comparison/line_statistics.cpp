@@ -12,6 +12,7 @@
 #include <ensonify/engine/comparison/bed_drift.h>
 #include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/tone_change.h>
+#include <ensonify/engine/comparison/value_below.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
@@ -23,14 +24,8 @@ constexpr double normal_median_square = 0.4549;  // of a normal distribution of 
 
 double db_of(double amplitude) { return 20.0 * std::log10(amplitude); }
 
-/// The value below which a share of them lies; NaN without enough of them.
-double quantile(std::vector<double> values, double share) {
-  if (values.size() < fewest) return unknown;
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
-double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
+/// NaN without enough of them.
+double median(std::vector<double> values) { return value_below(std::move(values), 0.5, fewest); }
 
 /// Sums for a mean that needs enough samples.
 struct Mean {

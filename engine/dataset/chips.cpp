@@ -160,6 +160,7 @@ class Chooser {
   bool is_free(const Rectangle& part, bool of_any) const {
     const BinLayers& layers = line_.labels.pixels;
     const auto matters = [&](std::uint32_t instance) {
+      if (instance == 0) return false;
       const auto found = targets_.find(instance);
       return found != targets_.end() && (of_any || is_chosen(found->second));
     };

@@ -93,8 +93,9 @@ class Fit {
     model_.range_law =
         corrected_law(model_.range_law, model_.range_slope_db, range_slope_db(ours, unscaled),
                       model_.absorption_db_per_m, model_.range_m);
-    // The path has the altitudes that the whole recording shows, but for what find_bed() finds too
-    // early or too late. That is little: a larger difference comes from another beam or floor.
+    // The path has the altitudes that the whole recording shows. What remains is how much too early
+    // or too late find_bed() finds the bed. That is little: a larger difference comes from another
+    // beam or floor.
     if (model_.path.altitude.how == Confidence::stated) return;
     std::vector<double> off_m = first_bed_echoes_m(ours);
     for (std::size_t i = 0; i < off_m.size(); ++i)

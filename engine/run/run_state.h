@@ -31,7 +31,7 @@ class PictureTimer {
   double took_s_ = 0.0;
 };
 
-/// A scene's run while it runs, of one part or of several. Scene, folder and control must
+/// A scene's run in progress, of one part or of several. Scene, folder and control must
 /// outlive it.
 struct RunState {
   const Scene& scene;

@@ -125,7 +125,7 @@ TEST_CASE(
   write_text(folder / "recipe.toml", tiny_recipe);
   generate_whole(folder.path(), "folders");
   REQUIRE(run_program(folder.path(), {"merge", "folders", "--quiet"}).code == 0);
-  // But for the hash of dataset.json, which says whether there are tars.
+  // Only the hash of dataset.json differs, because that file says whether there are tars.
   const auto lines = [&](const char* dataset) {
     std::istringstream text(read_text(folder / (std::string(dataset) + "/manifest.jsonl")));
     std::vector<nlohmann::json> records;
