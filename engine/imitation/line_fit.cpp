@@ -359,15 +359,36 @@ class Fit {
     model_.evidence[bandwidth_key] = {Confidence::fitted, "correlation of neighbouring samples"};
   }
 
+  /// The length as far as the correlation of pings shows it. That does not follow the length in the
+  /// near field, nor where something else makes pings alike: there the length stays.
   void correct_array(const Figures& is) {
-    if (stated("sonar.sidescan.array_length_m")) return;
+    if (stated("sonar.sidescan.array_length_m") || !array_shows_) return;
     const double has = real_["track_correlation_1"], now = is["track_correlation_1"];
     if (!std::isfinite(has) || !std::isfinite(now)) return;
+    const double length_m = model_.array_length_m;
+    if (tried_length_m_ > 0.0) {
+      const double by_law =
+          array_correlation(distance_over_length(tried_correlation_) * tried_length_m_ / length_m) -
+          tried_correlation_;
+      constexpr double noticed = 0.01, least_response = 0.25;
+      if (std::abs(by_law) > noticed && (now - tried_correlation_) / by_law < least_response) {
+        array_shows_ = false;
+        set_array(tried_length_m_);
+        return;
+      }
+    }
+    tried_length_m_ = length_m;
+    tried_correlation_ = now;
     const double factor = distance_over_length(now) / distance_over_length(has);
-    model_.array_length_m =
-        std::clamp(model_.array_length_m * std::clamp(factor, 0.7, 1.4), 0.05, 5.0);
+    set_array(std::clamp(length_m * std::clamp(factor, 0.7, 1.4), 0.05, 5.0));
     model_.evidence["sonar.sidescan.array_length_m"] = {Confidence::fitted,
                                                         "correlation of neighbouring pings"};
+  }
+  /// The gain makes up for the smaller area that a longer array's beam sees.
+  void set_array(double length_m) {
+    if (model_.gain_db)
+      model_.gain_db = *model_.gain_db + 10.0 * std::log10(length_m / model_.array_length_m);
+    model_.array_length_m = length_m;
   }
 
   double one_sample_hz() const { return 0.5 * model_.sound_speed_mps / bin_m(); }
@@ -385,6 +406,9 @@ class Fit {
   LineModel& model_;
   Figures real_;
   double even_contrast_ = 0.0;  ///< of the last simulation without texture
+  bool array_shows_ = true;     ///< in the correlation of pings
+  /// The last length but the model's, and the correlation that it gave; 0: none.
+  double tried_length_m_ = 0.0, tried_correlation_ = 0.0;
 };
 
 }  // namespace
