@@ -1,4 +1,4 @@
-# The headers that are installed: what simulate.h, session_keys.h, run.h, reader.h,
+# The headers that are installed: what simulate.h, session_keys.h, run.h, reader.h, dump.h, json_schema.h,
 # recording_reader.h, ray_by_ray.h (for a back-end), program.h, display.h and seafloor.h include,
 # directly or not. All others are private. A test compiles a program over the installed ones alone, so
 # one that is missing here is noticed.
@@ -17,8 +17,11 @@ set(public_headers
   engine/recording/recording_reader.h
   engine/run.h
   engine/scene/checks/extrapolation.h
+  engine/scene/dump.h
+  engine/scene/json_schema.h
   engine/scene/reader.h
   engine/scene/scene.h
+  engine/scene/scene_paths.h
   engine/seafloor/bed/fractal.h
   engine/seafloor/bed/geographic.h
   engine/seafloor/bed/heightfield.h

@@ -11,7 +11,7 @@
 #include <ensonify/engine/run/one_part.h>
 #include <ensonify/engine/run/several_parts.h>
 #include <ensonify/engine/run/whole_run.h>
-#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/simulator/ping_all.h>

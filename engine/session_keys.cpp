@@ -6,7 +6,8 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/keys/key_text.h>
+#include <ensonify/engine/scene/scene_paths.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 
 namespace ensonify::engine {

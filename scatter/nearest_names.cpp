@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace ensonify::scatter {
 namespace {
 
@@ -87,6 +89,16 @@ std::vector<std::string_view> nearest_names(std::string_view word,
   for (const auto& [apart, name] : near)
     if (nearest.size() < most) nearest.push_back(name);
   return nearest;
+}
+
+std::string suggestion(std::string_view word, std::span<const std::string> known) {
+  const std::vector<std::string_view> names(known.begin(), known.end());
+  const std::vector<std::string_view> meant =
+      nearest_names(word, names, 1, std::max<std::size_t>(2, word.size() / 3));
+  std::string text;
+  for (std::size_t i = 0; i < meant.size(); ++i)
+    text += fmt::format("{}'{}'", i == 0 ? "" : i + 1 < meant.size() ? ", " : " or ", meant[i]);
+  return text.empty() ? "" : fmt::format("; did you mean {}?", text);
 }
 
 }  // namespace ensonify::scatter

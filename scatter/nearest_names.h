@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -15,5 +16,7 @@ namespace ensonify::scatter {
 std::vector<std::string_view> nearest_names(std::string_view word,
                                             std::span<const std::string_view> names,
                                             std::size_t most, std::size_t letters);
+/// "; did you mean 'x'?" for the known names that are nearest to this one, if any is near.
+std::string suggestion(std::string_view word, std::span<const std::string> known);
 
 }  // namespace ensonify::scatter

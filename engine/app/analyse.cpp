@@ -8,7 +8,7 @@
 
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>

@@ -1,5 +1,5 @@
+#include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/dataset_options.h>
-#include <ensonify/engine/scene/reader.h>
 
 #include <memory>
 

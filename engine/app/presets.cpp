@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/units.h>
 
 #include "app.h"

@@ -17,8 +17,8 @@
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/refine/triangle_mesh.h>
+#include <ensonify/scatter/nearest_names.h>
 
 #include "app.h"
 #include "tell.h"
@@ -162,7 +162,7 @@ std::string fault_of(const CLI::App& program, const CLI::ParseError& error) {
   const bool scene = parsed.empty() && extra.front().ends_with(".toml");
   return fmt::format("not expected: {}{} {}", fmt::join(extra, " "),
                      scene ? fmt::format("; did you mean 'run {}'?", extra.front())
-                           : ensonify::engine::suggestion(extra.front(), known),
+                           : ensonify::scatter::suggestion(extra.front(), known),
                      help);
 }
 

@@ -1,6 +1,7 @@
 #include <memory>
 
-#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/dump.h>
+#include <ensonify/engine/scene/json_schema.h>
 
 #include "app.h"
 

@@ -19,8 +19,8 @@
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/output/tar.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/parallel_for.h>

@@ -16,6 +16,7 @@
 #include <ensonify/engine/dataset/recipe_reader.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/objects/objects.h>

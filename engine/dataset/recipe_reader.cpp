@@ -7,8 +7,9 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/scatter/nearest_names.h>
 
 namespace ensonify::engine {
 namespace {
@@ -82,7 +83,7 @@ class RecipeReader {
       if (!drawn && table->size() == 1 && table->begin()->second.is_array()) {
         const std::string_view word = table->begin()->first.str();
         const std::string near =
-            suggestion(word, std::vector<std::string>(words.begin(), words.end()));
+            scatter::suggestion(word, std::vector<std::string>(words.begin(), words.end()));
         if (!near.empty())
           throw fault(
               node, fmt::format("'{}': unknown distribution {}{}", path, toml_string(word), near));
@@ -164,7 +165,7 @@ class RecipeReader {
         throw SceneError(fmt::format(
             "{}: unknown word {} in the distribution of '{}'{}", place(key.source()),
             toml_string(key.str()), path,
-            suggestion(key.str(), std::vector<std::string>(words.begin(), words.end()))));
+            scatter::suggestion(key.str(), std::vector<std::string>(words.begin(), words.end()))));
       const std::string_view word = key.str();
       if (word == "uniform") {
         ++kinds, ends(node, path, word, d, Distribution::Kind::uniform);

@@ -8,7 +8,7 @@
 
 #include <ensonify/engine/imitation/quantile.h>
 #include <ensonify/engine/output/png.h>
-#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {

@@ -5,8 +5,8 @@
 #include <ensonify/engine/output/targets_json.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/scene/checks/extrapolation.h>
-#include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/dump.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/session_keys.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/ping_all.h>

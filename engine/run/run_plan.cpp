@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/keys/dataset_options.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 
 namespace ensonify::engine {

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/scene/keys/dataset_options.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene/reader.h>
 
 namespace ensonify::engine {
 namespace {

@@ -16,7 +16,9 @@
 #include <ensonify/engine/scene/checks/seabed_check.h>
 #include <ensonify/engine/scene/conditions.h>
 #include <ensonify/engine/scene/keys/dataset_options.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/keys/toml_value.h>
 #include <ensonify/engine/scene/tables/strength_table_reader.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
 #include <ensonify/engine/units.h>
@@ -31,54 +33,8 @@ namespace fs = std::filesystem;
 constexpr std::size_t largest_file_bytes = 1 << 20;
 constexpr std::size_t longest_name = 64;
 
-std::string printable(std::string_view text) {
-  return toml_string(text.size() <= 60 ? std::string(text)
-                                       : std::string(text.substr(0, 57)) + "...");
-}
-
-/// What a value is, for messages.
-std::string description(const toml::node& node) {
-  if (const auto* value = node.as_string()) return "the string " + printable(value->get());
-  if (const auto* value = node.as_integer()) return fmt::format("{}", value->get());
-  if (const auto* value = node.as_floating_point()) {
-    const std::string text = fmt::format("{}", value->get());
-    return text.find_first_of(".ein") == std::string::npos ? text + ".0" : text;
-  }
-  if (const auto* value = node.as_boolean()) return value->get() ? "true" : "false";
-  if (node.is_table()) return "a table";
-  return node.is_array() ? "an array" : "a date or a time";
-}
-
 std::string joined(std::string_view section, std::string_view name) {
   return section.empty() ? std::string(name) : fmt::format("{}.{}", section, name);
-}
-
-/// The file that a key names. Throws SceneError without a place.
-fs::path resolve(std::string_view key, const std::string& text, const ScenePaths& paths) {
-  const auto refuse = [&](std::string_view why) {
-    return SceneError(fmt::format("'{}' names {}: {}", key, printable(text), why));
-  };
-  constexpr std::string_view data = "data:";
-  const bool in_data = text.starts_with(data);
-  if (in_data && paths.data_folder.empty())
-    throw refuse("no data folder is known: give --data DIR or set ENSONIFY_DATA");
-  const fs::path inside = in_data ? text.substr(data.size()) : text;
-  if (text.find('\0') != std::string::npos) throw refuse("a path holds no NUL character");
-  if (inside.is_absolute() || std::ranges::count(inside, fs::path("..")) > 0)
-    throw refuse("expected a path under the scene's own folder, without '..', or data:path");
-
-  std::error_code error;
-  const fs::path folder = fs::canonical(in_data ? paths.data_folder : paths.scene_folder, error);
-  if (error)
-    throw refuse(fmt::format("the folder {}: {}",
-                             (in_data ? paths.data_folder : paths.scene_folder).string(),
-                             error.message()));
-  fs::path file = fs::canonical(folder / inside, error);
-  if (error) throw refuse(fmt::format("{} ({})", error.message(), (folder / inside).string()));
-  if (std::ranges::mismatch(folder, file).in1 != folder.end())
-    throw refuse(fmt::format("a link leads out of {}", folder.string()));
-  if (!fs::is_regular_file(file, error)) throw refuse("expected a regular file");
-  return file;
 }
 
 /// Fills a scene from TOML tables, and keeps the place of each key.
@@ -231,7 +187,7 @@ class Reader {
         for (const auto& s : dataset_sections())
           for (const auto& k : s.keys) known.push_back(joined(s.name, k.name));
         throw fault(key, fmt::format("unknown key {} in [{}]{}", printable(key.str()), name,
-                                     suggestion(key.str(), known)));
+                                     scatter::suggestion(key.str(), known)));
       }
     }
   }
@@ -274,7 +230,7 @@ class Reader {
         for (const Owner& o : owners) names.push_back(o.name);
         throw fault(name, fmt::format("the scene has no {} {}, expected one of {}{}", kind,
                                       printable(name.str()), fmt::join(names, ", "),
-                                      suggestion(name.str(), names)));
+                                      scatter::suggestion(name.str(), names)));
       }
       read_keys(section, *owner, expect_table(table, path), path);
     }
@@ -424,7 +380,7 @@ class Reader {
   /// An unknown key: the nearest of its own section, else the nearest anywhere.
   SceneError unknown(const toml::key& key, std::string_view section_name,
                      std::vector<std::string> here) {
-    std::string hint = suggestion(key.str(), here);
+    std::string hint = scatter::suggestion(key.str(), here);
     if (hint.empty()) {
       std::vector<std::string> all;
       for (const auto& section : scene_sections())
@@ -439,7 +395,7 @@ class Reader {
       if (drawn_)
         for (const auto& section : dataset_sections())
           for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
-      hint = suggestion(key.str(), all);
+      hint = scatter::suggestion(key.str(), all);
     }
     if (hint.empty()) hint = fmt::format("; expected one of {}", fmt::join(here, ", "));
     return fault(
@@ -465,116 +421,13 @@ class Reader {
               drawn_ && node.is_table() ? ", or a distribution of it, as { uniform = [1, 2] }" : "",
               hint));
     };
-    const auto whole = [&]() -> std::int64_t {
-      const auto* value = node.as_integer();
-      if (!value || double(value->get()) < key.range.low || double(value->get()) > key.range.high)
-        throw refuse();
-      return value->get();
-    };
-    const auto number = [&]() -> double {
-      if (!node.is_number()) throw refuse();
-      const double value = *node.value<double>();
-      if (!(value >= key.range.low && value <= key.range.high)) throw refuse();  // nor NaN
-      return key.in_degrees() ? value * degree : value;
-    };
-    const auto word = [&]() -> std::string {
-      if (node.is_date_time()) {  // a time without quotes
-        std::ostringstream text;
-        text << *node.as_date_time();
-        return text.str();
-      }
-      const auto* value = node.as_string();
-      if (!value) throw refuse();
-      return value->get();
-    };
-    const auto choice = [&]() -> std::size_t {
-      const std::string text = word();
-      const auto found = std::ranges::find_if(
-          key.choices, [&](std::string_view known) { return scatter::same_name(text, known); });
-      if (found == key.choices.end())
-        throw refuse(
-            suggestion(text, std::vector<std::string>(key.choices.begin(), key.choices.end())));
-      return static_cast<std::size_t>(found - key.choices.begin());
-    };
-    std::visit(
-        [&](auto* option) {
-          using T = std::remove_pointer_t<decltype(option)>;
-          if constexpr (std::is_same_v<T, bool>) {
-            if (!node.is_boolean()) throw refuse();
-            *option = node.as_boolean()->get();
-          } else if constexpr (std::is_integral_v<T>) {
-            *option = static_cast<T>(whole());
-          } else if constexpr (std::is_same_v<T, std::optional<std::uint64_t>>) {
-            *option = static_cast<std::uint64_t>(whole());
-          } else if constexpr (std::is_enum_v<T>) {
-            *option = static_cast<T>(choice());
-          } else if constexpr (std::is_same_v<T, InputFile>) {
-            option->name = word();
-          } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
-            *option = strings(node, refuse);
-          } else if constexpr (std::is_same_v<T, std::vector<double>>) {
-            *option = numbers(key.range, node, refuse);
-          } else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>) {
-            *option = points(key.range, node, refuse);
-          } else if constexpr (std::is_same_v<T, std::string>) {
-            *option = key.choices.empty() ? word() : std::string(key.choices[choice()]);
-          } else {
-            *option = number();
-          }
-        },
-        key.option(owner));
-  }
-
-  static std::vector<std::string> strings(const toml::node& node, const auto& refuse) {
-    if (const auto* one = node.as_string()) return {one->get()};
-    const toml::array* array = node.as_array();
-    if (!array) throw refuse();
-    std::vector<std::string> strings;
-    for (const toml::node& element : *array) {
-      if (!element.is_string()) throw refuse();
-      strings.push_back(element.as_string()->get());
-    }
-    return strings;
-  }
-
-  /// An array of numbers. `refuse` makes the error.
-  static std::vector<double> numbers(const Range& range, const toml::node& node,
-                                     const auto& refuse) {
-    const toml::array* array = node.as_array();
-    if (!array) throw refuse();
-    std::vector<double> numbers;
-    for (const toml::node& element : *array) {
-      numbers.push_back(element.is_number() ? *element.value<double>() : std::nan(""));
-      if (!(numbers.back() >= range.low && numbers.back() <= range.high))
-        throw refuse(fmt::format("; number {} is not", numbers.size()));
-    }
-    return numbers;
+    set_option(key.option(owner), node, {key.range, key.choices, key.in_degrees()}, refuse);
   }
 
   const std::string* drawn_value(const std::string& path) const {
     if (!drawn_ || !in_file_) return nullptr;
     const auto found = drawn_->values.find(path);
     return found == drawn_->values.end() ? nullptr : &found->second;
-  }
-
-  /// An array of pairs. `refuse` makes the error.
-  static std::vector<Eigen::Vector2d> points(const Range& range, const toml::node& node,
-                                             const auto& refuse) {
-    const toml::array* array = node.as_array();
-    if (!array) throw refuse();
-    std::vector<Eigen::Vector2d> points;
-    for (const toml::node& element : *array) {
-      const toml::array* pair = element.as_array();
-      const std::string place = fmt::format("; point {} is not", points.size() + 1);
-      if (!pair || pair->size() != 2) throw refuse(place);
-      Eigen::Vector2d& point = points.emplace_back();
-      for (int axis = 0; axis < 2; ++axis) {
-        const toml::node& number = (*pair)[static_cast<std::size_t>(axis)];
-        point[axis] = number.is_number() ? *number.value<double>() : std::nan("");
-        if (!(point[axis] >= range.low && point[axis] <= range.high)) throw refuse(place);
-      }
-    }
-    return points;
   }
 
   Scene scene_;
@@ -636,16 +489,6 @@ std::string with_overrides(std::span<const std::string> overrides) {
   return text;
 }
 
-std::string suggestion(std::string_view word, std::span<const std::string> known) {
-  const std::vector<std::string_view> names(known.begin(), known.end());
-  const std::vector<std::string_view> meant =
-      scatter::nearest_names(word, names, 1, std::max<std::size_t>(2, word.size() / 3));
-  std::string text;
-  for (std::size_t i = 0; i < meant.size(); ++i)
-    text += fmt::format("{}'{}'", i == 0 ? "" : i + 1 < meant.size() ? ", " : " or ", meant[i]);
-  return text.empty() ? "" : fmt::format("; did you mean {}?", text);
-}
-
 Scene parse_scene(std::string_view text, std::string_view name,
                   std::span<const std::string> overrides, const ScenePaths& paths) {
   Reader reader{std::string(name)};
@@ -673,10 +516,6 @@ Scene parse_recipe_unchecked(std::string_view text, std::string_view name,
 DatasetOptions parse_dataset_options(std::string_view text, std::string_view name,
                                      std::span<const std::string> overrides) {
   return Reader(std::string(name)).read_dataset(text, overrides);
-}
-
-ScenePaths scene_paths(const fs::path& file, const fs::path& data_folder) {
-  return {file.has_parent_path() ? file.parent_path() : fs::path("."), data_folder};
 }
 
 Scene read_scene(const fs::path& file, std::span<const std::string> overrides,

@@ -10,19 +10,9 @@
 #include <vector>
 
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/scene/scene_paths.h>
 
 namespace ensonify::engine {
-
-/// Where a scene's files may lie: a relative path under the scene's folder, or `data:path` under
-/// the data folder. Absolute paths, `..`, links that lead out and files that are not regular are
-/// refused.
-struct ScenePaths {
-  std::filesystem::path scene_folder = ".";
-  std::filesystem::path data_folder;  ///< empty: none is known
-};
-
-/// Those of a scene's file.
-ScenePaths scene_paths(const std::filesystem::path& file, const std::filesystem::path& data_folder);
 
 /// Reads a scene file, then applies `key=value` overrides: the key's whole name with dots, a value
 /// as in TOML (a bare word is a string). An override can change a sonar of the scene, not add one.
@@ -64,17 +54,5 @@ Scene parse_recipe_unchecked(std::string_view text, std::string_view name,
 
 /// The text of a scene or recipe file, at most 1 MiB. Throws SceneError.
 std::string read_scene_text(const std::filesystem::path& file);
-
-/// A commented TOML file with every key, its unit, range and value, that reads back to the same
-/// scene; it names files as the scene did.
-std::string dump_scene(const Scene& scene, bool with_comments = true);
-
-/// The table of keys as a reference page in Markdown: key, what it is, what is expected, default.
-std::string schema_text();
-
-/// The keys of a scene, or of a dataset's recipe, as a JSON Schema (draft 7), with which editors
-/// complete and check TOML files. It knows each key's type, range and words, not how keys fit each
-/// other.
-std::string json_schema(bool recipe);
 
 }  // namespace ensonify::engine

@@ -14,6 +14,7 @@
 
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/preparation.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/bed/survey.h>

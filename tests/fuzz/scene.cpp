@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/reader.h>
 
 #include "fuzz/fuzz.h"

@@ -8,7 +8,7 @@
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/tar.h>
 #include <ensonify/engine/output/xtf.h>
-#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/dump.h>
 #include <ensonify/refine/read_file.h>
 
 #include "support/damaged_meshes.h"

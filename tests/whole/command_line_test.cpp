@@ -14,7 +14,7 @@
 #include "support/tiny_scene.h"
 #include "support/tree.h"
 
-#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/dump.h>
 
 using namespace ensonify::tests;
 namespace fs = std::filesystem;

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <ensonify/engine/scene/dump.h>
+#include <ensonify/engine/scene/json_schema.h>
 #include <ensonify/engine/scene/reader.h>
 
 #include "support/catch.h"

@@ -15,7 +15,6 @@
 #include "support/program.h"
 #include "support/tiny_scene.h"
 
-#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/units.h>

@@ -10,7 +10,7 @@
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/scene/checks/object_check.h>
 #include <ensonify/engine/scene/checks/seabed_check.h>
-#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/units.h>

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/checks/check.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/units.h>
 

@@ -3,7 +3,6 @@
 
 namespace ensonify::engine {
 
-// A row a key.
 // clang-format off
 const Section<Sonar>& sonar_section() {
   static const Section<Sonar> section = {

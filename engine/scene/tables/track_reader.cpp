@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/recording/recording_reader.h>
-#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/tables/csv_table.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/units.h>

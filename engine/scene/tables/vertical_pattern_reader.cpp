@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/tables/csv_table.h>
 #include <ensonify/engine/units.h>
 

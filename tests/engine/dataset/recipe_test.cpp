@@ -11,6 +11,7 @@
 
 #include <ensonify/engine/dataset/distribution.h>
 #include <ensonify/engine/dataset/recipe.h>
+#include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/reader.h>
 
 using namespace ensonify::engine;

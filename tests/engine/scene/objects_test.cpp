@@ -3,7 +3,7 @@
 
 #include "support/catch.h"
 
-#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/units.h>
 

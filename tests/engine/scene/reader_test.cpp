@@ -1,3 +1,5 @@
+#include <ensonify/engine/scene/dump.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/reader.h>
 
 #include <sys/stat.h>

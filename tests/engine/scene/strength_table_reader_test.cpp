@@ -1,3 +1,4 @@
+#include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/tables/strength_table_reader.h>
 
 #include <fstream>

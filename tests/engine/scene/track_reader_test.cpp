@@ -9,7 +9,6 @@
 
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/xtf.h>
-#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/units.h>
 

@@ -2,7 +2,6 @@
 
 #include "support/catch.h"
 
-#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include <ensonify/engine/scene/keys/key.h>
+
+namespace ensonify::engine {
+
+/// What a key accepts, by its option: "a number from 0.5 to 10000 m", "true or false", "one of
+/// grey, copper".
+std::string expectation(std::string_view unit, const Range& range,
+                        std::span<const std::string_view> choices, const ConstOption& option);
+template <class Owner>
+std::string expectation(const Key<Owner>& key) {
+  const Owner owner{};
+  return expectation(key.unit, key.range, key.choices, key.option(owner));
+}
+
+/// An option's value as TOML, the shortest text that reads back to it; none for an unset one. Empty
+/// text counts as unset.
+std::optional<std::string> option_text(const ConstOption& option, bool in_degrees,
+                                       std::span<const std::string_view> choices);
+/// The same of a key. Empty text is a value where the default is another text.
+template <class Owner>
+std::optional<std::string> option_text(const Key<Owner>& key, const Owner& owner) {
+  const ConstOption option = key.option(owner);
+  if (const auto* text = std::get_if<const std::string*>(&option); text && (*text)->empty()) {
+    const Owner fresh{};
+    if (!std::get<const std::string*>(key.option(fresh))->empty()) return "\"\"";
+  }
+  return option_text(option, key.in_degrees(), key.choices);
+}
+
+/// A string as TOML.
+std::string toml_string(std::string_view text);
+/// The same of its first characters, for a message.
+std::string printable(std::string_view text);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include <ensonify/engine/scene/keys/key.h>
+
+namespace toml::inline v3 {
+class node;
+}
+
+namespace ensonify::engine {
+
+/// What a TOML value is, for a message: "the string \"a\"", "3.0", "a table".
+std::string description(const toml::node& value);
+
+/// What a key accepts, as in Key.
+struct ExpectedValue {
+  Range range;
+  std::span<const std::string_view> choices;
+  bool in_degrees = false;
+};
+
+/// The error for a value that a key does not accept; `hint` is added to its message.
+using RefuseValue = std::function<SceneError(const std::string& hint)>;
+
+/// Sets the option of a key from a TOML value. Throws what `refuse` makes.
+void set_option(const Option& option, const toml::node& value, const ExpectedValue& expected,
+                const RefuseValue& refuse);
+
+}  // namespace ensonify::engine
