@@ -14,7 +14,7 @@ namespace ensonify::engine {
 
 /// To be raised when the same options make another seafloor than they did: caches of analysed
 /// seafloors name it.
-inline constexpr int seafloor_version = 8;
+inline constexpr int seafloor_version = 9;
 
 /// Where make_seafloor() leaves the faces of a bed of heights. A mesh that was read has no heights:
 /// it is left in a mesh in any case.

@@ -1,6 +1,7 @@
 #include <ensonify/engine/scene/checks/seabed_check.h>
 
 #include <algorithm>
+#include <map>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -136,6 +137,23 @@ void check_seabed(const Scene& scene,
       check.require(!text->empty(), key,
                     [&] { return fmt::format("'{}' is empty, expected a name", key); });
     }
+  for_each_list(scene, [&](const auto& section, const auto& list) {
+    if constexpr (requires { list.front().area.on; }) {
+      std::map<std::size_t, std::size_t> layer_of;  // by the number of its random numbers
+      for (std::size_t i = 0; i < list.size(); ++i) {
+        const auto given = static_cast<std::size_t>(list[i].area.number);
+        const std::size_t number = given > 0 ? given : i + 1;
+        const auto [other, is_new] = layer_of.emplace(number, i);
+        const std::string key = fmt::format("{}.{}", section.name, i);
+        check.require(is_new, given > 0 ? key + ".number" : key, [&] {
+          return fmt::format(
+              "'{}' has the number {} as '{}.{}', and so would lie exactly on it; give each layer "
+              "of the list a number of its own",
+              key, number, section.name, other->second);
+        });
+      }
+    }
+  });
   if (bed.kind == SeafloorKind::fractal)
     for (std::size_t i = 0; i < bed.seabed.crests.size(); ++i) {
       const double wavelength_m = bed.seabed.crests[i].relief.wavelength_m;
@@ -173,8 +191,8 @@ void check_seabed_files(const Scene& scene,
     });
     read("outline", layer.area.outline, [&](const std::string& key) {
       Eigen::Array2d low = Eigen::Array2d::Constant(1e300), high = -low;
-      for (const Polygon& polygon : read_outlines(layer.area.outline.path, Eigen::Vector3d::Zero()))
-        for (const Vector2d& p : polygon) {
+      for (const Outline& outline : read_outlines(layer.area.outline.path, Eigen::Vector3d::Zero()))
+        for (const Vector2d& p : outline.border) {
           low = low.min(p.array());
           high = high.max(p.array());
         }

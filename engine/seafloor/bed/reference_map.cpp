@@ -1,6 +1,7 @@
 #include <ensonify/engine/seafloor/bed/reference_map.h>
 
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 
@@ -12,7 +13,12 @@
 
 namespace ensonify::engine {
 
-PlaceOfMap place_of_reference(const std::string& reference) {
+namespace {
+
+using GeographicOfMap = std::function<GeographicPlace(double east_m, double north_m)>;
+
+/// Empty where place_of_reference() is.
+GeographicOfMap geographic_of(const std::string& reference) {
   const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
   OGRSpatialReference map, earth;
   if (map.importFromWkt(reference.c_str()) != OGRERR_NONE) return {};
@@ -23,7 +29,7 @@ PlaceOfMap place_of_reference(const std::string& reference) {
   const std::shared_ptr<OGRCoordinateTransformation> to_earth(
       OGRCreateCoordinateTransformation(&map, &earth));
   if (!to_earth) return {};
-  const auto where = [to_earth](double east_m, double north_m) {
+  return [to_earth](double east_m, double north_m) {
     double longitude_deg = east_m, latitude_deg = north_m;
     if (!to_earth->Transform(1, &longitude_deg, &latitude_deg))
       throw std::invalid_argument(
@@ -32,12 +38,37 @@ PlaceOfMap place_of_reference(const std::string& reference) {
                       east_m, north_m));
     return GeographicPlace{latitude_deg * degree, longitude_deg * degree};
   };
+}
+
+constexpr double step_m = 100.0;  // along which the map's north hardly turns
+
+}  // namespace
+
+PlaceOfMap place_of_reference(const std::string& reference) {
+  const GeographicOfMap where = geographic_of(reference);
+  if (!where) return {};
   return [where](const Eigen::Vector2d& place) {
     const GeographicPlace here = where(place.x(), place.y());
-    constexpr double step_m = 100.0;  // along which the map's north hardly turns
     const Eigen::Vector2d north = tangent_place(where(place.x(), place.y() + step_m), here).place;
     return PlaceOnEarth{here, std::atan2(north.x(), north.y())};
   };
+}
+
+std::optional<double> scale_of_reference(const std::string& reference,
+                                         const Eigen::Vector2d& place) {
+  const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
+  const GeographicOfMap where = geographic_of(reference);
+  if (!where) return std::nullopt;
+  try {
+    const GeographicPlace here = where(place.x(), place.y()),
+                          there = where(place.x(), place.y() + step_m);
+    constexpr double earth_radius_m = 6371e3;
+    return earth_radius_m / step_m *
+           std::hypot(there.latitude_rad - here.latitude_rad,
+                      (there.longitude_rad - here.longitude_rad) * std::cos(here.latitude_rad));
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace ensonify::engine

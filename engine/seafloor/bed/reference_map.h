@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include <Eigen/Core>
@@ -16,5 +17,9 @@ using PlaceOfMap = std::function<PlaceOnEarth(const Eigen::Vector2d& place)>;
 /// std::invalid_argument for a place that is off the system's map, and in a build without
 /// GeographicLib.
 PlaceOfMap place_of_reference(const std::string& reference);
+/// Metres on Earth per metre of the system at a place, along its north, within 1 %: in a Mercator
+/// map less than 1 away from the equator. None if the system or the place is not on Earth.
+std::optional<double> scale_of_reference(const std::string& reference,
+                                         const Eigen::Vector2d& place);
 
 }  // namespace ensonify::engine

@@ -51,6 +51,8 @@ SpectralField ripple_field(const Heightfield& grid, const RippleRelief& relief) 
   // Wavenumber steps of at most a quarter of the width, however small the field.
   what.period_m = 4.0 * relief.wavelength_m / relief.relative_width;
   what.reach_m = what.period_m;
+  // The correlation falls as exp(-distance times half width in wavenumber): to 5e-4.
+  what.regular_m = 7.6 / (relief.relative_width * k0);
   what.amplitude = [=, exponent = -0.5 * (relief.hurst + 1.0)](double kx, double ky) {
     const auto around = [&](double cx, double cy) {
       return std::pow((kx - cx) * (kx - cx) + (ky - cy) * (ky - cy) + kw2, exponent);

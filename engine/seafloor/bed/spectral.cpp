@@ -48,14 +48,17 @@ Size size_of(const Heightfield& field, const SpectralField& what) {
 
 /// Of the transform for short waves. What kept_share() leaves of them has a correlation of less
 /// than 5e-4 over the margin.
-Size size_of_short_waves(const Heightfield& field) {
-  constexpr int margin = 96;
-  return {fast_length(field.columns + margin), fast_length(field.rows + margin)};
+Size size_of_short_waves(const Heightfield& field, const SpectralField& what) {
+  const auto along = [&](int points, double cell_m) {
+    constexpr double least_margin = 96.0;
+    return fast_length(points + std::max(least_margin, std::ceil(what.regular_m / cell_m)));
+  };
+  return {along(field.columns, field.cell_east_m), along(field.rows, field.cell_north_m)};
 }
 
 /// Whether long waves on a coarser lattice save more than they cost.
-bool has_bands(const Heightfield& field, const Size& whole) {
-  return whole.cells() > 2.0 * size_of_short_waves(field).cells();
+bool has_bands(const Heightfield& field, const SpectralField& what) {
+  return size_of(field, what).cells() > 2.0 * size_of_short_waves(field, what).cells();
 }
 
 LatticeWindow window_of(const Heightfield& field) { return {0, 0, field.columns, field.rows}; }
@@ -137,9 +140,8 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
 /// its long ones, `level` lattices up, interpolated.
 GridTransform::Values make_waves(const Heightfield& field, const SpectralField& what,
                                  const RandomStream& noise, int level = 0) {
-  const Size whole = size_of(field, what);
   const std::uint64_t first = static_cast<std::uint64_t>(level) << 40;  // beyond any transform's
-  if (!has_bands(field, whole)) return one_transform(field, whole, what, noise, first);
+  if (!has_bands(field, what)) return one_transform(field, size_of(field, what), what, noise, first);
 
   SpectralField longer = level == 0 ? calibrated(what, field) : what;
   SpectralField shorter = longer;
@@ -154,7 +156,7 @@ GridTransform::Values make_waves(const Heightfield& field, const SpectralField& 
   const Heightfield coarser = coarser_lattice(field);
   const GridTransform::Values long_waves = make_waves(coarser, longer, noise, level + 1);
   GridTransform::Values values =
-      one_transform(field, size_of_short_waves(field), shorter, noise, first);
+      one_transform(field, size_of_short_waves(field, what), shorter, noise, first);
   const auto points = [](const Heightfield& of) { return count(of.columns) * count(of.rows); };
   add_interpolated({long_waves.get(), points(coarser)}, window_of(field),
                    {values.get(), points(field)});
@@ -166,10 +168,11 @@ GridTransform::Values make_waves(const Heightfield& field, const SpectralField& 
 void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise) {
   if (!fits_one_transform(field, what)) {
     const Size size = size_of(field, what);
-    throw std::invalid_argument(fmt::format(
-        "relief: it needs a field of {} x {} cells, {:.0f} GB; use larger cells or a smaller "
-        "extent (the longer side counts)",
-        size.columns, size.rows, 8e-9 * size.cells()));
+    throw std::invalid_argument(
+        fmt::format("relief: it needs a field of {} x {} cells, {:.0f} GB; use larger cells, {}",
+                    size.columns, size.rows, 8e-9 * size.cells(),
+                    what.regular_m > 0.0 ? "or shorter or less regular waves"
+                                         : "or a smaller extent (the longer side counts)"));
   }
   const GridTransform::Values values = make_waves(field, what, noise);
   double mean_m = 0.0;
@@ -218,15 +221,14 @@ bool fits_one_transform(const Heightfield& field, const SpectralField& what) {
 }
 
 double spectral_field_bytes(const Heightfield& field, const SpectralField& what) {
-  const Size whole = size_of(field, what);
   const auto bytes_of = [](const Size& size) {
     return sizeof(double) * (size.columns + 2.0) * size.rows;
   };
-  if (!has_bands(field, whole)) return bytes_of(whole);
+  if (!has_bands(field, what)) return bytes_of(size_of(field, what));
   // The long waves are at most as large as what made them.
   const Heightfield coarser = coarser_lattice(field);
   const double between = sizeof(double) * static_cast<double>(field.columns) * coarser.rows;
-  return spectral_field_bytes(coarser, what) + bytes_of(size_of_short_waves(field)) + between;
+  return spectral_field_bytes(coarser, what) + bytes_of(size_of_short_waves(field, what)) + between;
 }
 
 }  // namespace ensonify::engine

@@ -19,6 +19,9 @@ struct SpectralField {
   /// Heights this far apart, or further, are as good as independent: the field may repeat at this
   /// distance from the heightfield. 0: at no distance.
   double reach_m = 0.0;
+  /// Waves of any length stay regular over this distance, because the spectrum has narrow peaks; 0:
+  /// over some of their own lengths only.
+  double regular_m = 0.0;
   /// If set, the field is scaled until the integral of weight * amplitude^2 over the field's
   /// wavenumbers is calibrated_m2; with a weight of 1 this is the variance.
   OverWavenumber weight;

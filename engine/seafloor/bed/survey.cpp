@@ -30,6 +30,7 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/npy_grid.h>
+#include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/engine/seafloor/bed/soundings.h>
 #include <ensonify/engine/seafloor/bed/variable_resolution.h>
 #include <ensonify/engine/units.h>
@@ -486,6 +487,14 @@ class SurveyReader {
     if (reference && reference->IsGeographic()) fail(fmt::format("is in degrees; {}", cure));
     if (reference && std::abs(reference->GetLinearUnits() - 1.0) > 1e-9)
       fail(fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), cure));
+    constexpr double most_off = 0.05;  // of a length; that of maps of a continent is smaller
+    const Eigen::Vector2d middle(west + 0.5 * east_step * field_.columns,
+                                 north + 0.5 * north_step * field_.rows);
+    if (const auto scale =
+            reference ? scale_of_reference(wkt_of(*reference), middle) : std::optional<double>();
+        scale && std::abs(*scale - 1.0) > most_off)
+      fail(fmt::format("has map metres that are {:.2f} m on Earth, as Mercator's; {}", *scale,
+                       cure));
     // A grid without a reference that looks like longitudes and latitudes.
     if (!reference && east_step < 0.005 && std::abs(north_step) < 0.005 && west >= -180.0 &&
         west + east_step * field_.columns <= 360.0 && std::abs(north) <= 90.0)

@@ -122,23 +122,28 @@ AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& 
   return image;
 }
 
-std::vector<Polygon> read_outlines(const std::filesystem::path& file,
+std::vector<Outline> read_outlines(const std::filesystem::path& file,
                                    const Eigen::Vector3d& world_origin) {
   const Quiet quiet;
   constexpr std::array<const char*, 2> drivers = {"GeoJSON", nullptr};
   const auto dataset = open(file, GDAL_OF_VECTOR, drivers.data(), "GeoJSON");
-  std::vector<Polygon> polygons;
+  std::vector<Outline> outlines;
   std::size_t points = 0;
-  const auto add_ring = [&](const OGRLinearRing& ring) {
-    Polygon& polygon = polygons.emplace_back();
+  const auto polygon_of = [&](const OGRLinearRing& ring) {
     points += static_cast<std::size_t>(ring.getNumPoints());
     if (points > max_points) fail(file, fmt::format("has more than {} points", max_points));
+    Polygon polygon;
     for (int i = 0; i + 1 < ring.getNumPoints(); ++i)  // the last is the first again
       polygon.emplace_back(ring.getX(i) - world_origin.x(), ring.getY(i) - world_origin.y());
     if (polygon.size() < 3) fail(file, "has a polygon of less than three points");
+    return polygon;
   };
   const auto add_polygon = [&](const OGRPolygon& polygon) {
-    for (const OGRLinearRing* ring : polygon) add_ring(*ring);
+    if (polygon.IsEmpty()) return;
+    Outline& outline = outlines.emplace_back();
+    outline.border = polygon_of(*polygon.getExteriorRing());
+    for (int i = 0; i < polygon.getNumInteriorRings(); ++i)
+      outline.holes.push_back(polygon_of(*polygon.getInteriorRing(i)));
   };
   for (int i = 0; i < dataset->GetLayerCount(); ++i)
     for (const auto& feature : dataset->GetLayer(i)) {
@@ -150,8 +155,8 @@ std::vector<Polygon> read_outlines(const std::filesystem::path& file,
       else if (type == wkbMultiPolygon)
         for (const OGRPolygon* polygon : *geometry->toMultiPolygon()) add_polygon(*polygon);
     }
-  if (polygons.empty()) fail(file, "holds no polygon");
-  return polygons;
+  if (outlines.empty()) fail(file, "holds no polygon");
+  return outlines;
 }
 
 }  // namespace ensonify::engine

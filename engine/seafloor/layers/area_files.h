@@ -30,9 +30,15 @@ struct AreaImage {
 /// be read, does not fit, or does not have the value.
 AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& grid, int value);
 
-/// Reads the polygons of a GeoJSON file, holes too, and moves them from world to local metres.
-/// Throws refine::MeshError for a file that cannot be read or holds no polygon.
-std::vector<Polygon> read_outlines(const std::filesystem::path& file,
+/// A polygon with holes.
+struct Outline {
+  Polygon border;
+  std::vector<Polygon> holes;
+};
+
+/// Reads the polygons of a GeoJSON file and moves them from world to local metres. Throws
+/// refine::MeshError for a file that cannot be read or holds no polygon.
+std::vector<Outline> read_outlines(const std::filesystem::path& file,
                                    const Eigen::Vector3d& world_origin);
 
 }  // namespace ensonify::engine

@@ -117,6 +117,15 @@ std::vector<double> ragged(const Heightfield& grid, double wavelength_m, const L
       });
 }
 
+/// A positive number, held below a limit, or near 0 if the limit is negative. Smooth in both, so
+/// that the bed has no crease where the limit begins.
+double less_than(double number, double limit) {
+  constexpr double rounding = 0.05;
+  const double some = 0.5 * (limit + std::hypot(limit, rounding));
+  const double over = number / some, over_2 = over * over;
+  return number / std::sqrt(std::sqrt(1.0 + over_2 * over_2));
+}
+
 }  // namespace
 
 CrestProfile::CrestProfile(double sharpness, double asymmetry)
@@ -196,12 +205,14 @@ void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& dr
       const std::size_t point = grid.index(column + 1, row + 1);
       const double ln_height = relief.height_spread * height[point] +
                                ragged_ln * (near_height[point] - ragged_ln);  // the rms stays
-      double height_m = relief.height_m * std::exp(ln_height);
-      if (height_m > relief.height_m)
-        height_m = std::min(height_m,
-                            std::max(relief.height_m, highest_over_spacing / turns_per_m(point)));
-      field.z_m[field.index(column, row)] +=
-          0.5 * height_m * forks.height(point) * (profile.at(turns[point]) - mean);
+      const double higher_ln =
+          ln_height > 0.0
+              ? less_than(ln_height,
+                          std::log(highest_over_spacing / (turns_per_m(point) * relief.height_m)))
+              : ln_height;
+      field.z_m[field.index(column, row)] += 0.5 * relief.height_m * std::exp(higher_ln) *
+                                             forks.height(point) *
+                                             (profile.at(turns[point]) - mean);
     }
 }
 
@@ -217,7 +228,9 @@ const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
       .values = {
           {"wavelength_m", "m", 0.01, 10e3, "From crest to crest; four cells or more.",
            &Bedforms::wavelength_m},
-          {"height_m", "m", 0, 100, "From trough to crest; the median.", &Bedforms::height_m},
+          {"height_m", "m", 0, 100,
+           "From trough to crest; the median of crests that are not ragged, and the rms of those that are.",
+           &Bedforms::height_m},
           {"across_crests_deg", "degrees", -360, 360,
            "Heading across the crests, clockwise from north; steep sides face that way.",
            &Bedforms::across_crests_rad},

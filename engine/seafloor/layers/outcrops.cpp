@@ -111,6 +111,12 @@ class FallenBlock {
   double length_m_, width_m_, height_m_, east_, north_, lean_along_, lean_across_;
 };
 
+/// The length over which the roughness has half the rock's height, rms: longer waves would be hills
+/// of their own.
+double longest_roughness_m(const OutcropRelief& relief) {
+  return std::pow(0.5 * relief.height_m / relief.roughness_at_1m_m, 1.0 / relief.hurst);
+}
+
 /// Lays fallen blocks where higher rock is near. `rock` is the rock's height over the sediment; a
 /// block lies on whichever is higher.
 void add_fallen_blocks(const Heightfield& field, const OutcropRelief& relief,
@@ -153,8 +159,15 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
   if (relief.height_m == 0.0) return;
   Heightfield rough = field;
   std::ranges::fill(rough.z_m, 0.0);
-  add_fractal(rough, {.height_at_1m_m = relief.roughness_at_1m_m, .hurst = relief.hurst},
-              draws.of(1));
+  if (relief.roughness_at_1m_m > 0.0)
+    add_fractal(rough,
+                {.height_at_1m_m = relief.roughness_at_1m_m,
+                 .hurst = relief.hurst,
+                 .longest_m = longest_roughness_m(relief)},
+                draws.of(1));
+  // The rock is level below the sediment where its area ends.
+  for (std::size_t point = 0; point < rough.z_m.size(); ++point)
+    rough.z_m[point] *= std::min(1.0, 2.0 * weight[point]);
   const double sinks = std::tan(relief.dip_rad);
   const double east = std::sin(relief.dip_heading_rad), north = std::cos(relief.dip_heading_rad);
   const auto eroded = [&](std::size_t point) {
@@ -195,7 +208,7 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
     }
   if (relief.ledge_m > 0.0) add_fallen_blocks(field, relief, draws, rock);
   for (std::size_t point = 0; point < rock.size(); ++point) {
-    if (!(rock[point] > 0.0)) continue;
+    if (!(rock[point] > 0.0) || weight[point] == 0.0) continue;
     field.z_m[point] += rock[point];
     marked[point] = 1;
   }

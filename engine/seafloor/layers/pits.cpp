@@ -23,7 +23,7 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
               const Allowed& allowed, std::span<std::uint32_t> marked) {
   check_relief(relief);
   check_cover("pits", relief.per_hectare, relief.diameter_m);
-  std::vector<double> change(field.z_m.size(), 0.0);
+  std::vector<double> floor_m(field.z_m.size(), 0.0), rim_m(field.z_m.size(), 0.0);
   const double stretch = std::sqrt(relief.elongation);
   std::uint32_t number = 0;
   const auto dig = [&](double x, double y, const auto& u) {
@@ -54,18 +54,17 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
             // Deepest behind the middle of a long one, as a current leaves it.
             const double lean = 1.0 - 0.5 * std::min(1.0, relief.elongation - 1.0) * along;
             const double bowl = 1.0 - r * r;
-            const double floor_m = -depth_m * bowl * bowl * std::max(0.3, lean);
-            if (floor_m < change[point] || marked[point] == 0) marked[point] = number;
-            change[point] = std::min(change[point], floor_m);
+            const double its_floor_m = -depth_m * bowl * bowl * std::max(0.3, lean);
+            if (its_floor_m < floor_m[point] || marked[point] == 0) marked[point] = number;
+            floor_m[point] = std::min(floor_m[point], its_floor_m);
           }
           const double from_rim = (r - 1.05) / 0.16;
-          if (change[point] >= 0.0)
-            change[point] = std::max(change[point],
-                                     depth_m * relief.rim_ratio * std::exp(-from_rim * from_rim));
+          rim_m[point] =
+              std::max(rim_m[point], depth_m * relief.rim_ratio * std::exp(-from_rim * from_rim));
         });
   };
   for_each_scattered(field, 1e-4 * relief.per_hectare, reach_m(relief), draws, 1, dig);
-  for (std::size_t i = 0; i < change.size(); ++i) field.z_m[i] += change[i];
+  for (std::size_t i = 0; i < floor_m.size(); ++i) field.z_m[i] += floor_m[i] + rim_m[i];
 }
 
 const ReliefKind<PitRelief>& kind_of(const PitRelief&) {
@@ -79,7 +78,8 @@ const ReliefKind<PitRelief>& kind_of(const PitRelief&) {
           {"per_hectare", "", 0, 1e5, "How many in 100 x 100 m, on average.",
            &PitRelief::per_hectare},
           {"diameter_m", "m", 0.001, 10e3, "The median's.", &PitRelief::diameter_m},
-          {"diameter_spread", "", 0, 2, "Standard deviation of its logarithm.",
+          {"diameter_spread", "", 0, 2,
+           "Standard deviation of its logarithm; none is larger than 3.5 medians.",
            &PitRelief::diameter_spread},
           {"depth_ratio", "", 0, 1, "Depth over diameter; about 0.09 for pockmarks.",
            &PitRelief::depth_ratio},

@@ -104,6 +104,8 @@ TEST_CASE("An error in a patch names its file and line") {
   check("[[seafloor.patches]]\nshallowest_m = 5\ndeepest_m = 4\n", "7:", "shallowest_m");
   check("detail.cell_m = 0.1\n", "5:", "survey");
   check("[seafloor.patches]\n", "5:", "[[seafloor.patches]]");
+  CHECK(error_of(layers + "[[seafloor.crests]]\nnumber = 1\n", {})
+            .find("has the number 1 as 'seafloor.crests.0'") != std::string::npos);
   CHECK(error_of(layers, {"seafloor.crests.1.height_m=0.1"}).find("it has 1, numbered from 0") !=
         std::string::npos);
   CHECK(error_of(layers, {"seafloor.crests=[{height_m=0.1}, {}]"}).find("expected tables") !=

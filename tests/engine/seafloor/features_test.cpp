@@ -224,6 +224,22 @@ TEST_CASE("Pits have the requested number, width and depth, and are marked insid
         Approx(30.0 * 0.6 * area / 3.0).epsilon(0.12));  // of (1 - r^2)^2; some pits overlap
 }
 
+TEST_CASE("A rim rises from the pit's own bowl without a step") {
+  Laid laid(flat(401, 401, 0.05, 0.05));
+  add_pits(laid.field,
+           {.per_hectare = 100.0, .diameter_m = 5.0, .diameter_spread = 0.0, .rim_ratio = 1.0},
+           draws(2), anywhere, laid.marked);
+  REQUIRE(laid.marked_share() > 0.05);
+  // The steepest side of the bowl, of the rim, and some for outlines that are not round.
+  const double depth_m = 1.3 * PitRelief{}.depth_ratio * 5.0;
+  const double steepest =
+      depth_m / 2.5 * (16.0 / (3.0 * std::sqrt(3.0)) * 0.5 + std::sqrt(2.0 / std::exp(1.0)) / 0.16);
+  for (int row = 0; row < 401; ++row)
+    for (int column = 0; column + 1 < 401; ++column)
+      REQUIRE(std::abs(laid.field.at(column + 1, row) - laid.field.at(column, row)) <
+              2.0 * 0.05 * steepest);
+}
+
 TEST_CASE("Features lie where they are allowed to, whatever the bed's extent") {
   const BoulderField boulders{.per_hectare = 300.0, .scour_ratio = 0.0, .tail_ratio = 0.0};
   Laid large(flat(401, 301, 0.25, 0.25)), small(flat(201, 101, 0.25, 0.25));
@@ -356,6 +372,28 @@ TEST_CASE("Rock forms ledges: blocks along the dip, each ending with a bed, and 
       if (weight[point] < 0.15) REQUIRE(laid.field.z_m[point] == 0.0);
     }
   CHECK(fallen > 0);
+}
+
+TEST_CASE("Rock stays in its area, and is about as high as asked for") {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Laid laid(flat(401, 401, 0.5, 0.5));
+    const OutcropRelief relief{.height_m = 0.5, .ledge_m = 0.2};
+    std::vector<double> weight(laid.field.z_m.size());
+    for (int row = 0; row < 401; ++row)
+      for (int column = 0; column < 401; ++column) {
+        const double r = 0.5 * std::hypot(column - 200.0, row - 200.0);
+        weight[laid.field.index(column, row)] = std::clamp((40.0 - r) / 20.0, 0.0, 1.0);
+      }
+    add_outcrops(laid.field, relief, draws(seed), weight, laid.marked);
+    double highest = 0.0, inside = 0.0;
+    for (std::size_t point = 0; point < weight.size(); ++point) {
+      if (weight[point] == 0.0) REQUIRE(laid.field.z_m[point] == 0.0);
+      highest = std::max(highest, laid.field.z_m[point]);
+      inside += laid.marked[point] != 0;
+    }
+    CHECK(highest < 3.0 * relief.height_m);
+    CHECK(0.25 * inside == Approx(pi * 900.0).epsilon(0.2));  // as far as the weight is a half
+  }
 }
 
 TEST_CASE("Rock without ledges has neither joints nor fallen blocks") {

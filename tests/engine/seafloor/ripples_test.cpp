@@ -75,6 +75,26 @@ TEST_CASE("Ripples have the requested rms height and a mean of zero") {
   }
 }
 
+TEST_CASE("Regular ripples have the requested rms height, however their wavelength fits the grid") {
+  for (const double wavelength : {10.0, 10.17}) {
+    double square = 0.0;
+    constexpr int seeds = 40;  // a narrow field is nearly one wave of random height
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+      Heightfield field = flat(200, 140, 1.0, 1.0);
+      add_ripples(field,
+                  {.rms_height_m = 0.05,
+                   .wavelength_m = wavelength,
+                   .across_crests_rad = 0.5 * pi,
+                   .relative_width = 0.01},
+                  seed);
+      for (const double z : field.z_m)
+        square += z * z / (seeds * static_cast<double>(field.z_m.size()));
+    }
+    CAPTURE(wavelength);
+    CHECK(std::sqrt(square) == Approx(0.05).epsilon(0.2));
+  }
+}
+
 TEST_CASE("Ripples are the same for the same seed and independent of the relief's noise") {
   const RippleRelief relief{.rms_height_m = 0.06, .wavelength_m = 2.0};
   CHECK(ripples(relief, 4).z_m == ripples(relief, 4).z_m);

@@ -374,6 +374,12 @@ TEST_CASE("An outline in GeoJSON lies in world coordinates, and its holes are ho
   Area area;
   area.outline.path = folder / "area.geojson";
   CHECK(share(mask_of(area, grid)) * 201 * 201 * 0.01 == Approx(96.0).epsilon(0.02));
+  // Where two polygons overlap there is no hole.
+  write_text(folder / "area.geojson",
+             R"({"type":"MultiPolygon","coordinates":[
+[[[1000,2000],[1006,2000],[1006,2006],[1000,2006],[1000,2000]]],
+[[[1003,2003],[1009,2003],[1009,2009],[1003,2009],[1003,2003]]]]})");
+  CHECK(share(mask_of(area, grid)) * 201 * 201 * 0.01 == Approx(63.0).epsilon(0.02));
   write_text(folder / "area.geojson", "{ nothing }");
   CHECK_THROWS_WITH(mask_of(area, grid), Catch::Contains("area.geojson"));
 }

@@ -233,6 +233,10 @@ TEST_CASE("Grids that are rotated, in degrees or in feet are refused with the cu
   // A text grid names no unit.
   const std::string bare =
       "ncols 2\nnrows 2\nxllcorner -70.5\nyllcorner 42.1\ncellsize 0.0008333\n-1 -2\n-3 -4\n";
+  Tiff mercator = tiff_4x3();
+  mercator.epsg = 3857;
+  mercator.transform = {-7870000, 1, 0, 5300000, 0, -1};  // 43 degrees north
+  CHECK(has(error_of(folder, mercator.bytes(), "grid.tif"), "map metres that are 0.73 m on Earth"));
   CHECK(has(error_of(folder, bare), "seems to be in degrees"));
 }
 
