@@ -95,9 +95,9 @@ void require_same_dataset(const fs::path& file, const std::string& content) {
 
 std::vector<std::string> splits_of(const SplitOptions& split) {
   std::vector<std::string> splits;
-  if (split.train > 0.0) splits.push_back("train");
-  if (split.val > 0.0 || !split.held_out_val.empty()) splits.push_back("val");
-  if (split.test > 0.0 || !split.held_out_test.empty()) splits.push_back("test");
+  if (split.train > 0.0) splits.emplace_back("train");
+  if (split.val > 0.0 || !split.held_out_val.empty()) splits.emplace_back("val");
+  if (split.test > 0.0 || !split.held_out_test.empty()) splits.emplace_back("test");
   return splits;
 }
 

@@ -182,7 +182,8 @@ class Products {
     std::map<std::uint32_t, TargetLabel> labels_shown;
     if (whole)
       for (const auto& [instance, record] : line_targets_)
-        labels_shown.emplace(instance, label_of(instance, record.target));
+        labels_shown.emplace(instance,
+                             label_of(instance, static_cast<const TargetOutlines&>(record.target)));
     else
       for (auto& [instance, outlines] : find_outlines(shown.labels))
         labels_shown.emplace(instance, label_of(instance, std::move(outlines)));

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/comparison/comparison_page.h>
+#include <ensonify/engine/comparison/find_bed.h>
 
 namespace ensonify::engine {
 namespace {

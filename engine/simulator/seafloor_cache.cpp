@@ -18,6 +18,7 @@
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/refine/progressive_mesh_file.h>
 

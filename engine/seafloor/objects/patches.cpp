@@ -175,14 +175,7 @@ std::vector<FlatPart> patches_of(refine::Triangles triangles) {
 
 PatchBlock::PatchBlock(std::span<const FlatPart> patches, std::size_t its_first,
                        std::size_t its_count)
-    : first(its_first),
-      count(its_count),
-      middle(Vector3d::Zero()),
-      radius_m(0.0),
-      axis(Vector3d::Zero()),
-      cone_rad(0.0),
-      max_bend_rad(0.0),
-      shortest_plane_m(std::numeric_limits<double>::infinity()) {
+    : first(its_first), count(its_count) {
   constexpr double rounding = 1e-5;  // more than that of the normals and axes
   const std::span<const FlatPart> own = patches.subspan(first, count);
   for (const FlatPart& patch : own) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -31,12 +32,13 @@ std::vector<FlatPart> patches_of(refine::Triangles triangles);
 /// Some neighbouring patches of a body: where they lie and face.
 struct PatchBlock {
   std::size_t first, count;  ///< which ones of the body's
-  Eigen::Vector3d middle;
-  double radius_m;          ///< of a ball about the middle that contains the patches
-  Eigen::Vector3d axis;     ///< unit, the mean of their normals
-  double cone_rad;          ///< no normal is further from the axis
-  double max_bend_rad;      ///< of a patch, both directions together
-  double shortest_plane_m;  ///< length in a direction without a bend; infinity if there is none
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double radius_m = 0.0;  ///< of a ball about the middle that contains the patches
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< unit, the mean of their normals
+  double cone_rad = 0.0;                           ///< no normal is further from the axis
+  double max_bend_rad = 0.0;                       ///< of a patch, both directions together
+  /// Length in a direction without a bend; infinity if there is none.
+  double shortest_plane_m = std::numeric_limits<double>::infinity();
 
   PatchBlock(std::span<const FlatPart> patches, std::size_t its_first, std::size_t its_count);
   /// False only if at no place of a patch the normal, or for a two-sided one its opposite, is

@@ -143,7 +143,7 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
   const Eigen::Rotation2Dd turn(-spot.heading_rad);
   std::vector<Vector2d> path;
   for (const Vector2d& place : object.path)
-    path.push_back(Vector2d(spot.east_m, spot.north_m) + spot.scale * (turn * place));
+    path.emplace_back(Vector2d(spot.east_m, spot.north_m) + spot.scale * (turn * place));
   const auto ground_m = [&](const Vector2d& place) {
     const double z = bed.height_m(place.x(), place.y());
     if (std::isnan(z)) throw no_bed(what, place.x(), place.y());

@@ -78,7 +78,7 @@ double OneWayBeams::place_of(double range_m) const {
 }
 
 const OneWayBeams::Row& OneWayBeams::row_of(double range_m) const {
-  return rows_[static_cast<std::size_t>(place_of(range_m) + 0.5)];
+  return rows_[static_cast<std::size_t>(std::lround(place_of(range_m)))];
 }
 
 double OneWayBeams::power(Array array, double range_m, double along_m) const {

@@ -29,8 +29,8 @@ SoundSpeedProfile with_edge(const SoundSpeedProfile& profile, double& depth_m) {
   for (const SoundSpeedLayer& layer : profile.layers())
     if (std::isfinite(layer.top_m))
       samples.push_back({layer.top_m, layer.top_mps, layer.top_db_per_m});
-  for (auto s = samples.rbegin(); s != samples.rend(); ++s)
-    if (std::abs(s->depth_m - depth_m) < apart_m) depth_m = s->depth_m - apart_m;
+  for (std::size_t i = samples.size(); i-- > 0;)
+    if (std::abs(samples[i].depth_m - depth_m) < apart_m) depth_m = samples[i].depth_m - apart_m;
   if (depth_m >= 0.0)
     samples.push_back(
         {depth_m, profile.speed_mps(depth_m), profile.mean_absorption_db_per_m(depth_m, depth_m)});
