@@ -8,7 +8,7 @@
 #include <ensonify/engine/imitation/crab.h>
 #include <ensonify/engine/imitation/line_fit.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
-#include <ensonify/engine/imitation/quantile.h>
+#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/sonar/instrument/shading.h>

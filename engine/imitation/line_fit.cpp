@@ -10,7 +10,7 @@
 
 #include <ensonify/engine/comparison/line_statistics.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
-#include <ensonify/engine/imitation/quantile.h>
+#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/backscatter.h>
 

@@ -92,16 +92,8 @@ AgreementCounts SimulatorInternals::verify(Simulator& simulator, const Pose& pos
 
 TrackPoses SimulatorInternals::track_poses(const Simulator& simulator) {
   const Simulator::Ready& ready = *simulator.ready_;
-  return build_track(
-      ready.scene,
-      {.bed_height_m = [&](double x_m, double y_m) { return simulator.bed_height_m(x_m, y_m); },
-       .lowest = ready.bounds.lowest.head<2>().cast<double>(),
-       .highest = ready.bounds.highest.head<2>().cast<double>(),
-       .frame = {.world_origin = ready.seafloor.mesh.world_origin,
-                 .has_world = ready.scene.seafloor.kind != SeafloorKind::fractal &&
-                              !ready.seafloor.mesh.world_origin.isZero(),
-                 .utm_zone = ready.seafloor.utm_zone}},
-      ready.water.sound_speed_mps());
+  if (ready.recorded_track) return *ready.recorded_track;
+  return ready.track_over([&](double x_m, double y_m) { return simulator.bed_height_m(x_m, y_m); });
 }
 
 const PreparedSeafloor& SimulatorInternals::prepared(const Simulator& simulator) {

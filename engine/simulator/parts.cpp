@@ -1,10 +1,13 @@
 #include <ensonify/engine/simulator/parts.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/ball_tree.h>
 #include <ensonify/refine/parallel_for.h>
@@ -31,6 +34,9 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
             .options = of.run.intersection,
             .tree_pings = of.run.tree_pings},
       water(of.sea, seafloor.mean_bed_m, double(bounds.lowest.z())),
+      usual_ping{.altitude_m = of.track.altitude_m,
+                 .speed_mps = of.track.speed_mps,
+                 .interval_s = of.ping_interval_s(water.sound_speed_mps())},
       warnings(seafloor.warnings) {
   if (seafloor.grid) {
     parts.objects = std::make_shared<const refine::BallTree>(seafloor.mesh);
@@ -45,10 +51,47 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
   }
   code_path = make_intersector(parts.intersector, {}, parts.options)->code_path();
   warnings.insert(warnings.end(), water.warnings().begin(), water.warnings().end());
+  if (scene.track.kind == TrackKind::file) take_recorded_track();
   for (const Sonar& sonar : scene.sonars)
     sonars.push_back(prepare(sonars.size(), sonar, seafloor.materials, warnings));
   objects = patched_objects(seafloor);
   if (scene.seafloor.penetration_m > 0.0) find_buried();
+}
+
+TrackPoses Simulator::Ready::track_over(
+    const std::function<double(double x_m, double y_m)>& bed_height_m) const {
+  return build_track(scene,
+                     {.bed_height_m = bed_height_m,
+                      .lowest = bounds.lowest.head<2>().cast<double>(),
+                      .highest = bounds.highest.head<2>().cast<double>(),
+                      .frame = {.world_origin = seafloor.mesh.world_origin,
+                                .has_world = scene.seafloor.kind != SeafloorKind::fractal &&
+                                             !seafloor.mesh.world_origin.isZero(),
+                                .utm_zone = seafloor.utm_zone}},
+                     water.sound_speed_mps());
+}
+
+/// The file alone knows how high and fast the vehicle goes, and how often it pings.
+void Simulator::Ready::take_recorded_track() {
+  std::optional<PlumbLine> plumb_line;
+  if (!bed) plumb_line.emplace(seafloor);
+  const auto bed_height_m = [&](double x_m, double y_m) {
+    return bed ? bed->height_m(x_m, y_m) : plumb_line->height_m(x_m, y_m);
+  };
+  recorded_track = track_over(bed_height_m);
+  std::vector<double> altitudes_m, speeds_mps, intervals_s;
+  double before_s = std::numeric_limits<double>::quiet_NaN();
+  for (const Pose& pose : recorded_track->poses) {
+    const double altitude_m =
+        pose.position.z() - bed_height_m(pose.position.x(), pose.position.y());
+    if (!std::isnan(altitude_m)) altitudes_m.push_back(altitude_m);
+    speeds_mps.push_back(pose.velocity_mps.norm());
+    if (!std::isnan(before_s)) intervals_s.push_back(pose.t_s - before_s);
+    before_s = pose.t_s;
+  }
+  usual_ping = {.altitude_m = median(std::move(altitudes_m)),
+                .speed_mps = median(std::move(speeds_mps)),
+                .interval_s = median(std::move(intervals_s))};
 }
 
 void Simulator::Ready::find_buried() {
@@ -74,7 +117,7 @@ std::shared_ptr<const PreparedSonar> Simulator::Ready::prepare(
                  fmt::format("the {:.2g} million rays of a ping of {}, for {} thread{},",
                              1e-6 * rays, settings.name, threads, threads > 1 ? "s" : ""),
                  "take fewer elevations or planes");
-  return prepare_sonar(scene, water, number, settings, materials, its_warnings);
+  return prepare_sonar(scene, water, usual_ping, number, settings, materials, its_warnings);
 }
 
 Refraction Simulator::Ready::refraction(const PreparedSonar& sonar) const {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/scene/track_poses.h>
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/prepare.h>
@@ -35,6 +37,9 @@ struct Simulator::Ready {
                                                const std::vector<std::string>& materials,
                                                std::vector<std::string>& its_warnings) const;
   Refraction refraction(const PreparedSonar& sonar) const;
+  /// The scene's track over a bed of these heights. Throws SceneError.
+  TrackPoses track_over(const std::function<double(double x_m, double y_m)>& bed_height_m) const;
+  void take_recorded_track();
   void find_buried();
 
   Scene scene;
@@ -47,6 +52,8 @@ struct Simulator::Ready {
   FaceSourceParts parts;
   std::string code_path;
   PreparedWater water;
+  std::optional<TrackPoses> recorded_track;  ///< of a file
+  UsualPing usual_ping;
   std::vector<std::string> warnings;
   PreparedSonars sonars;
   std::vector<PatchedObject> objects;

@@ -16,8 +16,8 @@
 namespace ensonify::engine {
 namespace {
 
-double nominal_altitude_m(const Scene& scene, const Sonar& sonar) {
-  return std::min(scene.track.altitude_m, 0.45 * sonar.range_m);
+double nominal_altitude_m(const UsualPing& usual, const Sonar& sonar) {
+  return std::min(usual.altitude_m, 0.45 * sonar.range_m);
 }
 
 void add_once(std::vector<std::string>& warnings, std::string warning) {
@@ -47,8 +47,8 @@ std::vector<scatter::GroundTexture> textures_of(const Scene& scene,
   return textures;
 }
 
-ChainOptions chain_options(const Scene& scene, std::size_t number, const PreparedSonar& its,
-                           const std::vector<std::string>& materials) {
+ChainOptions chain_options(const Scene& scene, const UsualPing& usual, std::size_t number,
+                           const PreparedSonar& its, const std::vector<std::string>& materials) {
   // For the automatic gain and the level bed: the first material is the bed's own.
   const auto& bed_table =
       its.material_tables[std::min<std::size_t>(1, its.material_tables.size() - 1)];
@@ -58,9 +58,9 @@ ChainOptions chain_options(const Scene& scene, std::size_t number, const Prepare
           .sound_speed_mps = its.medium.sound_speed_mps,
           .absorption_db_per_m = its.medium.absorption_db_per_m,
           .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
-          .nominal_altitude_m = nominal_altitude_m(scene, its.sonar),
-          .nominal_speed_mps = scene.track.speed_mps,
-          .ping_interval_s = scene.ping_interval_s(its.medium.sound_speed_mps),
+          .nominal_altitude_m = nominal_altitude_m(usual, its.sonar),
+          .nominal_speed_mps = usual.speed_mps,
+          .ping_interval_s = usual.interval_s,
           .nominal_strength =
               [&bed_table](double sine) { return bed_table.sigma_over_sine(sine) * sine; },
           .bed = materials.size() > 1 ? sediment_of(material_named(materials[1], scene.materials))
@@ -127,7 +127,8 @@ Calibration calibration_of(const PreparedSonar& its) {
 }  // namespace
 
 std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const PreparedWater& water,
-                                                   std::size_t number, const Sonar& settings,
+                                                   const UsualPing& usual, std::size_t number,
+                                                   const Sonar& settings,
                                                    const std::vector<std::string>& materials,
                                                    std::vector<std::string>& warnings) {
   const auto made = std::make_shared<PreparedSonar>();
@@ -137,7 +138,7 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
     sonar.vertical.measured = read_vertical_pattern(sonar.vertical.file.path);
   warn_of_beams(scene, sonar, water.sound_speed_mps(), warnings);
   made->profile = water.profile(sonar.frequency_hz);
-  made->medium = water.medium(sonar.frequency_hz, nominal_altitude_m(scene, sonar),
+  made->medium = water.medium(sonar.frequency_hz, nominal_altitude_m(usual, sonar),
                               made->profile ? &*made->profile : nullptr);
   made->material_tables.emplace_back(scatter::Lambert());  // of none: no face has it
   made->smooth_specular.push_back(0.0);
@@ -152,8 +153,8 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
     if (scene.arrivals.double_bounce)
       made->mirrors.push_back(wall_mirror_of(material, scene.arrivals.wall_loss_db));
   }
-  made->chain =
-      std::make_unique<const SignalChain>(sonar, chain_options(scene, number, *made, materials));
+  made->chain = std::make_unique<const SignalChain>(
+      sonar, chain_options(scene, usual, number, *made, materials));
   made->calibration = calibration_of(*made);
   return made;
 }

@@ -31,13 +31,21 @@ struct PreparedSonar {
   Calibration calibration;  ///< refers to the chain's recorder
 };
 
+/// What most pings of a scene have in common.
+struct UsualPing {
+  double altitude_m = 0.0;  ///< of the vehicle, over the bed below
+  double speed_mps = 0.0;
+  double interval_s = 0.0;  ///< 0: unknown
+};
+
 /// Prepares a sonar of the scene with these settings. Makes a backscatter table for each of
 /// `materials`: number 0 means no material, number 1 is the material of the bed. `number` is the
 /// sonar's index in the scene. Adds a warning for parameters of a material that are outside their
 /// valid range; the same warning is added once. Throws what read_vertical_pattern() and
 /// material_named() throw.
 std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const PreparedWater& water,
-                                                   std::size_t number, const Sonar& settings,
+                                                   const UsualPing& usual, std::size_t number,
+                                                   const Sonar& settings,
                                                    const std::vector<std::string>& materials,
                                                    std::vector<std::string>& warnings);
 

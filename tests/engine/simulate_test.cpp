@@ -18,9 +18,11 @@
 #include "support/paths.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/image/display.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/bed/tessellate.h>
+#include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/mesh_reader.h>
@@ -427,5 +429,51 @@ TEST_CASE("However far from the seafloor's middle, Embree hits what the referenc
     CHECK(rays > 30000);
     CHECK(others <= rays / 10000);
     CHECK(apart <= rays / 10000);
+  }
+}
+
+TEST_CASE("a track from a file pings like the line with its altitude, speed and interval") {
+  const tests::TemporaryFolder folder;
+  Scene line;
+  line.seafloor.extent_east_m = line.seafloor.extent_north_m = 60.0;
+  line.seafloor.cell_m = 2.0;
+  line.seafloor.fractal.height_at_1m_m = 0.0;
+  line.speckle = line.texture = false;
+  Sonar& sonar = line.sonars.front();
+  sonar.range_m = 30.0;
+  sonar.bins = 300;
+  sonar.elevations = 400;
+  sonar.receiver.self_noise_db = 40.0;
+  line.arrivals.second_time_around = true;
+  line.track.pings = 11;
+  line.track.altitude_m = 5.0;
+  line.track.speed_mps = 3.0;
+  line.track.ping_interval_s = 0.09;
+
+  Simulator along_line(line);
+  std::ofstream csv(folder / "track.csv");
+  csv << "t_s,x_m,y_m,z_m,heading_deg\n";
+  const std::vector<Pose> poses = along_line.track();
+  for (const Pose& pose : poses)
+    csv << fmt::format("{},{},{},{},0\n", pose.t_s, pose.position.x(), pose.position.y(),
+                       pose.position.z());
+  csv.close();
+  Scene recorded = line;
+  recorded.track = {.kind = TrackKind::file, .file = {"track.csv", folder / "track.csv"}};
+  recorded.track.altitude_m = 14.0;  // not of a file
+  for (const char* surface : {"static", "refined"}) {
+    CAPTURE(surface);
+    recorded.run.surface = surface;
+    Simulator along_file(recorded);
+    CHECK(along_file.track().size() == poses.size());
+    CHECK(SimulatorInternals::recorder(along_file, 0).gains().front() ==
+          Approx(SimulatorInternals::recorder(along_line, 0).gains().front()).epsilon(1e-5));
+    for (std::size_t i = 0; i < along_line.calibration(0).level_bed.size(); ++i)
+      REQUIRE(along_file.calibration(0).level_bed[i] ==
+              Approx(along_line.calibration(0).level_bed[i]).epsilon(1e-4));
+    const EchoLine& expected = along_line.ping_numbered(poses[5], 5).front();
+    const EchoLine& found = along_file.ping_numbered(poses[5], 5).front();
+    for (std::size_t i = 0; i < expected.bins.intensity.size(); ++i)
+      REQUIRE(found.bins.intensity[i] == Approx(expected.bins.intensity[i]).epsilon(1e-3));
   }
 }

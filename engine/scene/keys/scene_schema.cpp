@@ -397,7 +397,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             "Echoes of the pings before from beyond the range, of a level bed of "
             "seafloor.material: a ping that was sent a time P earlier adds the echo from r + c P / 2 "
             "at r. P is track.ping_interval_s or a multiple of it, or of the two-way time of the "
-            "longest range.",
+            "longest range; of a file with one ping per row, of the median time between two rows.",
             at(&Scene::arrivals, &OtherPathsOptions::second_time_around)},
            {"bottom_loss_db", "dB", {0, 60},
             "Loss of a reflection at the bed, for multiples; unset: the reflection loss of "

@@ -10,7 +10,7 @@
 #include "support/data.h"
 #include "support/temporary_folder.h"
 
-#include <ensonify/engine/imitation/quantile.h>
+#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
