@@ -309,6 +309,45 @@ TEST_CASE("far away a cylinder's glint is sinc^2(k L sin e), a plate's is A^2 / 
         Approx(scatter::to_db(std::pow(0.25 * 0.2 / wavelength_m, 2.0))).margin(0.3));
 }
 
+TEST_CASE("the round end of a cylinder glints as Kirchhoff's integral over its disc has it") {
+  constexpr double range_m = 20.0, wavelength_m = 1500.0 / 400e3, length_m = 0.4;
+  const Sonar sonar = wide_sonar(range_m + 2.0);
+  // |integral of exp(2 i k d) / d^2 over the disc|^2 r^4 / lambda^2, with the distance d.
+  const auto end_db = [&](double radius_m, double turned_rad) {
+    constexpr int rings = 400, spokes = 360;
+    const double c = std::cos(turned_rad), s = std::sin(turned_rad);
+    std::complex<double> sum = 0.0;
+    for (int i = 0; i < rings; ++i)
+      for (int k = 0; k < spokes; ++k) {
+        const double from_axis_m = radius_m * (i + 0.5) / rings,
+                     angle_rad = k * 360 / spokes * degree;
+        const double across_m = from_axis_m * std::cos(angle_rad);
+        const double d =
+            std::hypot(range_m - 0.5 * length_m * c + across_m * s,
+                       0.5 * length_m * s + across_m * c, from_axis_m * std::sin(angle_rad));
+        sum += from_axis_m / (d * d) *
+               std::polar(1.0, 4.0 * std::numbers::pi / wavelength_m * (d - range_m));
+      }
+    const double ring_m2 = radius_m / rings * 2.0 * std::numbers::pi / spokes;
+    return scatter::to_db(
+        std::norm(ring_m2 * std::pow(range_m - 0.5 * length_m, 2) / wavelength_m * sum));
+  };
+  // The end has as many corners as the cylinder has sides, which moves the side lobes a little.
+  for (const double radius_m : {0.03, 0.1, 0.25, 0.5}) {
+    ShapeSize size;
+    size.diameter_m = 2.0 * radius_m;
+    size.length_m = length_m;
+    const refine::TriangleMesh cylinder = body("cylinder", size);
+    for (const double turned_deg : {0.0, 0.3, 0.6, 1.0}) {
+      const double turned_rad = turned_deg * degree;
+      CAPTURE(radius_m, turned_deg);
+      CHECK(target_strength_db(
+                echo_of({cylinder, nothing, 1.0, 90.0 * degree + turned_rad}, sonar, range_m),
+                sonar) == Approx(end_db(radius_m, turned_rad)).margin(0.6));
+    }
+  }
+}
+
 TEST_CASE("two plates in a right angle glint by way of both, as Kirchhoff's integral has it") {
   constexpr double range_m = 20.0, wavelength_m = 1500.0 / 100e3, height_m = 0.1;
   const Sonar sonar = wide_sonar(range_m + 2.0, 100e3);

@@ -95,6 +95,8 @@ struct Sum {
     const double ratio = std::sqrt(std::max(along.dot(spread * along), shortest) /
                                    std::max(across.dot(spread * across), shortest));
     const double length_m = std::sqrt(area_m2 * ratio);
+    // Of all shapes of one area the disc has the least polar moment, A / 2 pi; a square has A / 6.
+    const bool round = spread.trace() < 0.5 * (0.5 / pi + 1.0 / 6.0) * area_m2;
     return {.middle = origin + middle,
             .normal = normal.cast<float>(),
             .along = along.cast<float>(),
@@ -103,6 +105,7 @@ struct Sum {
             .width_m = static_cast<float>(area_m2 / length_m),
             .bend_along_rad = bend_rad(along),
             .bend_across_rad = bend_rad(across),
+            .round = round,
             .surface = surface};
   }
 };

@@ -22,6 +22,7 @@ struct FlatPart {
   /// The angle to the normals of the neighbours in these directions; 0 where the surface ends or
   /// has a real edge.
   float bend_along_rad, bend_across_rad;
+  bool round;             ///< nearer to a disc than to a square
   std::uint32_t surface;  ///< parts that join without a real edge have the same number
 };
 

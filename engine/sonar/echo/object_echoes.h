@@ -62,7 +62,8 @@ struct FirstHits {
 ///
 /// with Fresnel's integral (Abramowitz and Stegun, ch. 7): far away I = L^2 sinc^2(2 L t / lambda),
 /// which gives a plate its A^2 / lambda^2; near it I = lambda r / 2, which gives a mirror its
-/// r^2 / 4. Where facets stand for a curved surface, they share its energy: there
+/// r^2 / 4. Of a round patch the integral is over its disc: far away (A / lambda 2 J1(x) / x)^2,
+/// x = 4 pi a t / lambda. Where facets stand for a curved surface, they share its energy: there
 ///
 ///     I = (lambda r / 4) (erf((t + h) / s) - erf((t - h) / s)),  h = L / 2 r,
 ///
