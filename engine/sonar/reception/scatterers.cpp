@@ -34,13 +34,25 @@ std::complex<double> one_way(const LineArray& array, double y_m, double range_m,
   return array.shading.field(x, array.nearness(range_m, defocus)) * std::polar(1.0, quadratic);
 }
 
+/// The length over range whose patches the scatterer of a bin stands for, so that a CW pulse sums
+/// as many as it covers. With the weights w^2 of its filter (speckle_filter), n bins in all count
+/// as 1 / sum of w^4, which is n only if n is whole.
+double ground_per_bin_m(const Sonar& sonar, double sound_speed_mps) {
+  const double bin_m = sonar.bin_m();
+  if (sonar.pulse.kind != PulseKind::cw) return bin_m;
+  double fourth_powers = 0.0;
+  for (const float tap : speckle_filter(sonar.pulse, sound_speed_mps, bin_m).taps)
+    fourth_powers += std::pow(double(tap), 4);
+  return fourth_powers * std::max(sonar.pulse.cell_m(sound_speed_mps), bin_m);
+}
+
 }  // namespace
 
 Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
                        double reference_heading_rad,
                        std::vector<scatter::GroundTexture> by_material)
     : cell_m_(bin_share * sonar.bin_m()),
-      ground_(std::move(by_material), cell_m_, seed),
+      ground_(std::move(by_material), ground_per_bin_m(sonar, sound_speed_mps), seed),
       reference_rad_(reference_heading_rad) {
   const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
   const LineArray arrays[] = {sonar.transmit_array(wavelength_m),

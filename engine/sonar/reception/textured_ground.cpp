@@ -113,7 +113,7 @@ float TexturedGround::rows_of(double length_m) {
   return static_cast<float>(GammaTable::rows_per_octave * std::log2(length_m));
 }
 
-TexturedGround::TexturedGround(std::vector<GroundTexture> by_material, double bin_m,
+TexturedGround::TexturedGround(std::vector<GroundTexture> by_material, double length_m,
                                std::uint64_t seed) {
   std::array<double, 2> random;
   RandomStream(seed, Purpose::ground_texture).uniform(random);
@@ -125,7 +125,7 @@ TexturedGround::TexturedGround(std::vector<GroundTexture> by_material, double bi
               .units_per_m = units_per_patch / texture.patch_m,
               .patch_rows = rows_of(texture.patch_m),
               .glint_row = row_of(texture.glint_shape()),
-              .bin_rows = std::max(rows_of(bin_m) - rows_of(texture.patch_m), 0.0f),
+              .length_rows = std::max(rows_of(length_m) - rows_of(texture.patch_m), 0.0f),
               .of_angle = {},
               .octaves = octaves_of(texture)};
     for (std::size_t degree = 0; degree < angles; ++degree) {
@@ -161,7 +161,7 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
   const float degrees = grazing_rad * (180.0f / std::numbers::pi_v<float>);
   const OfAngle& of_angle =
       kind->of_angle[std::min(static_cast<std::size_t>(std::max(degrees, 0.0f)), angles - 1)];
-  const float more = kind->bin_rows + std::max(first.step_rows - kind->patch_rows, 0.0f);
+  const float more = kind->length_rows + std::max(first.step_rows - kind->patch_rows, 0.0f);
   const float row = of_angle.row + more, glint_row = kind->glint_row + more;
   const bool glints = glint_row < of_angle.even_glint_row;
   places.row[n] = row < even_patch_row ? beginning_of(row) : GammaTable::even;

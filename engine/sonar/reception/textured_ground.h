@@ -19,8 +19,10 @@ namespace ensonify::engine {
 /// several patches: the sum of those is gamma of the sum of their shapes.
 class TexturedGround {
  public:
-  /// By material; empty: the ground is even. `bin_m`: the distance of scatterers over range.
-  TexturedGround(std::vector<scatter::GroundTexture> by_material, double bin_m, std::uint64_t seed);
+  /// By material; empty: the ground is even. `length_m`: of ground over range for which each
+  /// scatterer stands.
+  TexturedGround(std::vector<scatter::GroundTexture> by_material, double length_m,
+                 std::uint64_t seed);
 
   /// Whether no material has patches or glints.
   bool without_patches() const { return !patchy_; }
@@ -66,7 +68,7 @@ class TexturedGround {
     double units_per_m;  // 4096ths of a patch
     float patch_rows;    // rows_of() a patch
     float glint_row;
-    float bin_rows;  // by which patches shorter than a bin raise the row
+    float length_rows;  // by which patches shorter than that length raise the row
     std::vector<OfAngle> of_angle;
     std::vector<float> octaves;  // amplitudes of ln intensity, from the longest scale on
   };
