@@ -1,7 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
+#include <cstdint>
+#include <memory>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "support/beds.h"
@@ -9,6 +13,7 @@
 
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify;
@@ -164,6 +169,48 @@ TEST_CASE(
       // The outer planes are coarse: they cost up to 0.17 dB.
       CHECK(unfocused_db[bin] - focused_db[bin] == Approx(scatter::to_db(ratio)).margin(0.2));
     }
+  }
+}
+
+TEST_CASE("a cliff of the bed that is nearer than the bed below has the width of the beam there") {
+  // 58 m high, 5 m abeam of the sonar.
+  const auto prepared = std::make_shared<PreparedSeafloor>();
+  Seafloor& bed = prepared->seafloor;
+  for (const float y : {-60.0f, 60.0f})
+    for (const auto& [x, z] :
+         {std::pair{-60.0f, -60.0f}, {5.0f, -60.0f}, {5.0f, -2.0f}, {60.0f, -2.0f}})
+      bed.mesh.positions.emplace_back(x, y, z);
+  for (const std::uint32_t i : {0u, 1u, 2u}) {
+    bed.mesh.faces.push_back({i, i + 1, i + 5});
+    bed.mesh.faces.push_back({i, i + 5, i + 4});
+  }
+  bed.bed_faces = bed.faces = bed.mesh.faces.size();
+  bed.labels = {{1, 1, 0}};
+  bed.materials = {"none", "lambert wall"};
+  bed.classes = {"none", "seabed"};
+  bed.mean_bed_m = -60.0;
+  prepared->surface = "static";
+  Scene scene;
+  scene.speckle = scene.texture = false;
+  scene.sea.sound_speed_mps = 1500.0;
+  scene.sea.absorption_db_per_km = 0.0;
+  scene.materials = {{.name = "lambert wall", .model = "lambert"}};
+  Sonar& sonar = scene.sonars.front() = plain_sonar();
+  sonar.range_m = 40.0;
+  sonar.bins = 1600;
+  std::array<std::vector<float>, 2> intensities;
+  for (const bool focused : {false, true}) {
+    sonar.focused = focused;
+    Simulator simulator(scene, {.seafloor = prepared});
+    intensities[focused] = simulator.ping({.position = {0.0, 0.0, -30.0}})[1].bins.intensity_mean;
+  }
+  for (const double range_m : {5.5, 6.0, 7.0}) {
+    const auto bin = static_cast<std::size_t>(range_m / sonar.bin_m());
+    const double ratio = two_way_width_rad(sonar.array_length_m, range_m) /
+                         two_way_width_rad(sonar.array_length_m, range_m, range_m);
+    CAPTURE(range_m);
+    CHECK(scatter::to_db(intensities[0][bin] / intensities[1][bin]) ==
+          Approx(scatter::to_db(ratio)).margin(0.2));
   }
 }
 

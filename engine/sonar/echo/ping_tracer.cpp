@@ -1,5 +1,6 @@
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <ensonify/engine/trace/refraction/ray_bend.h>
@@ -30,16 +31,16 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
     bend_ = {};
 }
 
-/// The range of the nearest thing: an object, or else the bed below.
-double PingTracer::nearest_m(const Eigen::Vector3d& from, double altitude_m) const {
-  double nearest_m = altitude_m;
+/// The range of the nearest thing: an object, or else the bed.
+double PingTracer::nearest_m(const Eigen::Vector3d& from, double nearest_bed_m) const {
+  double nearest_m = nearest_bed_m;
   for (const std::vector<PatchedObject>* objects : {surfaces_.fixed, surfaces_.moving})
     if (objects) nearest_m = nearest_patch_m(*objects, from, nearest_m);
   return nearest_m;
 }
 
-std::span<const RayFan> PingTracer::aim(const Pose& pose, double altitude_m) {
-  const double near_m = nearest_m(pose.position, altitude_m);
+std::span<const RayFan> PingTracer::aim(const Pose& pose, double altitude_m, double nearest_bed_m) {
+  const double near_m = nearest_m(pose.position, std::min(altitude_m, nearest_bed_m));
   for (const Side side : sides_) {
     const auto i = static_cast<std::size_t>(side);
     const ReceiverMotion& motion = receptions_[i] =

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -37,8 +38,10 @@ class PingTracer {
              const ObjectSurfaces& surfaces = {}, int beam = 0);
 
   /// Places the fans of its sides for the sonar's own pose, at the beam's offset along the array,
-  /// and its altitude over the bed. Returns them, port first; valid until the next call.
-  std::span<const RayFan> aim(const Pose& pose, double altitude_m);
+  /// and its altitude over the bed; and for the range of the nearest bed, if that is less. Returns
+  /// them, port first; valid until the next call.
+  std::span<const RayFan> aim(const Pose& pose, double altitude_m,
+                              double nearest_bed_m = std::numeric_limits<double>::infinity());
 
   /// Whether its rays bend or have other travel times, so that runs are not enough for trace().
   bool needs_hits() const { return refracted_ || travel_time_; }
@@ -61,7 +64,7 @@ class PingTracer {
   }
 
  private:
-  double nearest_m(const Eigen::Vector3d& from, double altitude_m) const;
+  double nearest_m(const Eigen::Vector3d& from, double nearest_bed_m) const;
 
   int beam_;
   double range_m_;
