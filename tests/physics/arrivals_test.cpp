@@ -342,6 +342,55 @@ TEST_CASE("multiples of an array that is not focused have the level of image sou
   }
 }
 
+TEST_CASE("multiples of a pitched array have the level of image sources") {
+  // The array's image at the surface is pitched the other way, so that its beam meets the bed
+  // astern where the array's own meets it ahead. The bed is level, of even strength, cut into
+  // squares; far away an array has the pattern sinc^2(L u / lambda).
+  Sonar sonar = open_sonar();
+  sonar.bins = 3000;
+  const double wavelength_m = 1500.0 / sonar.frequency_hz, up_m = altitude_m + 2.0 * depth_m;
+  for (const double pitch_deg : {0.1, 0.25, 0.6, 3.0}) {
+    const double cosine = std::cos(pitch_deg * degree), sine = std::sin(pitch_deg * degree);
+    std::vector<double> own(3000, 0.0), by_surface(3000, 0.0);
+    const auto power = [&](double along, double range_m) {
+      const double x = std::numbers::pi * sonar.array_length_m / wavelength_m * along / range_m;
+      return std::abs(x) < 1e-6 ? 1.0 : std::pow(std::sin(x) / x, 2);
+    };
+    constexpr double square_m = 0.02;
+    for (double x_m = 0.5 * square_m; x_m < 60.0; x_m += square_m)
+      for (double y_m = -up_m * sine - 2.0; y_m < altitude_m * sine + 2.0; y_m += square_m) {
+        const double r = std::hypot(x_m, y_m, altitude_m), back_m = std::hypot(x_m, y_m, up_m);
+        const double one = power(y_m * cosine - altitude_m * sine, r),
+                     other = power(y_m * cosine + up_m * sine, back_m);
+        const auto add = [&](std::vector<double>& bins, double range_m, double length_m,
+                             double share) {
+          const auto bin = static_cast<std::size_t>(range_m / sonar.bin_m());
+          if (bin < bins.size())
+            bins[bin] += 1e9 * share / std::pow(length_m, 2) * scatter::from_db(-0.06 * range_m);
+        };
+        add(own, r, r * r, one * one);
+        add(by_surface, 0.5 * (r + back_m), r * back_m, 2.0 * one * other);
+        add(by_surface, back_m, back_m * back_m, other * other);
+      }
+    const ArrayFrame array_frame{array, {0.0, cosine, sine}, {0.0, sine, -cosine}};
+    const std::vector<double> all =
+        received(sonar, {.multiples = true, .bottom_loss_db = 200.0}, {own.begin(), own.end()},
+                 {.wind_mps = 0.0}, {.array_frame = array_frame});
+    for (const auto& [from_m, to_m] : {std::pair(25.0, 30.0), std::pair(30.0, 37.0),
+                                       std::pair(39.0, 42.0), std::pair(45.0, 55.0)}) {
+      double its = 0.0, summed = 0.0;
+      for (auto n = static_cast<std::size_t>(from_m / sonar.bin_m()); n < to_m / sonar.bin_m();
+           ++n) {
+        its += all[n] - double(static_cast<float>(own[n]));
+        summed += by_surface[n];
+      }
+      if (pitch_deg > 1.0 && from_m < up_m) continue;  // beyond the eighth null, where beams end
+      CAPTURE(pitch_deg, from_m, to_m);
+      CHECK(scatter::to_db(its / summed) == Approx(0.0).margin(0.3));
+    }
+  }
+}
+
 TEST_CASE("a multiple loses the bubble loss of the wind at each reflection by the surface") {
   // APL-UW TR 9407: 15 dB per reflection at 400 kHz, 30 degrees, 10 m/s.
   CHECK(scatter::bubble_loss_db({.wind_mps = 10.0, .frequency_hz = 400e3},

@@ -10,6 +10,7 @@ namespace {
 constexpr double tables_per_octave = 4.0;
 constexpr int columns = 256;
 constexpr int farthest_null = 8, main_null = 2;
+constexpr std::size_t overlap_steps = 32;
 
 }  // namespace
 
@@ -48,19 +49,32 @@ OneWayBeams::OneWayBeams(const Sonar& sonar, double wavelength_m, double farthes
     if (same) row.power[receiver] = row.power[transmitter];
     rows_.push_back(std::move(row));
   }
-  overlaps_.resize(rows_.size() * rows_.size());
+  overlaps_.resize(rows_.size() * rows_.size() * overlap_steps);
   for (std::size_t i = 0; i < rows_.size(); ++i)
-    for (std::size_t j = 0; j <= i; ++j) {
-      const Row &one = rows_[i], &other = rows_[j];
-      const double step_m = std::min(one.reach_m, other.reach_m) / columns;
-      double sum = 0.0;
-      for (int column = 0; column < columns; ++column) {
-        const double along_m = (column + 0.5) * step_m;
-        sum += one.at(transmitter, along_m) * other.at(receiver, along_m) +
-               one.at(receiver, along_m) * other.at(transmitter, along_m);
+    for (std::size_t j = 0; j <= i; ++j)
+      for (std::size_t step = 0; step < overlap_steps; ++step) {
+        const double share = static_cast<double>(step) / overlap_steps;
+        const double apart_m = (rows_[i].reach_m + rows_[j].reach_m) * share * share;
+        overlaps_[(i * rows_.size() + j) * overlap_steps + step] =
+            overlaps_[(j * rows_.size() + i) * overlap_steps + step] =
+                overlap_m(rows_[i], rows_[j], apart_m);
       }
-      overlaps_[i * rows_.size() + j] = overlaps_[j * rows_.size() + i] = sum * step_m;
-    }
+}
+
+double OneWayBeams::overlap_m(const Row& one, const Row& other, double apart_m) const {
+  if (one.reach_m > other.reach_m) return overlap_m(other, one, apart_m);
+  const int parts = apart_m > 0.0 ? columns / 8 : columns;
+  const double step_m = one.reach_m / parts;
+  const auto both = [&](double along_m) {
+    return one.at(transmitter, along_m) * other.at(receiver, along_m + apart_m) +
+           one.at(receiver, along_m) * other.at(transmitter, along_m + apart_m);
+  };
+  double sum = 0.0;
+  for (int part = 0; part < parts; ++part) {
+    const double along_m = (part + 0.5) * step_m;
+    sum += 0.5 * (both(along_m) + both(-along_m));
+  }
+  return sum * step_m;
 }
 
 double OneWayBeams::Row::at(Array array, double along_m) const {
@@ -91,12 +105,18 @@ double OneWayBeams::main_m(double range_m) const {
   return row.main_m * range_m / row.range_m;
 }
 
-double OneWayBeams::overlap_m(double leg_m, double other_m) const {
+double OneWayBeams::overlap_m(double leg_m, double other_m, double apart_m) const {
   const double one = place_of(leg_m), other = place_of(other_m);
   const std::size_t last = rows_.size() - 2;
   const std::size_t i = std::min(static_cast<std::size_t>(one), last);
   const std::size_t j = std::min(static_cast<std::size_t>(other), last);
-  const auto at = [&](std::size_t a, std::size_t b) { return overlaps_[a * rows_.size() + b]; };
+  const auto at = [&](std::size_t a, std::size_t b) {
+    const double place = overlap_steps * std::sqrt(apart_m / (rows_[a].reach_m + rows_[b].reach_m));
+    if (!(place < overlap_steps - 1)) return 0.0;
+    const auto step = static_cast<std::size_t>(place);
+    const double* its = &overlaps_[(a * rows_.size() + b) * overlap_steps + step];
+    return std::lerp(its[0], its[1], place - static_cast<double>(step));
+  };
   const double share = other - static_cast<double>(j);
   return std::lerp(std::lerp(at(i, j), at(i, j + 1), share),
                    std::lerp(at(i + 1, j), at(i + 1, j + 1), share), one - static_cast<double>(i));

@@ -24,8 +24,9 @@ class OneWayBeams {
   /// half the array's length where it is out of focus.
   double main_m(double range_m) const;
   /// How widely the beams of two legs of these lengths overlap: the integral along the track of
-  /// transmitter times receiver, as the mean over which of the legs is the way out.
-  double overlap_m(double leg_m, double other_m) const;
+  /// transmitter times receiver, as the mean over which of the legs is the way out. apart_m: from
+  /// the middle of one beam to that of the other.
+  double overlap_m(double leg_m, double other_m, double apart_m = 0.0) const;
 
  private:
   struct Row {
@@ -33,12 +34,13 @@ class OneWayBeams {
     std::array<std::vector<float>, 2> power;  // at columns + 1 even distances from 0 to reach_m
     double at(Array array, double along_m) const;
   };
+  double overlap_m(const Row& one, const Row& other, double apart_m) const;
   double place_of(double range_m) const;
   const Row& row_of(double range_m) const;
 
   double nearest_m_;
   std::vector<Row> rows_;
-  std::vector<double> overlaps_;  // of each two rows
+  std::vector<double> overlaps_;  // of each two rows, at distances with even roots
 };
 
 }  // namespace ensonify::engine

@@ -285,19 +285,19 @@ void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const 
 // Sums of the direct energy up to each bin, without the pattern of the direct path. Where this
 // pattern hides the bed, the bins hold little more than side lobes of the pulse: there the bed is
 // taken as level.
-void OtherPaths::sum_bed(double altitude_m, Side side, const BeamPlane& plane,
+void OtherPaths::sum_bed(double slant_m, Side side, const BeamPlane& plane,
                          std::span<const float> direct, std::vector<double>& sums) const {
   constexpr double hidden = 1e-5;  // two-way pattern
   const auto horizontal_m = [&](std::size_t n) {
     const double r = law_.range_m(n);
-    return std::sqrt(std::max(r * r - altitude_m * altitude_m, 0.0));
+    return std::sqrt(std::max(r * r - slant_m * slant_m, 0.0));
   };
   const auto two_way = [&](std::size_t n) {
-    const double pattern = law_.vertical(side, plane, horizontal_m(n), altitude_m);
+    const double pattern = law_.vertical(side, plane, horizontal_m(n), slant_m);
     return pattern * pattern;
   };
   sums.assign(direct.size() + 2, two_way(0));
-  const auto first = static_cast<std::size_t>(altitude_m / law_.bin_m());
+  const auto first = static_cast<std::size_t>(slant_m / law_.bin_m());
   over_bins(first, direct.size(), two_way,
             [&](std::size_t n, double pattern) { sums[n + 1] = pattern; });
   sums[0] = 0.0;
@@ -309,7 +309,7 @@ void OtherPaths::sum_bed(double altitude_m, Side side, const BeamPlane& plane,
     } else if (n > first) {
       const double r = law_.range_m(n), level = std::max(horizontal_m(n) / r, 0.1);
       bed = law_.per_m2_at(r) * law_.width_m_at(r) * law_.cell_m() / level *
-            bed_strength_(std::clamp(altitude_m / r, 1e-4, 1.0));
+            bed_strength_(std::clamp(plane.cos_pitch * slant_m / r, 1e-4, 1.0));
     }
     sums[n + 1] = sums[n] + bed;
   }
@@ -324,16 +324,20 @@ void OtherPaths::sum_bed(double altitude_m, Side side, const BeamPlane& plane,
 // asin(a / r), and passes through the bubbles there. Where the direct echo has the bed's strength
 // at one grazing angle, s(g), this echo has it at two, by sqrt(s(g) s(g')). It is the same both
 // ways, and for Lambert's law it is mu sin g sin g' (Ellis and Crowe, JASA 89, 2207, 1991). Along
-// the track the beam is as wide as the legs' patterns overlap.
+// the track the beam is as wide as the legs' patterns overlap. The plane abeam of
+// an array with the pitch p is inclined: in it these extents are longer by 1 / cos p, and a leg
+// meets the bed ahead of the array by sin p of its extent if it leaves downwards, or astern by as
+// much if it leaves upwards.
 void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                                std::span<const float> direct, std::span<float> power,
                                std::vector<double>& sums) const {
   const double per_m = 1.0 / law_.bin_m(), last = static_cast<double>(direct.size());
-  const double h = altitude_m;
+  const double h = plane.slant_m(altitude_m), d = plane.slant_m(depth_m);
+  const double sin_pitch = std::sqrt(1.0 - plane.cos_pitch * plane.cos_pitch);
   sum_bed(h, side, plane, direct, sums);
-  const double by_surface = h + 2.0 * depth_m, by_bed = 3.0 * h + 2.0 * depth_m;
+  const double by_surface = h + 2.0 * d, by_bed = 3.0 * h + 2.0 * d;
   struct Path {
-    double out_height_m, back_height_m;  // vertical extents of the leg out and the leg back
+    double out_height_m, back_height_m;  // extents of the leg out and the leg back in the plane
     double count;                        // 2: the leg out and the leg back can be exchanged
     bool up_out, up_back;  // whether the leg out and the leg back leave the array upwards
     bool off_bed;          // whether the bed reflects the leg back
@@ -346,6 +350,9 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
   for (const Path& path : paths) {
     const double difference =
         path.back_height_m * path.back_height_m - path.out_height_m * path.out_height_m;
+    const double apart_m =
+        sin_pitch * (path.up_out == path.up_back ? path.back_height_m - path.out_height_m
+                                                 : path.back_height_m + path.out_height_m);
     // For the apparent range rho of this echo: returns the range at which the direct echo of the
     // same place appears, and sets the gain from the direct echo's energy to this echo's.
     const auto source = [&](double rho, double& gain) {
@@ -361,19 +368,20 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
                              law_.vertical(side, plane, horizontal,
                                            path.up_back ? -path.back_height_m : path.back_height_m);
       // Spreading and absorption of the legs relative to those of the direct path.
-      const double strengths =
-          strength(path.out_height_m / out) * strength(path.back_height_m / back);
+      const double out_sine = plane.cos_pitch * path.out_height_m / out;
+      const double back_sine = plane.cos_pitch * path.back_height_m / back;
+      const double strengths = strength(out_sine) * strength(back_sine);
       gain = path.count * pattern *
              std::sqrt(strengths * law_.per_m2_at(out) * law_.per_m2_at(back)) /
-             (strength(h / r) * law_.per_m2_at(r)) * beams_->overlap_m(out, back) /
-             beams_->overlap_m(r, r);
-      const auto through_bubbles = [&](double height_m, double leg_m) {
-        const double grazing_rad = std::asin(std::min(height_m / leg_m, 1.0));
+             (strength(plane.cos_pitch * h / r) * law_.per_m2_at(r)) *
+             beams_->overlap_m(out, back, apart_m) / beams_->overlap_m(r, r);
+      const auto through_bubbles = [&](double sine) {
+        const double grazing_rad = std::asin(std::min(sine, 1.0));
         return scatter::from_db(-scatter::bubble_loss_db(surface_, grazing_rad));
       };
-      if (path.up_out) gain *= through_bubbles(path.out_height_m, out);
-      gain *= through_bubbles(path.back_height_m, back);  // the surface always reflects this leg
-      if (path.off_bed) gain *= at_sine(bed_reflection_, std::min(path.back_height_m / back, 1.0));
+      if (path.up_out) gain *= through_bubbles(out_sine);
+      gain *= through_bubbles(back_sine);  // the surface always reflects this leg
+      if (path.off_bed) gain *= at_sine(bed_reflection_, std::min(back_sine, 1.0));
       return r;
     };
     // Sum of the direct energy up to a range, without the direct path's pattern.

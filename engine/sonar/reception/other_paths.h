@@ -150,7 +150,7 @@ class OtherPaths {
   void add_surface(double depth_m, Side side, const BeamPlane& plane, std::span<float> power) const;
   void add_volume(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                   std::span<float> power) const;
-  void sum_bed(double altitude_m, Side side, const BeamPlane& plane, std::span<const float> direct,
+  void sum_bed(double slant_m, Side side, const BeamPlane& plane, std::span<const float> direct,
                std::vector<double>& sums) const;
   void add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                      std::span<const float> direct, std::span<float> power,
