@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/output/png.h>
+#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/units.h>
 

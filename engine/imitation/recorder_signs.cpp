@@ -9,8 +9,8 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
+#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/sonar/reception/transmit_burst.h>
 #include <ensonify/engine/units.h>
 
