@@ -459,9 +459,12 @@ bool needs_tiles(const SeafloorOptions& options) {
            obstacle_to_windows(grid, options.seabed).empty();
   }
   const Heightfield grid = fractal_grid(options);
-  return !fits_one_transform(grid, options.fractal.height_at_1m_m > 0.0
-                                       ? fractal_field(grid, options.fractal)
-                                       : SpectralField{});
+  const auto fits = [&](const FractalRelief& relief) {
+    return fits_one_transform(
+        grid, relief.height_at_1m_m > 0.0 ? fractal_field(grid, relief) : SpectralField{});
+  };
+  return !fits(options.fractal) ||
+         !std::ranges::all_of(options.seabed.roughness, fits, &ReliefLayer<FractalRelief>::relief);
 }
 
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,

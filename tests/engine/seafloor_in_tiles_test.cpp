@@ -213,6 +213,11 @@ TEST_CASE("A bed needs tiles where it cannot be made at once") {
   options.fractal.hurst = 0.8;  // its period is twice as long
   CHECK(needs_tiles(options));
   CHECK_THROWS_WITH(make_seafloor(options, 1), Catch::Contains("--surface footprint"));
+  // A layer of roughness is a field as large.
+  options.fractal.height_at_1m_m = 0.0;
+  CHECK_FALSE(needs_tiles(options));
+  options.seabed.roughness.push_back({.relief = {.height_at_1m_m = 0.01, .hurst = 0.8}});
+  CHECK(needs_tiles(options));
 }
 
 TEST_CASE("What a bed in tiles cannot have is refused with what to do") {
