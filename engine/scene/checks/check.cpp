@@ -111,6 +111,12 @@ void check_scene(const Scene& scene,
     require(bed.kind == kind || file.empty(), key,
             [&] { return fmt::format("'{}' needs seafloor.kind = \"{}\"", key, name); });
   };
+  require(
+      bed.kind == SeafloorKind::fractal || bed.ripples.rms_height_m == 0.0,
+      "seafloor.ripples.rms_height_m", [] {
+        return "'seafloor.ripples' needs seafloor.kind = \"fractal\"; on a survey, ripples are a "
+               "layer [[seafloor.crests]]";
+      });
   file_of_kind(SeafloorKind::survey, "survey", bed.survey);
   file_of_kind(SeafloorKind::mesh, "mesh", bed.mesh);
   file_of_kind(SeafloorKind::progressive, "progressive", bed.progressive);

@@ -376,6 +376,9 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "seafloor.survey"},
       {head + "[seafloor]\nsurvey = \"a.tif\"",
        "s.toml:3:10: 'seafloor.survey' needs seafloor.kind = \"survey\""},
+      {head + "[seafloor]\nkind = \"survey\"\nripples.rms_height_m = 0.1",
+       "s.toml:4:24: 'seafloor.ripples' needs seafloor.kind = \"fractal\"; on a survey, ripples are "
+       "a layer [[seafloor.crests]]"},
       {head + "[seafloor]\nkind = \"mesh\"",
        "s.toml:3:8: 'seafloor.kind' is \"mesh\", but no mesh is named: give its file as "
        "seafloor.mesh"},
