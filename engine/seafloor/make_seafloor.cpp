@@ -381,6 +381,21 @@ refine::HeightTiles::Heights heights_of_tiles(const SeafloorOptions& options,
   };
 }
 
+/// Of layers whose features lie between the points of the grid.
+void warn_of_coarse_cells(const Heightfield& grid, const SeabedOptions& seabed,
+                          Seafloor& seafloor) {
+  const double cell_m = std::max(grid.cell_east_m, grid.cell_north_m);
+  for_each_relief_list(seabed, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
+    const ReliefKind<Relief>& kind = kind_of(Relief{});
+    for (std::size_t i = 0; kind.size_m && i < list.size(); ++i)
+      if (const double size_m = list[i].relief.*kind.size_m; cell_m > 0.5 * size_m)
+        seafloor.warnings.push_back(fmt::format(
+            "seafloor.{}.{}: cells of {} m hardly show its features of {} m; make the cells {} m or "
+            "smaller",
+            kind.list, i, cell_m, size_m, 0.25 * size_m));
+  });
+}
+
 /// The labels of a bed whose tiles have the kinds of its points, which features have no numbers in.
 void label_tiles(const SeabedOptions& seabed, std::span<const SeabedMap::Kind> kinds,
                  Seafloor& seafloor) {
@@ -430,6 +445,7 @@ void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const
   seafloor.bed_faces = seafloor.grid->faces();
   seafloor.mean_bed_m = seafloor.grid->mean_height_m();
   label_tiles(options.seabed, kinds, seafloor);
+  warn_of_coarse_cells(grid, options.seabed, seafloor);
 }
 
 /// A bed that was made at once, before its objects.
@@ -507,6 +523,7 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
     ground = make_ground(options, seed);
     require_faces(options, ground.field, plan, form);
     take_bed(ground, count_of(objects), seafloor);
+    warn_of_coarse_cells(ground.field, options.seabed, seafloor);
   }
   add_objects_and_count(objects, seed, materials,
                         options.kind == SeafloorKind::mesh ? nullptr : &ground.field, seafloor);

@@ -126,6 +126,7 @@ const ReliefKind<BoulderField>& kind_of(const BoulderField&) {
       .class_name = "boulder",
       .material = "stone",
       .add = &add_boulders,
+      .size_m = &BoulderField::diameter_m,
       .values = {
           {"per_hectare", "", 0, 1e5, "How many in 100 x 100 m, on average.",
            &BoulderField::per_hectare},

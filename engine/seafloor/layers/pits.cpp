@@ -74,6 +74,7 @@ const ReliefKind<PitRelief>& kind_of(const PitRelief&) {
       .purpose = Purpose::pit_layer,
       .class_name = "pockmark",
       .add = &add_pits,
+      .size_m = &PitRelief::diameter_m,
       .values = {
           {"per_hectare", "", 0, 1e5, "How many in 100 x 100 m, on average.",
            &PitRelief::per_hectare},

@@ -63,6 +63,7 @@ struct ReliefKind {
   Area area = {};               ///< where it lies by default
   std::variant<AddEverywhere<Relief>, AddMarked<Relief>, AddScattered<Relief>, AddRising<Relief>>
       add;
+  double Relief::*size_m = nullptr;  ///< of its features, which cells must be fine enough to show
   std::vector<ReliefValue<Relief>> values;
 
   /// Whether its features are numbered in the labels, and so are targets of a dataset.

@@ -219,6 +219,7 @@ const ReliefKind<TrawlMarks>& kind_of(const TrawlMarks&) {
       .purpose = Purpose::furrow_layer,
       .class_name = "trawl_mark",
       .add = &add_trawl_marks,
+      .size_m = &TrawlMarks::width_m,
       .values = {
           {"count", "", 0, 1000, "How many tows cross the seabed.", &TrawlMarks::count},
           {"depth_m", "m", 0, 10,

@@ -322,6 +322,16 @@ TEST_CASE("Ripples lie on the sediment and not on the rock") {
   CHECK(high > 1000);
 }
 
+TEST_CASE("Features that lie between the grid's points are warned of") {
+  SeafloorOptions bed = options();
+  bed.seabed.pits.push_back({.relief = {.diameter_m = 0.4}});
+  bed.seabed.boulders.push_back({.relief = {.diameter_m = 2.0}});
+  const std::vector<std::string> warnings = make_seafloor(bed, 1).warnings;
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Catch::Contains("seafloor.pits.0: cells of 0.25 m") &&
+                              Catch::Contains("0.1 m or smaller"));
+}
+
 TEST_CASE("An error names the layer") {
   SeafloorOptions bed = options();
   bed.seabed.pits.resize(2);
