@@ -388,8 +388,7 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
 
 Picture painted(Picture grey, Palette palette) {
   if (palette == Palette::grey) return grey;
-  const bool wide = grey.bits == 16,
-             coloured = palette == Palette::copper || palette == Palette::bronze;
+  const bool wide = grey.bits == 16, coloured = palette != Palette::paper;
   Picture picture{grey.width, grey.height, coloured ? 3 : 1, {}, grey.bits};
   const auto channels = static_cast<std::size_t>(picture.channels);
   const std::size_t pixel_bytes = channels * (wide ? 2 : 1);

@@ -273,3 +273,26 @@ TEST_CASE("Viridis goes from violet to yellow and always gets lighter") {
   CHECK(high[0] == Approx(0.993).margin(0.03));
   CHECK(high[1] == Approx(0.906).margin(0.015));
 }
+
+TEST_CASE("A painted picture has the colour of each brightness, in 8 and in 16 bits") {
+  for (const Palette palette :
+       {Palette::grey, Palette::copper, Palette::bronze, Palette::paper, Palette::viridis})
+    for (const int bits : {8, 16}) {
+      Picture ramp{256, 1, 1, {}, bits};
+      for (int i = 0; i < 256; ++i)  // 16 bits: 257 times the step
+        for (int byte = 0; byte < bits / 8; ++byte)
+          ramp.pixels.push_back(static_cast<std::uint8_t>(i));
+      const Picture picture = painted(ramp, palette);
+      CAPTURE(static_cast<int>(palette), bits);
+      const bool grey = palette == Palette::grey || palette == Palette::paper;
+      REQUIRE(picture.channels == (grey ? 1 : 3));
+      const std::uint8_t* pixel = picture.pixels.data();
+      for (int i = 0; i < 256; ++i)
+        for (std::size_t k = 0; k < static_cast<std::size_t>(picture.channels); ++k) {
+          int value = *pixel++;
+          if (bits == 16) value = 256 * value + *pixel++;
+          const double full = bits == 16 ? 65535.0 : 255.0;
+          REQUIRE(value == std::lround(full * colour_of(palette, i / 255.0)[k]));
+        }
+    }
+}
