@@ -499,6 +499,36 @@ TEST_CASE("a small object's energy does not depend on where the planes lie, and 
     }
 }
 
+// Many planes meet them, of a fan of 1024; a usual one's pass beside them.
+TEST_CASE(
+    "an object that is long across the track and thin along it has its energy in every ping") {
+  Sonar sonar = plain_sonar();
+  sonar.sector_low_rad = -0.08;
+  sonar.sector_high_rad = 0.08;
+  const scatter::Solid stone = scatter::solid_named("stone");
+  const auto level_db = [&](const refine::TriangleMesh& mesh, int planes, double north_m,
+                            double heading_rad) {
+    sonar.planes = planes;
+    return target_strength_db(echo_of({mesh, stone, 0.0, heading_rad, north_m}, sonar, 60.0),
+                              sonar);
+  };
+  ShapeSize thin;
+  thin.length_m = 0.06;
+  thin.width_m = 3.0;
+  thin.shape_height_m = 0.15;
+  const refine::TriangleMesh bar = body("box", thin);
+  for (const double north_m : {-0.055, -0.02, 0.0, 0.03}) {
+    CAPTURE(north_m);
+    const double expected_db = level_db(bar, 1024, north_m, 0.0);
+    for (const int planes : {4, 8, 32})
+      CHECK(level_db(bar, planes, north_m, 0.0) == Approx(expected_db).margin(0.3));
+  }
+  // Of a ladder seen end on, the nearer rungs hide the farther ones, but for those that are not
+  // farther than a small object is long.
+  const refine::TriangleMesh ladder = body("ladder", {});
+  CHECK(level_db(ladder, 8, 0.0, 90.0 * degree) < level_db(ladder, 1024, 0.0, 90.0 * degree) + 4.0);
+}
+
 TEST_CASE("a lone steel sphere does not fade: over 60 seeds its echo is steady, a stone's is not") {
   const auto spread = [](const char* material) {
     Scene scene;

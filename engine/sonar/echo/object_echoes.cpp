@@ -21,6 +21,7 @@ using std::numbers::inv_sqrtpi, std::numbers::pi;
 constexpr double inv_sqrt2 = 1.0 / std::numbers::sqrt2;
 
 constexpr double few_planes = 6.0;     // that a small object is long, at most
+constexpr double most_cells = 256.0;   // of a patch, in each direction
 constexpr double lobe_reach = 3.0;     // half widths of a lobe that count
 constexpr double side_lobes = 10.0;    // of a flat patch that count
 constexpr double steepest_wall = 0.5;  // sine of a wall's inclination to the vertical, at most
@@ -263,8 +264,10 @@ std::array<ObjectEchoes::FirstHit, 2> ObjectEchoes::first_hits(std::size_t plane
 }
 
 /// How much of the sound reaches a place: of the four rays that surround it, the share that goes at
-/// least so far. What has own_label hides nothing (-1: there is none).
-double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_label) const {
+/// least so far. What has own_label (-1: there is none) and is less than own_m nearer hides
+/// nothing.
+double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_label,
+                                double own_m) const {
   const FanGrid& grid = *view_->fan->grid;
   const auto beside = [](const auto& values, double value, const auto& of) {
     const auto above = std::ranges::lower_bound(values, value, {}, of);
@@ -283,9 +286,8 @@ double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_l
     for (const std::size_t j : {0, 1}) {
       const double share =
           (p ? plane.second : 1.0 - plane.second) * (j ? ray.second : 1.0 - ray.second);
-      const bool hidden = ends[j].range_m < time_range_m - tolerance_m_ &&
-                          (own_label < 0 || ends[j].label != own_label);
-      if (!hidden) seen += share;
+      const double own = ends[j].label == own_label ? own_m : 0.0;
+      if (!(ends[j].range_m < time_range_m - tolerance_m_ - own)) seen += share;
     }
   }
   return seen;
@@ -307,13 +309,26 @@ bool ObjectEchoes::may_be_in_beam(const Vector3d& middle, double radius_m) const
          std::abs(away.dot(fan.array_axis)) <= strays_m + fan.grid->sin_truncation * distance_m;
 }
 
+/// Whether an object lies within half a length of its middle along the array.
+bool ObjectEchoes::is_short(const PatchedObject& object, double length_m) const {
+  if (2.0 * object.radius_m < length_m) return true;
+  const Vector3d& axis = view_->fan->array_axis;
+  return std::ranges::all_of(object.patches, [&](const FlatPart& patch) {
+    return std::abs((patch.middle - object.middle).dot(axis)) +
+               0.5 * (double(patch.length_m) * std::abs(patch.along.cast<double>().dot(axis)) +
+                      double(patch.width_m) * std::abs(patch.across.cast<double>().dot(axis))) <
+           0.5 * length_m;
+  });
+}
+
 void ObjectEchoes::look_at(const PatchedObject& object) {
   if (!may_see(object.middle, object.radius_m)) return;
   const RayFan& fan = *view_->fan;
   const double distance_m = (object.middle - fan.origin).norm();
   const std::vector<FanGrid::Plane>& planes = fan.grid->planes;
   const double apart_m = planes[planes.size() / 2].width_rad * distance_m;  // where it is least
-  const bool small = 2.0 * object.radius_m < few_planes * apart_m;
+  const double small_m = few_planes * apart_m;
+  const bool small = is_short(object, small_m);
   const Label& label = (*labels_)[object.label];
   const double specular = label.sediment < surfaces_.smooth_specular.size()
                               ? surfaces_.smooth_specular[label.sediment]
@@ -334,11 +349,12 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
     if (!small && !may_glint) continue;
     for (const FlatPart& patch : patches.subspan(block.first, block.count)) {
       const Vector3d to = patch.middle - fan.origin;
+      if (small) add_facets(patch, to, object, small_m);
+      if (!may_glint) continue;
       const std::optional<RayToPlace> ray = ray_to(to);
       if (!ray) continue;
       if (!(ray->apparent.dot(patch.normal.cast<double>()) < 0.0) && !label.two_sided) continue;
-      if (small) add_facet(patch, to, *ray, object, by_material_[label.sediment]);
-      if (may_glint) add_glint(patch, to, ray->apparent, specular, object);
+      add_glint(patch, to, ray->apparent, specular, object);
     }
   }
   if (specular > 0.0)
@@ -346,27 +362,42 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
       if (corner.open || label.two_sided) add_corner(corner, specular, object);
 }
 
-void ObjectEchoes::add_facet(const FlatPart& patch, const Vector3d& away, const RayToPlace& ray,
-                             const PatchedObject& object, const scatter::BackscatterTable& table) {
-  Line line;
-  if (!see(ray, line)) return;
-  const double seen = seen_share(line, ray.range_m, object.label);
-  if (!(seen > 0.0)) return;
-  const double area_m2 = double(patch.length_m) * double(patch.width_m);
-  const Vector3d arrival = ray.apparent.normalized();
-  const double sine = std::min(std::abs(arrival.dot(patch.normal.cast<double>())), 1.0);
-  const double cross_section_m2 = table.sigma_over_sine(sine) * sine * area_m2;
-  const auto half = [&](const Eigen::Vector3f& axis, float length_m) {
-    return 0.5 * double(length_m) * std::abs(arrival.dot(axis.cast<double>()));
+/// Cuts the patch into cells that are as small as a small object.
+void ObjectEchoes::add_facets(const FlatPart& patch, const Vector3d& away,
+                              const PatchedObject& object, double small_m) {
+  const Label& label = (*labels_)[object.label];
+  const scatter::BackscatterTable& table = by_material_[label.sediment];
+  const Vector3d normal = patch.normal.cast<double>();
+  const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
+  const double length_m = double(patch.length_m), width_m = double(patch.width_m);
+  const auto cells = [&](double m) {
+    return static_cast<int>(std::clamp(std::ceil(m / small_m), 1.0, most_cells));
   };
-  facets_.push_back(
-      {.range_m = ray.range_m,
-       .spread_m = half(patch.along, patch.length_m) + half(patch.across, patch.width_m),
-       .energy = seen * line.energy * cross_section_m2,
-       .place = away,
-       .grazing_rad = std::asin(sine),
-       .label = object.label,
-       .surface = patch.surface});
+  const int lengthwise = cells(length_m), crosswise = cells(width_m);
+  const double cell_length_m = length_m / lengthwise, cell_width_m = width_m / crosswise;
+  for (int i = 0; i < lengthwise * crosswise; ++i) {
+    const Vector3d place = away +
+                           (i % lengthwise + 0.5 - 0.5 * lengthwise) * cell_length_m * along +
+                           (i / lengthwise + 0.5 - 0.5 * crosswise) * cell_width_m * across;
+    const std::optional<RayToPlace> ray = ray_to(place);
+    Line line;
+    if (!ray || (!(ray->apparent.dot(normal) < 0.0) && !label.two_sided) || !see(*ray, line))
+      continue;
+    const double seen = seen_share(line, ray->range_m, object.label, small_m);
+    if (!(seen > 0.0)) continue;
+    const Vector3d arrival = ray->apparent.normalized();
+    const double sine = std::min(std::abs(arrival.dot(normal)), 1.0);
+    const double area_m2 = cell_length_m * cell_width_m;
+    const double cross_section_m2 = table.sigma_over_sine(sine) * sine * area_m2;
+    facets_.push_back({.range_m = ray->range_m,
+                       .spread_m = 0.5 * cell_length_m * std::abs(arrival.dot(along)) +
+                                   0.5 * cell_width_m * std::abs(arrival.dot(across)),
+                       .energy = seen * line.energy * cross_section_m2,
+                       .place = place,
+                       .grazing_rad = std::asin(sine),
+                       .label = object.label,
+                       .surface = patch.surface});
+  }
 }
 
 void ObjectEchoes::add_glint(const FlatPart& patch, const Vector3d& away, const Vector3d& apparent,
@@ -377,7 +408,7 @@ void ObjectEchoes::add_glint(const FlatPart& patch, const Vector3d& away, const 
   const std::optional<RayToPlace> ray = ray_to(place);
   Line line;
   if (!ray || !see(*ray, line)) return;
-  const double seen = seen_share(line, ray->range_m, -1);
+  const double seen = seen_share(line, ray->range_m);
   if (!(seen > 0.0)) return;
   glints_.push_back(
       {.range_m = ray->range_m,
@@ -415,7 +446,7 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   if (!ray || !see(*ray, line)) return;
   // The corner's own patches are nearer than its edge.
   const double own_m = double(std::max(corner.one_m, corner.other_m));
-  const double seen = seen_share(line, ray->range_m - own_m, -1);
+  const double seen = seen_share(line, ray->range_m - own_m);
   if (!(seen > 0.0)) return;
   const double cross_section_m2 =
       corner_power_m2(width_m, double(corner.excess_rad), range_m, wavelength_m_) *
@@ -465,7 +496,7 @@ void ObjectEchoes::add_wall(const FlatPart& patch, const WallMirror& mirror, boo
   const std::optional<RayToPlace> ray = ray_to(place);
   Line line;
   if (!ray || !see(*ray, line)) return;
-  const double seen = seen_share(line, ray->range_m, -1);
+  const double seen = seen_share(line, ray->range_m);
   if (!(seen > 0.0)) return;
   // A facet of a curved surface stands for normals on either side of its own, as in its glint.
   const auto curved = [&](const Eigen::Vector3f& direction, float bend_rad) {
@@ -543,7 +574,7 @@ ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way,
   const double time_range_m = ray->range_m + way.path.sediment_m / way.sediment->sound_speed_ratio;
   if (time_range_m > view_->fan->range_m) return {};
   // The bed's relief hides nothing that lies deeper than it is high.
-  const double seen = seen_share(line, ray->range_m - way.path.sediment_m, -1);
+  const double seen = seen_share(line, ray->range_m - way.path.sediment_m);
   // The sediment spreads the sound on from there: by this, as an energy.
   const double more = std::pow(way.enters.squaredNorm() / way.path.spreading_m2, 2);
   return {.time_range_m = time_range_m,
@@ -555,7 +586,6 @@ ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way,
 void ObjectEchoes::add_buried_facets(const BuriedPart& part, const BuriedGroup& group,
                                      const Label& label) {
   constexpr double planes_per_cell = 4.0;
-  constexpr double most_cells = 256.0;
   const RayFan& fan = *view_->fan;
   const FlatPart& flat = part.flat;
   const Vector3d to = flat.middle - fan.origin;

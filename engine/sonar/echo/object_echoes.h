@@ -84,7 +84,8 @@ struct FirstHits {
 /// turns what returns by 2 d: I = |2 integral from 0 to W / 2 of exp(i k (z + r d)^2 / r) dz|^2.
 /// Both reflections lose.
 ///
-/// Small objects: those that only a few planes of the fan would meet. Their patches scatter
+/// Small objects: those that only a few planes of the fan would meet, however long they are across
+/// the track. Their patches, in cells no longer than those planes are apart, scatter
 /// sigma(grazing) per area each, instead of what rays meet, so that their energy does not depend on
 /// where the planes lie.
 ///
@@ -130,18 +131,20 @@ class ObjectEchoes {
   };
   std::optional<RayToPlace> ray_to(const Eigen::Vector3d& away) const;
   bool see(const RayToPlace& ray, Line& line) const;
-  double seen_share(const Line& line, double time_range_m, int own_label) const;
+  double seen_share(const Line& line, double time_range_m, int own_label = -1,
+                    double own_m = 0.0) const;
   struct FirstHit {  // of a ray
     double range_m = std::numeric_limits<double>::infinity();
     int label = -1;
   };
   std::array<FirstHit, 2> first_hits(std::size_t plane, std::size_t ray) const;
+  bool is_short(const PatchedObject& object, double length_m) const;
   void look_at(const PatchedObject& object);
   void add_glint(const FlatPart& patch, const Eigen::Vector3d& away,
                  const Eigen::Vector3d& apparent, double specular, const PatchedObject& object);
   void add_corner(const RightCorner& corner, double specular, const PatchedObject& object);
-  void add_facet(const FlatPart& patch, const Eigen::Vector3d& away, const RayToPlace& ray,
-                 const PatchedObject& object, const scatter::BackscatterTable& table);
+  void add_facets(const FlatPart& patch, const Eigen::Vector3d& away, const PatchedObject& object,
+                  double small_m);
   bool may_see(const Eigen::Vector3d& middle, double radius_m) const;
   bool may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const;
   struct BuriedWay {  // to a place in the bed, from the sonar
