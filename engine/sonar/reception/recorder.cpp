@@ -6,6 +6,13 @@
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
 
 namespace ensonify::engine {
+namespace {
+
+// Either way: more than any recorder has, and its square is finite, also after a step. What
+// absorption leaves of the bed may be nothing at all, and the automatic gain for it infinite.
+constexpr double most_gain_db = 300.0;
+
+}  // namespace
 
 Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
                    double absorption_db_per_m, double automatic_gain_db)
@@ -17,6 +24,7 @@ Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
     double gain_db = options.gain_db.value_or(automatic_gain_db);
     gain_db += options.spreading * std::log10(r);
     if (options.absorption) gain_db += 2.0 * absorption_db_per_m * r;
+    gain_db = std::clamp(gain_db, -most_gain_db, most_gain_db);
     gains_.push_back(static_cast<float>(std::pow(10.0, gain_db / 20.0)));
   }
 }

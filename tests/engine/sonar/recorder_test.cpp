@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "support/catch.h"
@@ -52,6 +53,17 @@ TEST_CASE("the time-varied gain compensates spreading and absorption") {
   const Recorder plain({.spreading = 30.0, .absorption = false}, 0.1, 1000, 0.05, 7.0);
   CHECK(20.0 * std::log10(double(plain.gain(999))) ==
         Approx(7.0 + 30.0 * std::log10(99.95)).margin(1e-3));
+}
+
+TEST_CASE("where absorption leaves nothing of the bed, silence is recorded as silence") {
+  constexpr double no_bed_db = std::numeric_limits<double>::infinity();
+  for (const double automatic_gain_db : {0.0, 700.0, no_bed_db}) {
+    const Recorder recorder({}, 0.1, 1000, 10.0, automatic_gain_db);  // 2000 dB at 100 m
+    for (const float gain : recorder.gains()) {
+      REQUIRE(recorder.sample(0.0f * gain * gain) == 0);
+      REQUIRE(std::isfinite(1e4f * gain * gain));
+    }
+  }
 }
 
 TEST_CASE("a detector records the mean or the largest of its looks' amplitudes") {
