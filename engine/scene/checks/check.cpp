@@ -288,6 +288,14 @@ void check_scene(const Scene& scene,
     });
   }
   check_track(scene, require);
+  const double farthest_m =
+      std::ranges::max(scene.sonars, {}, [](const Sonar& sonar) { return sonar.range_m; }).range_m;
+  require(scene.artefacts.interference_range_m < farthest_m, "artefacts.interference_range_m", [&] {
+    return fmt::format(
+        "'artefacts.interference_range_m' is {}, expected less than the range of a sonar, of which "
+        "the longest is {} m",
+        scene.artefacts.interference_range_m, farthest_m);
+  });
   const std::size_t most_sonars = scene.output.xtf ? most_sonars_of_xtf : most_sonars_of_jsf;
   require(!scene.output.one_recording || scene.sonars.size() <= most_sonars, "output.one_recording",
           [&] {

@@ -89,12 +89,15 @@ void Disturbances::shimmer(const PingContext& context, Side, std::span<float> ga
 
 void Disturbances::add_interference(const PingContext& context, Side, std::span<float>,
                                     std::span<float> power, Artefacts& artefacts) const {
-  artefacts.add(Artefact::interference);
   const double reach_m = law_.bin_m() * static_cast<double>(power.size());
-  const double at_m = std::fmod(
-      interference_begin_m_ + static_cast<double>(context.ping) * options_.interference_drift_m,
-      reach_m);
-  const double begin_m = at_m < 0.0 ? at_m + reach_m : at_m;
+  double begin_m = interference_begin_m_;
+  if (options_.interference_drift_m != 0.0) {  // what leaves the picture enters it again
+    begin_m = std::fmod(begin_m + static_cast<double>(context.ping) * options_.interference_drift_m,
+                        reach_m);
+    if (begin_m < 0.0) begin_m += reach_m;
+  }
+  if (begin_m >= reach_m) return;  // behind what this sonar records
+  artefacts.add(Artefact::interference);
   const auto first = static_cast<std::size_t>(begin_m / law_.bin_m());
   const auto last =
       static_cast<std::size_t>((begin_m + options_.interference_length_m) / law_.bin_m());

@@ -436,6 +436,10 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
       {head + "[sonar.a]\nbandwidth_hz = 500e3",
        "s.toml:3:16: 'sonar.a.bandwidth_hz' is 500000, expected at most frequency_hz, which is "
        "400000"},
+      {head +
+           "[artefacts]\ninterference_db = 40\ninterference_range_m = 100\n[sonar.a]\nrange_m = 75",
+       "s.toml:4:24: 'artefacts.interference_range_m' is 100, expected less than the range of a "
+       "sonar, of which the longest is 75 m"},
       {head + "[seafloor]\ncell_m = 0.001",
        "s.toml:3:10: a seabed of 200 x 140 m in cells of 0.001 m has 2.8e+10 points, expected at "
        "most 1.07e+09: make the cells larger or the seabed smaller"},

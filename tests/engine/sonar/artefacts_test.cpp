@@ -104,6 +104,11 @@ TEST_CASE("another sonar is received at a fixed range, or moves by a constant fr
   moving.interference_drift_m = 1.5;
   for (const std::uint64_t ping : {0, 1, 10}) CHECK(loudest(moving, ping) == 400 + 30 * int(ping));
   CHECK(loudest(moving, 40) == 400 + 30 * 40 - 1500);  // wraps around at the last bin
+  // One that stays beyond the range of 75 m is not heard.
+  const EchoLine line =
+      Receiver({.interference_db = 30.0, .interference_range_m = 80.0}, true).receive(0, 0, 0, 0);
+  CHECK_FALSE(line.artefacts.has(Artefact::interference));
+  CHECK(std::ranges::max(line.bins.intensity) == Approx(line.bins.intensity.back()));
 }
 
 TEST_CASE("another sonar has its level over the noise at the vehicle's speed") {
