@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -37,6 +38,8 @@ constexpr std::array<Parameter, 6> parameters = {
      {"--exponent", &Sediment::exponent, "Exponent of the roughness spectrum, between 2 and 4"},
      {"--strength-cm4", &Sediment::strength_cm4,
       "Strength of the roughness spectrum, cm^4, 0 to 1"}}};
+
+constexpr double least_angle_deg = 0.001;  // as the models; at 0 nothing returns
 
 struct BackscatterArguments {
   double frequency_hz = 0.0;
@@ -138,7 +141,7 @@ void print_backscatter(const BackscatterArguments& arguments) {
     if (!(angle_deg >= 0.0 && angle_deg <= 90.0))
       throw UsageError(
           fmt::format("--angles-deg: {} is not a grazing angle, expected 0 to 90", angle_deg));
-    const double grazing_rad = angle_deg * degree;
+    const double grazing_rad = std::max(angle_deg, least_angle_deg) * degree;
     const double strength = seabed.backscatter->cross_section(grazing_rad);
     const scatter::BottomTerms terms =
         bottom ? bottom->terms(grazing_rad) : scatter::BottomTerms{.roughness = strength};
@@ -176,7 +179,7 @@ void add_backscatter(CLI::App& app, Action& action) {
       .add_option("--sound-speed-mps", arguments->sound_speed_mps,
                   "Sound speed in the water at the bed, m/s")
       ->required()
-      ->check(number());
+      ->check(number(1000.0, 2000.0));
   CLI::Option* const name = command
                                 .add_option("--sediment", arguments->sediment,
                                             "A named seabed (`ensonify sediments` lists them)")

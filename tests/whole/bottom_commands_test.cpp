@@ -198,6 +198,23 @@ TEST_CASE("a wrong seabed or angle gives one message and exit code 2") {
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
   }
   CHECK(backscatter("--frequency-hz 0 --sound-speed-mps 1500 --sediment rock").code == 2);
+  CHECK(backscatter("--frequency-hz 30000 --sound-speed-mps 1e-3 --sediment rock").code == 2);
+}
+
+TEST_CASE("a grazing angle of 0 stands for 0.001 degrees, in every column and model") {
+  for (const char* bed :
+       {"rock", "medium_sand", "medium_sand --model small-slope", "medium_sand --model lambert"}) {
+    const Outcome outcome =
+        backscatter(at_30_khz + "--sediment " + bed + " --angles-deg 0,0.0005,0.001");
+    CAPTURE(bed, outcome.err);
+    REQUIRE(outcome.code == 0);
+    std::vector<Row> rows = rows_of(outcome.out);
+    REQUIRE(rows.size() == 3);
+    for (Row& row : rows) row.erase("grazing_deg");
+    CHECK(rows[0] == rows[2]);
+    CHECK(rows[1] == rows[2]);
+    CHECK(std::isfinite(std::stod(rows[0].at("strength_db"))));
+  }
 }
 
 TEST_CASE("presets lists every instrument with its documented keys") {
