@@ -54,6 +54,7 @@ void Waterfall::set_row(std::size_t row, std::span<const EchoLine> sides, const 
     const bool port = side.side == Side::port;
     (port ? row_record.first_return_port : row_record.first_return_starboard) = side.first_return;
     (port ? row_record.starved_port : row_record.starved_starboard) = side.starved;
+    row_record.gain[static_cast<std::size_t>(side.side)] = double(side.gain);
     row_record.artefacts.add(side.artefacts);
   }
 }

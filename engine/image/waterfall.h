@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,8 +19,9 @@ struct PingRow {
   int first_return_port = -1, first_return_starboard = -1;  ///< bins
   int starved_port = 0, starved_starboard = 0;
   Artefacts artefacts;
-  bool recorded = true;     ///< false: nothing was recorded, and the row is empty
-  double interval_s = 0.0;  ///< to the nearer neighbouring ping; 0 if there is none
+  std::array<double, 2> gain{1.0, 1.0};  ///< EchoLine::gain, by Side
+  bool recorded = true;                  ///< false: nothing was recorded, and the row is empty
+  double interval_s = 0.0;               ///< to the nearer neighbouring ping; 0 if there is none
 };
 
 /// The row of one of a sonar's beams: its vehicle lies as far along the array as the beam does.

@@ -122,6 +122,7 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
   const PlaceOfMap place_of = place_of_local(frame);
   for (std::size_t i = 0; i < waterfall.pings.size(); ++i) {
     const PingRow& ping = waterfall.pings[i];
+    recording.gain_db.push_back({-full_scale_db(ping.gain[0]), -full_scale_db(ping.gain[1])});
     if (!ping.recorded) continue;
     const Pose pose = mounted(ping.reported, sonar.mounting);
     const double altitude_m = frame.altitude_m(mounted(ping.pose, sonar.mounting).position);

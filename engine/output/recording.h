@@ -56,13 +56,15 @@ struct Recording {
   double beamwidth_rad = 0.0;  ///< horizontal, -3 dB
   double vertical_beamwidth_rad = 0.0;
   std::array<double, 2> tilt_rad{};  ///< by Side
-  /// The received level at full scale in the nearest and in the farthest bin, dB re 1 uPa.
+  /// The received level at full scale in the nearest and in the farthest bin, dB re 1 uPa, with the
+  /// recorder's usual gain.
   double near_full_scale_db = 0.0, far_full_scale_db = 0.0;
   int frequency_rank = 0;  ///< as in RecordingFrame
   double sound_speed_mps = 1500.0;
   std::size_t bins = 0;  ///< per side
   bool port = true, starboard = true;
   std::vector<NavPing> pings;
+  std::vector<std::array<double, 2>> gain_db;  ///< over the usual one, by row and Side
   /// 2 * bins for each row of the waterfall: port far..near, starboard near..far; at most 32767.
   std::vector<std::uint16_t> samples;
 

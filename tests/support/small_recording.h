@@ -18,6 +18,7 @@ inline engine::Recording small_recording(std::size_t bins = 5) {
                               .range_m = 30.0,
                               .sound_speed_mps = 1480.0,
                               .bins = bins};
+  recording.gain_db.resize(3);
   for (std::size_t row = 0; row < 3; ++row) {
     recording.pings.push_back({.row = row,
                                .number = row == 0 ? 7u : 8u + row,

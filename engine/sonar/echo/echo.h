@@ -144,6 +144,7 @@ struct EchoLine {
   int first_return = -1;  ///< the first bin with an echo; -1: none
   int starved = 0;        ///< bins behind it that nothing could reach
   Artefacts artefacts;    ///< what spoiled it
+  float gain = 1.0f;      ///< the recorder's in this ping, over its usual one; of the amplitude
   std::uint64_t rays = 0;
   std::uint64_t hits = 0;
   /// The steady part of the echo: the field of the objects' glints per bin, whose square is part of

@@ -169,6 +169,7 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
   for (EchoLine& line : lines) {
     Channel& received = channel(line);
     std::copy_n(received.energy.begin(), line.bins.intensity.size(), line.bins.intensity.begin());
+    line.gain = step;
     if (step != 1.0f) line.artefacts.add(Artefact::gain_step);
     if (options_.artefacts.automatic_gain > 0.0) follow_level(received);
     if (options_.artefacts.automatic_gain > 0.0 || sonar_.receiver.ping_mean > 0.0)
@@ -384,8 +385,9 @@ float SignalChain::ping_scale(const Channel& channel, std::size_t bins) const {
 
 void SignalChain::record(const Channel& channel, EchoLine& line) const {
   const std::size_t bins = line.bins.sample.size();
-  recorder_.samples(std::span(channel.detected).first(bins), ping_scale(channel, bins),
-                    line.bins.sample);
+  const float scale = ping_scale(channel, bins);
+  line.gain *= scale;
+  recorder_.samples(std::span(channel.detected).first(bins), scale, line.bins.sample);
 }
 
 }  // namespace ensonify::engine

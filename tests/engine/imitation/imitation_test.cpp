@@ -478,6 +478,7 @@ TEST_CASE("sixty damaged recordings are refused, or read with what is whole in t
   const NavPing first = written.pings.front();
   written.pings.clear();
   written.samples.clear();
+  written.gain_db.resize(80);
   for (std::size_t row = 0; row < 80; ++row) {
     NavPing& ping = written.pings.emplace_back(first);
     ping.row = row;

@@ -235,6 +235,28 @@ TEST_CASE("an XTF follows its format description byte by byte") {
   }
 }
 
+TEST_CASE("the level at full scale falls by what each ping's gain is over the usual one") {
+  Waterfall line = sample_line(2);
+  line.pings[1].gain = {10.0, 0.1};  // port, starboard: 20 dB either way
+  const std::vector<Recording> recording{make_recording(line, sample_recorder(), sample_frame())};
+  const std::vector<std::byte> xtf = encode_xtf(recording), jsf = encode_jsf(recording);
+  const int near_db = static_cast<int>(std::lround(160.0 - 40.0 * std::log10(0.8)));
+  const int far_db = static_cast<int>(std::lround(160.0 - 40.0 * std::log10(39.6)));
+  const auto packet = at<std::uint32_t>(xtf, 1024 + 10);
+  const int gain_db[2][2] = {{0, 0}, {20, -20}};
+  for (const std::size_t ping : {0u, 1u})
+    for (const std::size_t side : {0u, 1u}) {
+      CAPTURE(ping, side);
+      const std::size_t header = 1024 + ping * packet + 256 + side * (64 + 100);
+      CHECK(at<std::uint16_t>(xtf, header + 28) == near_db - gain_db[ping][side]);
+      CHECK(at<std::uint16_t>(xtf, header + 30) == far_db - gain_db[ping][side]);
+      const std::string text = "full scale " + std::to_string(near_db - gain_db[ping][side]) +
+                               ".." + std::to_string(far_db - gain_db[ping][side]) + " dB";
+      const std::string whole(reinterpret_cast<const char*>(jsf.data()), jsf.size());
+      CHECK(whole.find(text) != std::string::npos);
+    }
+}
+
 TEST_CASE("a JSF follows its format description byte by byte") {
   for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
     CAPTURE(pings);
