@@ -2,6 +2,7 @@
 // recorder.
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -76,4 +77,20 @@ TEST_CASE("a recorder that scales each ping leaves a picture's brightness as it 
       CHECK(scaled.middle == Approx(plain.middle).epsilon(0.17));
     }
   }
+}
+
+TEST_CASE("the bed at half the range is 16 dB below full scale at any speed") {
+  for (const char* array :
+       {"", "array_length_m = 1.2\nfocused = true\n", "receive_array_length_m = 0.9\n"})
+    for (const double speed_mps : {0.0, 1.0, 3.0}) {
+      CAPTURE(array, speed_mps);
+      const std::vector<std::string> overrides{"speckle=false", "sonar.s.noise=false",
+                                               "seafloor.fractal.height_at_1m_m=0", "track.pings=1",
+                                               "track.speed_mps=" + std::to_string(speed_mps)};
+      const Scene scene = parse_scene(scene_of("", array), "scene.toml", overrides);
+      Simulator simulator(scene, {});
+      const Waterfall image = ping_all(scene, simulator, 1).images.front();
+      const double sample = double(image.pixels.sample[400 + 200]) / 32767.0;
+      CHECK(20.0 * std::log10(sample) == Approx(-16.0).margin(0.3));
+    }
 }

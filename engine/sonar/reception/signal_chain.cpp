@@ -1,6 +1,7 @@
 #include <ensonify/engine/sonar/reception/signal_chain.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -16,12 +17,46 @@ constexpr double automatic_level_db = -16.0;  // of the nominal bed, re full sca
 constexpr float loudest = 1e33f;   // uPa^2, louder than any sound in water; its squares are finite
 constexpr int behind_gain = 1000;  // look number of the first noise after the gain
 constexpr int looks_of_beam = 2000;   // look numbers of a beam's noise
+constexpr double least_share = 0.01;  // of the beam, for which the gain makes up on the move
 constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
-/// The echo of the level bed of unit strength at the nominal altitude, uPa^2.
-double unit_bed(const ChainOptions& options, const SonarEquation& law, Side side, std::size_t bin) {
-  const double range_m = law.cell_middle_m(bin);
-  return law.level_bed(side, {}, range_m, options.nominal_altitude_m / range_m);
+/// Of the two-way beam at rest, what is left at the nominal speed, in each bin: as the direct echo
+/// has it, within the lobes to which rays go.
+std::vector<double> moved_shares(const Sonar& sonar, const ChainOptions& options,
+                                 const SonarEquation& law) {
+  std::vector<double> shares(law.bins(), 1.0);
+  if (options.nominal_speed_mps == 0.0) return shares;
+  Sonar all_round = sonar;  // the vertical pattern does not matter
+  all_round.vertical = {};
+  all_round.vertical.beamwidth_rad = 0.0;
+  const Beam beam(all_round, law.wavelength_m());
+  const Eigen::Vector3d north = Eigen::Vector3d::UnitY(), east = Eigen::Vector3d::UnitX();
+  const auto motion = [&](double speed_mps) {
+    return receiver_motion({.velocity_mps = speed_mps * north}, Side::starboard, sonar.range_m,
+                           options.sound_speed_mps);
+  };
+  const ReceiverMotion at_rest = motion(0.0), moved = motion(options.nominal_speed_mps);
+  std::array<BeamSample, 256> samples;
+  for (std::size_t bin = 0; bin < shares.size(); ++bin) {
+    const double range_m = law.range_m(bin);
+    const auto lobes_rad = [&](const LineArray& array, double defocus) {
+      return array.null_rad(sonar.side_lobes + 1) +
+             0.5 * array.length_m * std::abs(defocus) / range_m;
+    };
+    const double reach_rad = std::min(
+        lobes_rad(sonar.transmit_array(law.wavelength_m()), sonar.transmit_defocus(range_m)),
+        lobes_rad(sonar.receive_array(law.wavelength_m()), sonar.defocus(range_m)) +
+            moved.drift_along);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const double place = (2.0 * static_cast<double>(i) + 1.0) / samples.size() - 1.0;
+      samples[i] = {static_cast<float>(place * reach_rad), 1.0f};
+    }
+    const auto width = [&](const ReceiverMotion& of) {
+      return beam.two_way(Side::starboard, samples, 1.0, east, range_m, of);
+    };
+    shares[bin] = std::max(width(moved) / width(at_rest), least_share);
+  }
+  return shares;
 }
 
 /// The range that sound covers both ways between two pings.
@@ -45,20 +80,26 @@ FilterTaps taps_of(const SpeckleFilter& filter) {
   return {.taps = filter.taps.data(), .reach = filter.taps.size() - 1, .even = filter.even};
 }
 
-/// The gain at 1 m that puts a level bed at half the range to automatic_level_db.
-double automatic_gain_db(const Sonar& sonar, const ChainOptions& options,
-                         const SonarEquation& law) {
-  const auto bin = static_cast<std::size_t>(sonar.bins / 2);
-  const double r = law.range_m(bin);
-  const double level_db =
-      scatter::to_db(unit_bed(options, law, sides_of(sonar).front(), bin)) +
-      scatter::to_db(options.nominal_strength(options.nominal_altitude_m / (0.5 * sonar.range_m)));
-  const ReceiverOptions& receiver = sonar.receiver;
-  return automatic_level_db - level_db - receiver.spreading * std::log10(r) -
-         (receiver.absorption ? 2.0 * options.absorption_db_per_m * r : 0.0);
+}  // namespace
+
+/// The echo of the level bed of unit strength at the nominal altitude and speed, uPa^2.
+double SignalChain::unit_bed(Side side, std::size_t bin) const {
+  const double range_m = law_.cell_middle_m(bin);
+  return moved_shares_[bin] *
+         law_.level_bed(side, {}, range_m, options_.nominal_altitude_m / range_m);
 }
 
-}  // namespace
+/// The gain at 1 m that puts a level bed at half the range to automatic_level_db.
+double SignalChain::automatic_gain_db() const {
+  const auto bin = static_cast<std::size_t>(sonar_.bins / 2);
+  const double r = law_.range_m(bin);
+  const double level_db = scatter::to_db(unit_bed(sides_of(sonar_).front(), bin)) +
+                          scatter::to_db(options_.nominal_strength(options_.nominal_altitude_m /
+                                                                   (0.5 * sonar_.range_m)));
+  const ReceiverOptions& receiver = sonar_.receiver;
+  return automatic_level_db - level_db - receiver.spreading * std::log10(r) -
+         (receiver.absorption ? 2.0 * options_.absorption_db_per_m * r : 0.0);
+}
 
 SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
     : sonar_(sonar),
@@ -66,6 +107,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
       scatterers_(sonar, options.sound_speed_mps, options.seed, options.heading_rad,
                   options.textures),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
+      moved_shares_(moved_shares(sonar, options, law_)),
       sea_noise_{sea_noise_power(sonar, law_, options.sea, Side::port),
                  sea_noise_power(sonar, law_, options.sea, Side::starboard)},
       other_paths_(options.arrivals, sonar, options.sea, law_,
@@ -74,7 +116,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
           options.artefacts, law_,
           [this](double speed_mps) { return sea_noise_[0] + self_noise(speed_mps); }, options.seed),
       recorder_(sonar.receiver, sonar.bin_m(), sonar.bins, options.absorption_db_per_m,
-                automatic_gain_db(sonar, options, law_)),
+                automatic_gain_db()),
       filter_(speckle_filter(sonar.pulse, options.sound_speed_mps, sonar.bin_m())),
       leak_(options.arrivals.crosstalk_db
                 ? static_cast<float>(std::sqrt(scatter::from_db(*options.arrivals.crosstalk_db)))
@@ -98,8 +140,7 @@ std::vector<double> SignalChain::level_bed(Side side) const {
   for (std::size_t bin = 0; bin < bed.size(); ++bin)
     if (options_.nominal_altitude_m < law_.range_m(bin)) {
       const double sine = std::min(options_.nominal_altitude_m / law_.cell_middle_m(bin), 1.0);
-      bed[bin] =
-          unit_bed(options_, law_, side, bin) * options_.nominal_strength(sine) + noise(side);
+      bed[bin] = unit_bed(side, bin) * options_.nominal_strength(sine) + noise(side);
     }
   return bed;
 }

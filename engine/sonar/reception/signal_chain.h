@@ -75,7 +75,7 @@ class SignalChain {
   double noise(Side side, double speed_mps) const;
   double noise(Side side) const { return noise(side, options_.nominal_speed_mps); }
   /// The mean intensity in each bin of a side, uPa^2, noise included, over a level bed of the
-  /// nominal strength at the nominal altitude; 0 before the first echo.
+  /// nominal strength at the nominal altitude and speed; 0 before the first echo.
   std::vector<double> level_bed(Side side) const;
   /// Median over mean of a bed's intensity, as speckle makes it.
   double median_share() const;
@@ -85,6 +85,8 @@ class SignalChain {
 
  private:
   using Channel = Memory::Channel;
+  double unit_bed(Side side, std::size_t bin) const;
+  double automatic_gain_db() const;
   double self_noise(double speed_mps) const;
   void expect(const PingContext& context, EchoLine& line, Channel& channel) const;
   void leak_power(const PingContext& context, std::span<const EchoLine> lines,
@@ -105,6 +107,7 @@ class SignalChain {
   ChainOptions options_;
   Scatterers scatterers_;
   SonarEquation law_;
+  std::vector<double> moved_shares_;  // of the two-way beam, at the nominal speed, by bin
   std::array<double, 2> sea_noise_{};
   OtherPaths other_paths_;
   Disturbances disturbances_;
