@@ -101,7 +101,8 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
   Recording recording{
       .name = sonar.name,
       .frequency_hz = sonar.frequency_hz,
-      .bandwidth_hz = sonar.pulse.bandwidth_hz,
+      .bandwidth_hz = sonar.pulse.kind == PulseKind::cw ? 1.0 / sonar.pulse.transmitted_length_s()
+                                                        : sonar.pulse.bandwidth_hz,
       .pulse_length_s = sonar.pulse.transmitted_length_s(),
       .range_m = sonar.range_m,
       .beamwidth_rad = width_x * frame.sound_speed_mps / sonar.frequency_hz / sonar.array_length_m,

@@ -37,9 +37,11 @@ const Section<Sonar>& sonar_section() {
            "move a sweep's echo lies nearer by frequency_hz * pulse_length_s / bandwidth_hz times the "
            "closing speed.",
            at(&Sonar::pulse, &Pulse::kind), {"cw", "lfm"}},
-          {"bandwidth_hz", "Hz", {10, 10e6}, "Bandwidth of the pulse.",
+          {"bandwidth_hz", "Hz", {10, 10e6},
+           "Bandwidth of the pulse. A cw pulse with a pulse_length_s has 1 / pulse_length_s instead.",
            at(&Sonar::pulse, &Pulse::bandwidth_hz)},
-          {"pulse_length_s", "s", {0, 1}, "Length as transmitted; 0: 1 / bandwidth_hz. A longer cw pulse has longer range cells; a "
+          {"pulse_length_s", "s", {0, 1},
+           "Length as transmitted; 0: 1 / bandwidth_hz. A longer cw pulse has longer range cells; a "
            "longer sweep is louder over the noise, by 10 log10(bandwidth_hz * pulse_length_s) dB.",
            at(&Sonar::pulse, &Pulse::length_s)},
           {"window", "", {},
