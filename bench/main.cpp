@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <fstream>
@@ -66,6 +67,8 @@ int measure_all(const Arguments& arguments) {
   write(arguments.csv, csv(results));
   write(arguments.html, html(report));
   fmt::print("{}", arguments.print_json ? text : table(results));
+  if (std::fflush(stdout) != 0 || std::ferror(stdout))
+    throw std::runtime_error("stdout cannot be written");
   int code = 0;
   for (const Cell& cell : results.cells)
     if (!cell.agrees()) {
@@ -121,7 +124,12 @@ int main(int argc, char** argv) try {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  if (!arguments.compare.empty()) read(arguments.compare);  // fails before the long measurement
+  try {
+    if (!arguments.compare.empty()) read(arguments.compare);  // fails before the long measurement
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "ensonify-bench: {}\n", error.what());
+    return 2;
+  }
   if (!quiet)
     arguments.grid.progress = [](std::string_view what) { fmt::print(stderr, "{}\n", what); };
   return measure_all(arguments);

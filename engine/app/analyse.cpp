@@ -48,12 +48,11 @@ Scene read_input(const SceneArguments& input) {
   if (std::ranges::none_of(meshes, same)) return input.read();
   if (!fs::exists(input.file))
     throw UsageError(fmt::format("{}: there is no such file", input.file.string()));
-  const fs::path folder = input.file.parent_path();
-  return parse_scene(
-      fmt::format("version = 1\n[seafloor]\nkind = \"mesh\"\nmesh = {}\n",
-                  toml_string(input.file.filename().string())),
-      input.file.string(), input.overrides,
-      {.scene_folder = folder.empty() ? "." : folder, .data_folder = input.data_folder});
+  const fs::path file = fs::canonical(input.file);  // the user may name a link to a mesh elsewhere
+  return parse_scene(fmt::format("version = 1\n[seafloor]\nkind = \"mesh\"\nmesh = {}\n",
+                                 toml_string(file.filename().string())),
+                     input.file.string(), input.overrides,
+                     {.scene_folder = file.parent_path(), .data_folder = input.data_folder});
 }
 
 /// What make_tiles() made of something, and how much of it was there.

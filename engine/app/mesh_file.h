@@ -8,22 +8,33 @@
 #include <ensonify/engine/seafloor/bed/tessellate.h>
 #include <ensonify/refine/mesh_reader.h>
 
+#include "app.h"
+
 namespace ensonify::engine::app {
 
 /// A mesh read from a file: PLY, OBJ, STL or OFF by its extension, else a survey grid, which is
-/// kept as well.
+/// kept as well. cell_m as in SurveyFile.
 struct MeshFile {
   std::optional<Heightfield> grid;
   refine::TriangleMesh mesh;
 
-  explicit MeshFile(const std::filesystem::path& file) {
+  explicit MeshFile(const std::filesystem::path& file, double cell_m = 0.0) {
     if (refine::mesh_format(file)) {
       mesh = refine::read_mesh(file);
     } else {
-      grid = read_survey(file, 0.0);
+      grid = read_survey({file, cell_m}, 0.0);
       mesh = tessellate(*grid);
     }
   }
 };
+
+/// --survey-cell-m: the cell of a grid whose file has none.
+inline void add_cell(CLI::App& command, double& cell_m) {
+  command
+      .add_option("--survey-cell-m", cell_m,
+                  "Edge of the cells of an .npy grid or of soundings, as seafloor.survey_cell_m")
+      ->type_name("M")
+      ->check(number(1e-3, 1000.0));
+}
 
 }  // namespace ensonify::engine::app

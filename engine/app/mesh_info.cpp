@@ -42,9 +42,9 @@ void print_tiles(const refine::HeightTiles& tiles) {
   print(out);
 }
 
-void print_info(const std::filesystem::path& file) {
+void print_info(const std::filesystem::path& file, double cell_m) {
   if (refine::HeightTiles::is_one(file)) return print_tiles(refine::HeightTiles(file));
-  const MeshFile input(file);
+  const MeshFile input(file, cell_m);
   const refine::MeshSummary summary = refine::summarise(input.mesh);
   std::string out;
   const auto line = [&](std::string_view name, auto value) {
@@ -76,13 +76,16 @@ void print_info(const std::filesystem::path& file) {
 
 void add_mesh_info(CLI::App& app, Action& action) {
   const auto file = std::make_shared<std::filesystem::path>();
+  const auto cell_m = std::make_shared<double>(0.0);
   CLI::App& command = *app.add_subcommand(
       "mesh-info",
       "Describe a mesh (PLY, OBJ, STL, OFF), a survey grid, or the tiles of a bed in the cache: one "
       "`name value` per line, in metres. Counts are of the file itself; repairs are the changes that "
       "a run would make");
   command.add_option("FILE", *file, "The mesh or grid")->required();
-  command.callback([&action, file] { action = [file] { print_info(*file); }; });
+  add_cell(command, *cell_m);
+  command.callback(
+      [&action, file, cell_m] { action = [file, cell_m] { print_info(*file, *cell_m); }; });
 }
 
 }  // namespace ensonify::engine::app

@@ -26,6 +26,9 @@ struct PreviewArguments {
 };
 
 void make_preview(const PreviewArguments& arguments) {
+  if (arguments.file.extension() != ".png")
+    throw UsageError(fmt::format("{}: a contact sheet is written as PNG, expected FILE.png",
+                                 arguments.file.string()));
   const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);
   const fs::path place = fs::absolute(arguments.file);
   // Its samples' files. The claim removes those of a preview that was killed.

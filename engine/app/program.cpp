@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <exception>
+#include <iostream>
 #include <memory>
 #include <new>
 #include <sstream>
@@ -159,11 +160,12 @@ std::string fault_of(const CLI::App& program, const CLI::ParseError& error) {
   else
     for (const CLI::Option* option : parsed.front()->get_options())
       for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-  const bool scene = parsed.empty() && extra.front().ends_with(".toml");
-  return fmt::format("not expected: {}{} {}", fmt::join(extra, " "),
-                     scene ? fmt::format("; did you mean 'run {}'?", extra.front())
-                           : ensonify::scatter::suggestion(extra.front(), known),
-                     help);
+  std::string hint = ensonify::scatter::suggestion(extra.front(), known);
+  if (parsed.empty() && extra.front().ends_with(".toml"))
+    hint = fmt::format("; did you mean 'run {}'?", extra.front());
+  else if (std::ranges::count(known, extra.front()) > 0)
+    hint = "; give it after the subcommand";
+  return fmt::format("not expected: {}{} {}", fmt::join(extra, " "), hint, help);
 }
 
 int run_command_line(int argc, char** argv) {
@@ -203,7 +205,9 @@ int run_command_line(int argc, char** argv) {
   try {
     program.parse(argc, argv);
   } catch (const CLI::Success& help) {
-    return program.exit(help);
+    const int code = program.exit(help);
+    std::cout.flush();
+    return std::cout ? code : failed(run_failed, "stdout cannot be written");
   } catch (const CLI::ParseError& error) {
     return failed(wrong_input, fault_of(program, error));
   }

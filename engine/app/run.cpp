@@ -141,7 +141,7 @@ void run_scene(RunArguments arguments) {
 
   set_exr_threads(threads);
   RunReport report;
-  {
+  try {
     const SignalWatch signals;
     Progress progress(arguments.quiet);
     report = run(scene, arguments.folder,
@@ -159,6 +159,9 @@ void run_scene(RunArguments arguments) {
                       [&](const RunSize& size) {
                         if (!arguments.quiet) print_size(size);
                       }});
+  } catch (const Stopped&) {
+    if (arguments.json) print_object({{"folder", arguments.folder.string()}, {"stopped", true}});
+    throw;
   }
   print_warnings(report.warnings);
   if (!arguments.quiet) print_warnings(report.extrapolation.behind({}));

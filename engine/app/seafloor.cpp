@@ -20,6 +20,7 @@ struct SeafloorArguments {
   SceneArguments scene;
   std::filesystem::path file;
   MemoryLimit memory;
+  bool quiet = false;
 };
 
 void stop_if_asked() {
@@ -64,6 +65,7 @@ void add_seafloor(CLI::App& app, Action& action) {
       ->type_name("FILE")
       ->required();
   add_memory(command, arguments->memory);
+  command.add_flag("--quiet", arguments->quiet, "Accepted as by all commands; it prints nothing");
   command.callback([&action, arguments] { action = [arguments] { write_seafloor(*arguments); }; });
 }
 

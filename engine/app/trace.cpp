@@ -139,10 +139,10 @@ void print_hits(const refine::Triangles& mesh, const std::vector<Hit>& hits, std
   }
 }
 
-void trace(const std::filesystem::path& mesh_file, const std::filesystem::path& ray_file,
-           const std::string& name) {
+void trace(const std::filesystem::path& mesh_file, double cell_m,
+           const std::filesystem::path& ray_file, const std::string& name) {
   std::vector<Ray> rays = RayReader(ray_file).read();
-  const MeshFile input(mesh_file);
+  const MeshFile input(mesh_file, cell_m);
   for (Ray& ray : rays) ray.origin -= input.mesh.world_origin;
   const std::unique_ptr<Intersector> intersector = make_intersector(name, input.mesh);
   std::vector<Hit> hits(rays.size());
@@ -157,6 +157,7 @@ void trace(const std::filesystem::path& mesh_file, const std::filesystem::path& 
 void add_trace(CLI::App& app, Action& action) {
   struct Arguments {
     std::filesystem::path mesh, rays;
+    double cell_m = 0.0;
     std::string intersector = "embree";
   };
   const auto arguments = std::make_shared<Arguments>();
@@ -169,12 +170,15 @@ void add_trace(CLI::App& app, Action& action) {
       "unit normal follows from the order of the face's corners");
   command.add_option("MESH", arguments->mesh, "A mesh (PLY, OBJ, STL, OFF) or a survey grid")
       ->required();
+  add_cell(command, arguments->cell_m);
   command.add_option("RAYS", arguments->rays, "The rays, CSV")->required();
   command.add_option("--intersector", arguments->intersector, "One of `ensonify intersectors`")
       ->capture_default_str()
       ->type_name("NAME");
   command.callback([&action, arguments] {
-    action = [arguments] { trace(arguments->mesh, arguments->rays, arguments->intersector); };
+    action = [arguments] {
+      trace(arguments->mesh, arguments->cell_m, arguments->rays, arguments->intersector);
+    };
   });
 }
 

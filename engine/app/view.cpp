@@ -27,7 +27,9 @@ struct ViewArguments {
   std::filesystem::path file;
   std::optional<std::size_t> ping;
   std::size_t width_px = 1600;
+  std::filesystem::path cache;
   MemoryLimit memory;
+  bool quiet = false;
 };
 
 void view_scene(const ViewArguments& arguments) {
@@ -40,13 +42,13 @@ void view_scene(const ViewArguments& arguments) {
   scene.run.intersector = "brute_force";
 
   const SignalWatch signals;
-  Progress progress(false);
+  Progress progress(arguments.quiet);
   const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
     progress.report(stage, done, of);
   };
   report("seafloor", 0, 1);
-  Simulator simulator(scene, {.memory = arguments.memory});
+  Simulator simulator(scene, {.cache = arguments.cache, .memory = arguments.memory});
   const std::vector<Pose> track = simulator.track();
   const std::size_t ping = arguments.ping.value_or(track.size() / 2);
   if (ping >= track.size())
@@ -90,7 +92,9 @@ void add_view(CLI::App& app, Action& action) {
                   "The picture's width; its height is 9/16 of it (default: 1600)")
       ->type_name("N")
       ->check(CLI::Range(16, 16384));
+  add_cache(command, arguments->cache);
   add_memory(command, arguments->memory);
+  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors remain");
   command.callback([&action, arguments] { action = [arguments] { view_scene(*arguments); }; });
 }
 

@@ -269,7 +269,7 @@ struct LiveServer::Inner {
   /// The status to refuse a request with, or 0.
   int why_not(const httplib::Request& request) const {
     if (request.get_header_value_count("Host") != 1 || !is_ours(request.get_header_value("Host")))
-      return 421;
+      return 400;
     if (const std::size_t origins = request.get_header_value_count("Origin");
         origins > 1 || (origins == 1 && request.get_header_value("Origin") !=
                                             "http://" + request.get_header_value("Host")))

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -18,6 +19,10 @@ constexpr std::size_t message_header = 16, sonar_header = 240;
 template <class T>
 T rounded(double value) {
   return static_cast<T>(std::llround(value));
+}
+
+double interval_s(const Recording& recording) {
+  return 2.0 * recording.range_m / static_cast<double>(recording.bins) / recording.sound_speed_mps;
 }
 
 /// Position, attitude and time. Offsets count from the end of the message header, within
@@ -112,11 +117,9 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
   bytes.put<std::uint16_t>(h + 126, static_cast<std::uint16_t>(low));
   bytes.put<std::uint16_t>(h + 128, static_cast<std::uint16_t>(high));
   put_pulse_length_and_speed(bytes, recording.pulse_length_s, ping.speed_mps);
-  const double interval_s =
-      2.0 * recording.range_m / static_cast<double>(recording.bins) / recording.sound_speed_mps;
-  bytes.put<std::uint32_t>(h + 116, rounded<std::uint32_t>(interval_s * 1e9));
+  bytes.put<std::uint32_t>(h + 116, rounded<std::uint32_t>(interval_s(recording) * 1e9));
   bytes.put<std::uint16_t>(  // the sample rate, modulo 65536 Hz
-      h + 140, static_cast<std::uint16_t>(rounded<std::uint64_t>(1.0 / interval_s)));
+      h + 140, static_cast<std::uint16_t>(rounded<std::uint64_t>(1.0 / interval_s(recording))));
   bytes.put<float>(h + 148, static_cast<float>(recording.sound_speed_mps));
   bytes.put<float>(h + 152, static_cast<float>(recording.frequency_hz));
   bytes.put<std::uint16_t>(h + 120, 1);   // gain factor of the digitiser
@@ -139,9 +142,27 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
   bytes.samples(message_header + sonar_header, near_to_far);
 }
 
+/// Throws std::runtime_error for what the format's fields cannot hold.
+void require_representable(const Recording& recording) {
+  constexpr double most_s = std::numeric_limits<std::int32_t>::max();
+  for (const NavPing& ping : recording.pings)
+    if (!(std::abs(static_cast<double>(ping.unix_ms)) < 1000.0 * most_s))
+      throw std::runtime_error(fmt::format(
+          "output.jsf: ping {} is at {:.0f} s after 1970, and JSF counts seconds up to 2^31 (in "
+          "2038); set output.start_time, or leave JSF out",
+          ping.number, 1e-3 * static_cast<double>(ping.unix_ms)));
+  constexpr double longest_s = 4.29;  // of 2^32 ns
+  if (!(interval_s(recording) < longest_s))
+    throw std::runtime_error(fmt::format(
+        "output.jsf: a sample of '{}' is {:.3g} s long, and JSF states at most {} s; take more "
+        "bins, or leave JSF out",
+        recording.name, interval_s(recording), longest_s));
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_jsf(std::span<const Recording> sonars) {
+  for (const Recording& recording : sonars) require_representable(recording);
   if (sonars.empty() || sonars.size() > most_sonars_of_jsf)
     throw std::invalid_argument("a JSF holds 1 to 20 sonars");
   std::vector<std::byte> file;

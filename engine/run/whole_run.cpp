@@ -50,6 +50,8 @@ std::map<std::string, std::uint64_t> counts_of(const PartRecord& run) {
 
 std::string manifest_of(const PartRecord& run, const RunPlan& plan,
                         std::vector<ManifestPart> parts) {
+  std::map<std::string, std::uint64_t> counts = counts_of(run);
+  counts["warnings"] = run.warnings.size();
   return manifest_json({.scene_toml = plan.scene_toml,
                         .seed = plan.seed,
                         .surface = run.surface,
@@ -58,7 +60,7 @@ std::string manifest_of(const PartRecord& run, const RunPlan& plan,
                         .reference = plan.reference,
                         .classes = run.names.classes,
                         .materials = run.names.materials,
-                        .counts = counts_of(run),
+                        .counts = std::move(counts),
                         .verification = run.verification,
                         .warnings = run.warnings,
                         .parts = std::move(parts),
@@ -97,6 +99,7 @@ PartRecord finish_run(const fs::path& folder, const RunPlan& plan,
     refine::write_file(folder / targets, join_targets(folder, parts, sonar, visibility));
     files.push_back(record_of(folder, targets));
   }
+  files.push_back(record_of(folder, plan_file(folder).filename().string()));
   whole.files.insert(whole.files.end(), files.begin(), files.end());
   std::ranges::sort(whole.files, {}, &FileRecord::name);
   const std::vector<std::string> more = warnings_of(whole, plan.intersector);

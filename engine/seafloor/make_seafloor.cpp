@@ -257,11 +257,6 @@ refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloo
   const auto rise_m = static_cast<float>(mesh.world_origin.z() - options.water_level_m);
   for (Eigen::Vector3f& p : mesh.positions) p.z() += rise_m;
   mesh.world_origin.z() = options.water_level_m;
-  if (refine::bounds(mesh).lowest.z() >= 0.0f)
-    throw refine::MeshError(fmt::format(
-        "{}: the whole mesh lies above the sea surface at the water level of {:.2f} m; set "
-        "water_level_m, or change the sign of depths that count downwards",
-        options.mesh.path.string(), options.water_level_m));
   return std::move(mesh);
 }
 

@@ -18,6 +18,16 @@ namespace {
 /// What the rays of a ping need with fan_scan, measured; with Embree it is a third.
 constexpr double bytes_per_ray = 130.0;
 
+/// Grids are checked when they are made; a mesh may be analysed wherever it lies.
+void require_sea_over(const refine::Bounds& bounds, const SeafloorOptions& options) {
+  if (options.is_grid() || bounds.lowest.z() < 0.0f) return;
+  const bool mesh = options.kind == SeafloorKind::mesh;
+  throw refine::MeshError(fmt::format(
+      "{}: the whole mesh lies above the sea surface at the water level of {:.2f} m; set "
+      "water_level_m, or change the sign of depths that count downwards",
+      (mesh ? options.mesh : options.progressive).path.string(), options.water_level_m));
+}
+
 }  // namespace
 
 Simulator::Ready::Ready(const Scene& of, const Preparation& how)
@@ -38,6 +48,7 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
                  .speed_mps = of.track.speed_mps,
                  .interval_s = of.ping_interval_s(water.sound_speed_mps())},
       warnings(seafloor.warnings) {
+  require_sea_over(bounds, of.seafloor);
   if (seafloor.grid) {
     parts.objects = std::make_shared<const refine::BallTree>(seafloor.mesh);
     bed = &prepared->bed();

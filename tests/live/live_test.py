@@ -398,7 +398,7 @@ class OnTheCommandLine(unittest.TestCase):
                 self.assertIn("--remote", done.stderr)
             with Live(scene.file, "--bind", "0.0.0.0", "--remote") as live:
                 self.assertEqual(request(live.port).status, 200)
-                self.assertEqual(request(live.port, host=f"evil.example:{live.port}").status, 421)
+                self.assertEqual(request(live.port, host=f"evil.example:{live.port}").status, 400)
 
     def test_nothing_is_written(self):
         with Scene() as scene:

@@ -134,6 +134,7 @@ TEST_CASE("Unexpected arguments are listed in their order, with a suggestion") {
   refused({"s.toml"}, "not expected: s.toml; did you mean 'run s.toml'?");
   refused({"run", "s.toml", "--thread", "2"},
           "not expected: --thread 2; did you mean '--threads'?");
+  refused({"--quiet", "run", "s.toml"}, "not expected: --quiet");
   refused({"run", "s.toml", "--threads", "-1"}, "--threads");
   refused({"live", "s.toml", "--port", "-1"}, "--port");
   refused({"live", "s.toml", "--port", "65536"}, "--port");
@@ -379,6 +380,19 @@ TEST_CASE("A seafloor is written as a mesh, described by mesh-info, and hit by r
         "vertices 15\ntriangles 16\nx_min -2\nx_max 2\ny_min -1\ny_max 1\nz_min -20\nz_max -20\n"
         "boundary_edges 12\nnon_manifold_edges 0\n" +
             no_repairs);
+  // A grid of heights alone has no cells of its own.
+  check_refused(run_program(folder.path(), {"mesh-info", "flat.npy"}), 2, "cell");
+  const Outcome of_grid =
+      run_program(folder.path(), {"mesh-info", "flat.npy", "--survey-cell-m", "1"});
+  CHECK(of_grid.out.starts_with("vertices 15\ntriangles 16\nx_min -2\nx_max 2\n"));
+  // A mesh above the sea can be analysed, under whatever name.
+  write_text(folder / "up.obj", "v 0 0 1\nv 1 0 1\nv 0 1 2\nf 1 2 3\n");
+  fs::create_directory(folder / "links");
+  fs::create_symlink("../up.obj", folder / "links/up.obj");
+  for (const std::string mesh : {"up.obj", "links/up.obj"})
+    CHECK(run_program(folder.path(), {"analyse", mesh, "-o", "up.epm", "--quiet"}).code == 0);
+  CHECK(std::system(
+            ("'" + program_file().string() + "' --version > /dev/full 2> /dev/null").c_str()) != 0);
 
   // Rays: downwards, upwards from below, a miss, one that ends too early, a slanted one.
   const std::string rays =

@@ -44,7 +44,7 @@ constexpr std::array<CsvColumn, 15> track_columns{{{"t_s", false},
                                                    {"lon_deg", false},
                                                    {"z_m", false},
                                                    {"depth_m", false},
-                                                   {"altitude_m", false},
+                                                   {"altitude_m", false, {}, true},
                                                    {"roll_deg", false},
                                                    {"pitch_deg", false},
                                                    {"heading_deg", false}}};
@@ -113,7 +113,10 @@ class TrackReader {
       log_.z_m = column(depth_m, farthest_m);
       for (double& z : log_.z_m) z = -z;
     }
-    if (table_.has(altitude_m)) log_.altitude_m = column(altitude_m, farthest_m);
+    // A run's own table has both, and no altitude over a hole.
+    const bool needed = log_.z_m.empty() || track_.vertical == Vertical::altitude;
+    if (table_.has(altitude_m) && (needed || is_complete(altitude_m)))
+      log_.altitude_m = column(altitude_m, farthest_m);
     return std::move(log_);
   }
 
@@ -126,11 +129,20 @@ class TrackReader {
     std::vector<double> values;
     for (std::size_t row = 0; row < table_.rows(); ++row) {
       values.push_back(table_.at(row, number));
+      if (std::isnan(values.back()))
+        throw table_.fault(
+            row, fmt::format("{} is empty, expected a number", track_columns[number].name));
       if (!(std::abs(values.back()) <= largest))
         throw table_.fault(row, fmt::format("{} is {}, expected {:g} at most",
                                             track_columns[number].name, values.back(), largest));
     }
     return values;
+  }
+
+  bool is_complete(TrackColumn number) const {
+    for (std::size_t row = 0; row < table_.rows(); ++row)
+      if (std::isnan(table_.at(row, number))) return false;
+    return true;
   }
 
   std::vector<double> angles(TrackColumn number) const {

@@ -45,8 +45,8 @@ bool touch(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector
          (cda == 0.0 && within(c, d, a)) || (cdb == 0.0 && within(c, d, b));
 }
 
-bool inside_any(const std::vector<Outline>& outlines, const Vector2d& p) {
-  return std::ranges::any_of(outlines, [&](const Outline& outline) {
+bool inside_any(const std::vector<PolygonWithHoles>& outlines, const Vector2d& p) {
+  return std::ranges::any_of(outlines, [&](const PolygonWithHoles& outline) {
     return inside(outline.border, p) &&
            std::ranges::none_of(outline.holes,
                                 [&](const Polygon& hole) { return inside(hole, p); });
@@ -173,8 +173,8 @@ class MaskMaker {
   void limit_places() {
     std::vector<Polygon> polygons;
     if (!area_.polygon_m.empty()) polygons.push_back(area_.polygon_m);
-    const std::vector<Outline> outlines =
-        area_.outline.path.empty() ? std::vector<Outline>()
+    const std::vector<PolygonWithHoles> outlines =
+        area_.outline.path.empty() ? std::vector<PolygonWithHoles>()
                                    : read_outlines(area_.outline.path, grid_.world_origin);
     std::optional<AreaImage> image;
     if (!area_.image.path.empty())

@@ -122,12 +122,12 @@ AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& 
   return image;
 }
 
-std::vector<Outline> read_outlines(const std::filesystem::path& file,
-                                   const Eigen::Vector3d& world_origin) {
+std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
+                                            const Eigen::Vector3d& world_origin) {
   const Quiet quiet;
   constexpr std::array<const char*, 2> drivers = {"GeoJSON", nullptr};
   const auto dataset = open(file, GDAL_OF_VECTOR, drivers.data(), "GeoJSON");
-  std::vector<Outline> outlines;
+  std::vector<PolygonWithHoles> outlines;
   std::size_t points = 0;
   const auto polygon_of = [&](const OGRLinearRing& ring) {
     points += static_cast<std::size_t>(ring.getNumPoints());
@@ -140,7 +140,7 @@ std::vector<Outline> read_outlines(const std::filesystem::path& file,
   };
   const auto add_polygon = [&](const OGRPolygon& polygon) {
     if (polygon.IsEmpty()) return;
-    Outline& outline = outlines.emplace_back();
+    PolygonWithHoles& outline = outlines.emplace_back();
     outline.border = polygon_of(*polygon.getExteriorRing());
     for (int i = 0; i < polygon.getNumInteriorRings(); ++i)
       outline.holes.push_back(polygon_of(*polygon.getInteriorRing(i)));

@@ -31,14 +31,14 @@ struct AreaImage {
 AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& grid, int value);
 
 /// A polygon with holes.
-struct Outline {
+struct PolygonWithHoles {
   Polygon border;
   std::vector<Polygon> holes;
 };
 
 /// Reads the polygons of a GeoJSON file and moves them from world to local metres. Throws
 /// refine::MeshError for a file that cannot be read or holds no polygon.
-std::vector<Outline> read_outlines(const std::filesystem::path& file,
-                                   const Eigen::Vector3d& world_origin);
+std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
+                                            const Eigen::Vector3d& world_origin);
 
 }  // namespace ensonify::engine

@@ -337,6 +337,16 @@ TEST_CASE("a JSF follows its format description byte by byte") {
   }
 }
 
+TEST_CASE("what the fields of a JSF cannot hold is refused") {
+  const Recording whole = make_recording(sample_line(2), sample_recorder(), sample_frame());
+  Recording late = whole;
+  late.pings[1].unix_ms = 2'150'000'000'000;  // in 2038
+  CHECK_THROWS_WITH(encode_jsf({&late, 1}), Catch::Contains("output.start_time"));
+  Recording slow = whole;
+  slow.range_m = 4000.0 * static_cast<double>(slow.bins);
+  CHECK_THROWS_WITH(encode_jsf({&slow, 1}), Catch::Contains("take more bins"));
+}
+
 TEST_CASE("texts that are too long for an XTF field are cut, and end with a zero") {
   Waterfall line = sample_line(1);
   line.sonar.name = std::string(80, 'n');

@@ -94,6 +94,14 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
   CHECK(error_of(text, survey).starts_with("t.csv: lat_deg and lon_deg cannot be put onto this"));
 }
 
+TEST_CASE("the table of a run is a track, also over holes, where it has no altitude") {
+  const std::string table = "t_s,x_m,y_m,z_m,altitude_m\n0,0,0,-5,3\n1,1,0,-5,\n";
+  CHECK(parsed(table).z_m == std::vector<double>{-5, -5});
+  CHECK(parsed(table).altitude_m.empty());
+  CHECK(error_of("t_s,x_m,y_m,altitude_m\n0,0,0,3\n1,1,0,\n") ==
+        "t.csv:3: altitude_m is empty, expected a number");
+}
+
 TEST_CASE("an error in a track names its line") {
   CHECK(error_of("x_m,y_m\n0,0\n").starts_with("t.csv: no column of times in the header row"));
   CHECK(error_of("t_s,x_m\n0,0\n") == "t.csv: there is a column x_m and no y_m, expected both");

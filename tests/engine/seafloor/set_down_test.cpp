@@ -10,9 +10,11 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/objects/spacing.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/simulate.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/refine/mesh_reader.h>
 
@@ -183,8 +185,10 @@ TEST_CASE(
       for (std::size_t i = 0; i < hill.positions.size(); ++i)
         CHECK((seafloor.mesh.positions[i] - origin.mesh.positions[i]).norm() < 1e-6f);
 
-    options.water_level_m = 300.0;
-    CHECK_THROWS_WITH(make_seafloor(options, 1),
+    Scene scene;
+    scene.seafloor = options;
+    scene.seafloor.water_level_m = 300.0;
+    CHECK_THROWS_WITH(Simulator(scene),
                       Catch::Contains("hill.ply: the whole mesh lies above the sea surface"));
     CHECK_THROWS_WITH(make_heightfield(options, 1), Catch::Contains("no grid of heights"));
   }
