@@ -42,7 +42,12 @@ std::string what_differs(const Json& written, const Json& wanted) {
   if (overrides != wanted.value("overrides", std::vector<std::string>()))
     return overrides.empty() ? "it was made without -D"
                              : fmt::format("it was made with -D {}", fmt::join(overrides, " -D "));
-  return "other data files or another version were used";
+  const Json assets = written.value("assets", Json::array());
+  for (const Json& asset : wanted.value("assets", Json::array()))
+    if (std::ranges::find(assets, asset) == assets.end())
+      return fmt::format("it was made with another content of the data file {}",
+                         asset.value("name", ""));
+  return "it was made by another version of the program";
 }
 
 /// Adds the hash of all keys.

@@ -143,13 +143,13 @@ void check_seabed(const Scene& scene,
       for (std::size_t i = 0; i < list.size(); ++i) {
         const auto given = static_cast<std::size_t>(list[i].area.number);
         const std::size_t number = given > 0 ? given : i + 1;
-        const auto [other, is_new] = layer_of.emplace(number, i);
+        const std::size_t other = layer_of.emplace(number, i).first->second;
         const std::string key = fmt::format("{}.{}", section.name, i);
-        check.require(is_new, given > 0 ? key + ".number" : key, [&] {
+        check.require(other == i, given > 0 ? key + ".number" : key, [&] {
           return fmt::format(
               "'{}' has the number {} as '{}.{}', and so would lie exactly on it; give each layer "
               "of the list a number of its own",
-              key, number, section.name, other->second);
+              key, number, section.name, other);
         });
       }
     }

@@ -376,9 +376,9 @@ void ObjectEchoes::add_facets(const FlatPart& patch, const Vector3d& away,
   const int lengthwise = cells(length_m), crosswise = cells(width_m);
   const double cell_length_m = length_m / lengthwise, cell_width_m = width_m / crosswise;
   for (int i = 0; i < lengthwise * crosswise; ++i) {
-    const Vector3d place = away +
-                           (i % lengthwise + 0.5 - 0.5 * lengthwise) * cell_length_m * along +
-                           (i / lengthwise + 0.5 - 0.5 * crosswise) * cell_width_m * across;
+    const int column = i % lengthwise, row = i / lengthwise;
+    const Vector3d place = away + (column + 0.5 - 0.5 * lengthwise) * cell_length_m * along +
+                           (row + 0.5 - 0.5 * crosswise) * cell_width_m * across;
     const std::optional<RayToPlace> ray = ray_to(place);
     Line line;
     if (!ray || (!(ray->apparent.dot(normal) < 0.0) && !label.two_sided) || !see(*ray, line))
@@ -602,8 +602,9 @@ void ObjectEchoes::add_buried_facets(const BuriedPart& part, const BuriedGroup& 
   const double cell_length_m = length_m / lengthwise, cell_width_m = width_m / crosswise;
   const scatter::BackscatterTable& table = by_material_[label.sediment];
   for (int i = 0; i < lengthwise * crosswise; ++i) {
-    const Vector3d offset = (i % lengthwise + 0.5 - 0.5 * lengthwise) * cell_length_m * along +
-                            (i / lengthwise + 0.5 - 0.5 * crosswise) * cell_width_m * across;
+    const int column = i % lengthwise, row = i / lengthwise;
+    const Vector3d offset = (column + 0.5 - 0.5 * lengthwise) * cell_length_m * along +
+                            (row + 0.5 - 0.5 * crosswise) * cell_width_m * across;
     const Vector3d away = to + offset;
     if (std::abs(away.dot(fan.array_axis)) > fan.grid->sin_truncation * away.norm()) continue;
     const auto way = way_into_bed(away, part.depth_m - offset.dot(part.bed_normal), part);
