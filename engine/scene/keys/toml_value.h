@@ -14,7 +14,7 @@ class node;
 namespace ensonify::engine {
 
 /// What a TOML value is, for a message: "the string \"a\"", "3.0", "a table".
-std::string description(const toml::node& value);
+std::string description(const toml::node& node);
 
 /// What a key accepts, as in Key.
 struct ExpectedValue {
@@ -27,7 +27,7 @@ struct ExpectedValue {
 using RefuseValue = std::function<SceneError(const std::string& hint)>;
 
 /// Sets the option of a key from a TOML value. Throws what `refuse` makes.
-void set_option(const Option& option, const toml::node& value, const ExpectedValue& expected,
+void set_option(const Option& option, const toml::node& node, const ExpectedValue& expected,
                 const RefuseValue& refuse);
 
 }  // namespace ensonify::engine

@@ -526,15 +526,15 @@ void ObjectEchoes::look_into_bed(const BuriedGroup& group) {
   for (std::size_t i = 0, end; i < group.parts.size(); i = end) {
     const FlatPart& patch = *group.parts[i].patch;
     const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
-    const BuriedPart* nearest = nullptr;  // to the foot of the line of sight on the patch
-    double least_m2 = 0.0;
+    const BuriedPart* nearest = &group.parts[i];  // to the foot of the line of sight on the patch
+    double least_m2 = std::numeric_limits<double>::infinity();
     for (end = i; end < group.parts.size() && group.parts[end].patch == &patch; ++end) {
       const BuriedPart& part = group.parts[end];
       if (may_see(part.flat.middle, 0.5 * (double(part.flat.length_m) + double(part.flat.width_m))))
         add_buried_facets(part, group, label);
       const Vector3d off = part.flat.middle - view_->fan->origin;
       const double m2 = std::pow(off.dot(along), 2) + std::pow(off.dot(across), 2);
-      if (!nearest || m2 < least_m2) nearest = &part, least_m2 = m2;
+      if (m2 < least_m2) nearest = &part, least_m2 = m2;
     }
     if (specular > 0.0) add_buried_glint(*nearest, group, specular);
   }
