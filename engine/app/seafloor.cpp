@@ -65,7 +65,8 @@ void add_seafloor(CLI::App& app, Action& action) {
       ->type_name("FILE")
       ->required();
   add_memory(command, arguments->memory);
-  command.add_flag("--quiet", arguments->quiet, "Accepted as by all commands; it prints nothing");
+  command.add_flag("--quiet", arguments->quiet,
+                   "For scripts that give it to every command: this one shows no progress");
   command.callback([&action, arguments] { action = [arguments] { write_seafloor(*arguments); }; });
 }
 

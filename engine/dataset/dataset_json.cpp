@@ -45,8 +45,7 @@ std::string what_differs(const Json& written, const Json& wanted) {
   const Json assets = written.value("assets", Json::array());
   for (const Json& asset : wanted.value("assets", Json::array()))
     if (std::ranges::find(assets, asset) == assets.end())
-      return fmt::format("it was made with another content of the data file {}",
-                         asset.value("name", ""));
+      return fmt::format("the data file {} has changed since", asset.value("name", ""));
   return "it was made by another version of the program";
 }
 

@@ -523,8 +523,8 @@ TEST_CASE(
     for (const int planes : {4, 8, 32})
       CHECK(level_db(bar, planes, north_m, 0.0) == Approx(expected_db).margin(0.3));
   }
-  // Of a ladder seen end on, the nearer rungs hide the farther ones, but for those that are not
-  // farther than a small object is long.
+  // A ladder seen end on: the nearer rungs hide the farther ones. Rungs that are less far apart
+  // than a small object is long do not hide each other.
   const refine::TriangleMesh ladder = body("ladder", {});
   CHECK(level_db(ladder, 8, 0.0, 90.0 * degree) < level_db(ladder, 1024, 0.0, 90.0 * degree) + 4.0);
 }

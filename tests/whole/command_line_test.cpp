@@ -333,23 +333,31 @@ TEST_CASE("A survey is found under --data and ENSONIFY_DATA") {
 TEST_CASE("A run that is stopped removes its files and exits with 128 plus the signal's number") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
+  const auto stopped_by = [&](int signal, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"run",       "tiny.toml",
+                                       "-o",        "new/folders/out",
+                                       "--threads", "1",
+                                       "-D",        "track.pings=10000",
+                                       "-D",        "track.speed_mps=0",
+                                       "-D",        "run.block_pings=2",
+                                       "-D",        "sonar.left-right.elevations=8192"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(folder.path(), arguments, {}, [&](pid_t process) {
+      const fs::path picture = folder / "new/folders/out/left-right.png";
+      for (int i = 0; i < 1000 && !fs::exists(picture); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      CHECK(fs::exists(picture));  // the picture grows during the run
+      kill(process, signal);
+      kill(process, signal);
+    });
+  };
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
-    const Outcome stopped =
-        run_program(folder.path(),
-                    {"run", "tiny.toml", "-o", "new/folders/out", "--threads", "1", "-D",
-                     "track.pings=10000", "-D", "track.speed_mps=0", "-D", "run.block_pings=2",
-                     "-D", "sonar.left-right.elevations=8192"},
-                    {}, [&](pid_t process) {
-                      const fs::path picture = folder / "new/folders/out/left-right.png";
-                      for (int i = 0; i < 1000 && !fs::exists(picture); ++i)
-                        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-                      CHECK(fs::exists(picture));  // the picture grows during the run
-                      kill(process, signal);
-                      kill(process, signal);
-                    });
-    check_refused(stopped, 128 + signal, "stopped");
+    check_refused(stopped_by(signal, {}), 128 + signal, "stopped");
     CHECK(names_in(folder.path()) == std::set<std::string>{"tiny.toml"});
   }
+  const Outcome with_json = stopped_by(SIGTERM, {"--json"});
+  CHECK(with_json.code == 128 + SIGTERM);
+  CHECK(with_json.out == "{\n  \"folder\": \"new/folders/out\",\n  \"stopped\": true\n}\n");
 }
 
 TEST_CASE("A run is made as ever if stderr cannot be written") {

@@ -141,11 +141,11 @@ void check_seabed(const Scene& scene,
     if constexpr (requires { list.front().area.on; }) {
       std::map<std::size_t, std::size_t> layer_of;  // by the number of its random numbers
       for (std::size_t i = 0; i < list.size(); ++i) {
-        const auto given = static_cast<std::size_t>(list[i].area.number);
-        const std::size_t number = given > 0 ? given : i + 1;
+        const Area& area = list[i].area;
+        const std::size_t number = area.number_at(i);
         const std::size_t other = layer_of.emplace(number, i).first->second;
         const std::string key = fmt::format("{}.{}", section.name, i);
-        check.require(other == i, given > 0 ? key + ".number" : key, [&] {
+        check.require(other == i, area.number > 0 ? key + ".number" : key, [&] {
           return fmt::format(
               "'{}' has the number {} as '{}.{}', and so would lie exactly on it; give each layer "
               "of the list a number of its own",

@@ -35,6 +35,11 @@ struct Area {
   double border_m = 1.0;  ///< relief fades in over this width, and two sediments mix
   double ragged_m = 0.0;  ///< rms distance of the border from where the limits above have it
   int number = 0;         ///< of the random numbers of patches and relief; 0: its place in the list
+
+  /// The number, where the area's layer is at this place of its list, from 0.
+  std::size_t number_at(std::size_t place) const {
+    return number > 0 ? static_cast<std::size_t>(number) : place + 1;
+  }
 };
 
 /// What an area is laid on: heights before any layer, and the material of the map at each point.

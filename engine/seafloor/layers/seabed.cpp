@@ -32,9 +32,7 @@ class LayerStack {
     for (std::size_t i = 0; i < list.size(); ++i) {
       name_ = fmt::format("{}.{}", name, i);
       const Area& area = list[i].area;
-      const LayerDraws draws{seed_, purpose,
-                             area.number > 0 ? static_cast<std::uint64_t>(area.number) : i + 1,
-                             roughness_};
+      const LayerDraws draws{seed_, purpose, area.number_at(i), roughness_};
       const auto with_key = [&](const std::exception& error) {
         return fmt::format("seafloor.{}: {}", name_, error.what());
       };
