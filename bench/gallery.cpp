@@ -32,7 +32,7 @@ using namespace ensonify;
 using namespace ensonify::engine;
 
 constexpr double side_px = 290.0;  // of a square picture; others have the same number of pixels
-constexpr std::size_t max_colours = 32;
+constexpr std::size_t max_colours = 64;
 
 /// Each new pixel is the mean of the pixels that it covers.
 Picture resampled(const Picture& from, std::size_t width, std::size_t height) {
@@ -74,11 +74,11 @@ std::vector<std::byte> palette_png(const Picture& picture, std::span<const Legen
     std::array<std::size_t, 3> rgb{};
     std::size_t count = 0;
   };
-  std::map<int, Sum> sums;  // by the upper four bits of each channel
+  std::map<int, Sum> sums;  // by the upper five bits of each channel
   const std::size_t pixels = picture.width * picture.height;
   for (std::size_t i = 0; i < pixels; ++i) {
     const std::uint8_t* p = &picture.pixels[3 * i];
-    Sum& sum = sums[(p[0] >> 4) << 8 | (p[1] >> 4) << 4 | p[2] >> 4];
+    Sum& sum = sums[(p[0] >> 3) << 10 | (p[1] >> 3) << 5 | p[2] >> 3];
     for (std::size_t k = 0; k < 3; ++k) sum.rgb[k] += p[k];
     ++sum.count;
   }

@@ -19,20 +19,30 @@ constexpr double degree = pi / 180.0;
 }  // namespace
 
 std::vector<NamedSolid> named_solids() {
-  return {{"steel", {-30.0, 0.50, 0.0}},           {"fouled steel", {-11.0, 0.50, 15.0 * degree}},
-          {"aluminium", {-30.0, 0.50, 0.0}},       {"concrete", {-13.0, 0.25, 10.0 * degree}},
-          {"stone", {-12.0, 0.30, 15.0 * degree}}, {"wood", {-20.0, 0.03, 10.0 * degree}},
-          {"glass fibre", {-18.0, 0.15, 0.0}},     {"rubber", {-27.0, 0.005, 10.0 * degree}}};
+  return {{"steel", {-30.0, 0.50, 0.0}},
+          {"fouled steel", {-11.0, 0.50, 15.0 * degree}},
+          {"aluminium", {-30.0, 0.50, 0.0}},
+          {"concrete", {-13.0, 0.25, 10.0 * degree}},
+          {"stone", {-12.0, 0.30, 15.0 * degree}},
+          {"wood", {-20.0, 0.03, 10.0 * degree}},
+          {"glass fibre", {-18.0, 0.15, 0.0}},
+          {"rubber", {-27.0, 0.005, 10.0 * degree}},
+          {"fouled rubber", {-13.0, 0.005, 15.0 * degree}}};
+}
+
+std::string solid_names() {
+  std::string names;
+  for (const NamedSolid& known : named_solids())
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", known.name);
+  return names;
 }
 
 Solid solid_named(std::string_view name) {
   const std::vector<NamedSolid> all = named_solids();
   const auto found = std::ranges::find(all, name, &NamedSolid::name);
   if (found != all.end()) return found->solid;
-  std::string names;
-  for (const NamedSolid& s : all) names += fmt::format("{}{}", names.empty() ? "" : ", ", s.name);
   throw std::invalid_argument(
-      fmt::format("solid '{}' is not known, expected {}", name.substr(0, 64), names));
+      fmt::format("solid '{}' is not known, expected {}", name.substr(0, 64), solid_names()));
 }
 
 double Solid::smooth_specular() const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -30,10 +31,13 @@ struct NamedSolid {
   Solid solid;
 };
 
-/// Typical values, in the order of the impedances, not measured: steel, fouled steel (rust and
-/// growth make it rough), aluminium, concrete, stone, wood, glass fibre, rubber. Clean metals are
-/// mirrors whose bodies are dark off their glints.
+/// Typical values, in the order of the impedances, not measured. Clean metals are mirrors whose
+/// bodies are dark off their glints, and rust and growth make them rough. Clean rubber reflects
+/// next to nothing; a tyre that has lain in the sea is seen by what grows on it.
 std::vector<NamedSolid> named_solids();
+
+/// Their names, with commas between them.
+std::string solid_names();
 
 /// The solid of that name. Throws std::invalid_argument with all names for an unknown one.
 Solid solid_named(std::string_view name);

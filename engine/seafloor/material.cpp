@@ -49,13 +49,6 @@ bool is_solid(std::string_view name) {
   return std::ranges::find(solids, name, &scatter::NamedSolid::name) != solids.end();
 }
 
-std::string solid_names() {
-  std::string names;
-  for (const scatter::NamedSolid& known : scatter::named_solids())
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", known.name);
-  return names;
-}
-
 /// "; the nearest names are 'steel' (a solid) and 'silt' (a sediment)", of all lists.
 std::string nearest_materials(std::string_view name, std::span<const Material> own) {
   std::vector<std::string_view> names, lists;
@@ -132,7 +125,7 @@ Sediment parameters_of(const Material& material) {
 Solid solid_of(const Material& material) {
   if (!is_solid(material.like))
     throw fault_of_like(material,
-                        fmt::format("model = \"solid\" is for solids: {}", solid_names()));
+                        fmt::format("model = \"solid\" is for solids: {}", scatter::solid_names()));
   Solid known = scatter::solid_named(material.like);
   known.diffuse_db = material.diffuse_db.value_or(known.diffuse_db);
   known.specular = material.specular.value_or(known.specular);
@@ -261,10 +254,10 @@ Material material_named(std::string_view name, std::span<const Material> own) {
   try {
     scatter::sediment_named(name);
   } catch (const std::invalid_argument&) {
-    throw std::invalid_argument(
-        fmt::format("material '{}' is not known{}; covers are seagrass, shells; solids are {}; or "
-                    "describe it in a table [material.{}]",
-                    name.substr(0, 64), nearest_materials(name, own), solid_names(), name));
+    throw std::invalid_argument(fmt::format(
+        "material '{}' is not known{}; covers are seagrass, shells; solids are {}; or "
+        "describe it in a table [material.{}]",
+        name.substr(0, 64), nearest_materials(name, own), scatter::solid_names(), name));
   }
   return known;
 }

@@ -2,6 +2,7 @@
 
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/material.h>
+#include <ensonify/scatter/solid_target.h>
 
 namespace ensonify::engine {
 namespace {
@@ -19,11 +20,17 @@ std::string material_model_help() {
   return help + ".";
 }
 
+std::string material_like_help() {
+  return fmt::format(
+      "The sediment (`ensonify sediments` lists them) or solid ({}) that it starts from.",
+      scatter::solid_names());
+}
+
 }  // namespace
 
 // clang-format off
 const Section<Material>& material_section() {
-  static const std::string model_help = material_model_help();
+  static const std::string model_help = material_model_help(), like_help = material_like_help();
   static const Section<Material> section = {
       "material.NAME",
       "A material that the scene defines: a known one, and what differs from it. seafloor.material "
@@ -32,9 +39,7 @@ const Section<Material>& material_section() {
           {"model", "", {},
            model_help, at(&Material::model), material_model_names()},
           {"like", "", {},
-           "The sediment (`ensonify sediments` lists them) or solid (steel, fouled steel, "
-           "aluminium, concrete, stone, wood, glass fibre, rubber) that it starts from.",
-           at(&Material::like)},
+           like_help, at(&Material::like)},
           {"mean_grain_size_phi", "phi", {-1, 9},
            "Mean grain size: it starts from the sediment of that size instead.",
            at(&Material::mean_grain_size_phi)},
