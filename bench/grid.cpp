@@ -172,7 +172,7 @@ class BedMeasurement {
     refine::Footprint footprint(*exact.seafloor().progressive);
     std::vector<refine::FanVolume> volumes;
     for (const RayFan& fan : SimulatorInternals::aim(exact, pose))
-      volumes.push_back(view_volume(fan));
+      volumes.push_back(fan_volume_of(fan));
     const refine::ExactFaces near = footprint.query(volumes);
     const auto reference =
         make_intersector("pluecker", {near.points, near.faces, near.source_faces});

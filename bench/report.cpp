@@ -9,6 +9,8 @@
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/trace/embree/embree.h>
 
+#include "commit.h"
+
 namespace ensonify::bench {
 namespace {
 

@@ -94,7 +94,7 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
         if (wanted[i].on_footprint) {
           const double query_s = thread_s();
           const refine::ExactFaces exact = footprint->query(
-              std::array{engine::view_volume(fans[fan]), engine::view_volume(fans[fan + 1])});
+              std::array{engine::fan_volume_of(fans[fan]), engine::fan_volume_of(fans[fan + 1])});
           const double take_s = thread_s();
           tracers[i]->build({exact.points, exact.faces, exact.source_faces});
           take_us[i].push_back(1e6 * (thread_s() - take_s));

@@ -31,7 +31,7 @@ install(FILES ${example_files} DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples COMP
 # A manual page of the program and of each command, from their --help.
 find_program(HELP2MAN help2man)
 if(HELP2MAN)
-  set(manual_folder ${CMAKE_BINARY_DIR}/man)
+  set(manual_folder ${PROJECT_BINARY_DIR}/man)
   set(manual_script ${CMAKE_CURRENT_LIST_DIR}/package/manual.sh)
   add_custom_command(OUTPUT ${manual_folder}/ensonify.1.gz
                      COMMAND bash ${manual_script} $<TARGET_FILE:ensonify> ${PROJECT_VERSION} ${manual_folder}
@@ -47,7 +47,7 @@ if(PROJECT_IS_TOP_LEVEL)
   set(CPACK_PACKAGE_NAME ensonify)
   set(CPACK_PACKAGE_CONTACT ${ENSONIFY_MAINTAINER})
   set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
-  set(CPACK_RESOURCE_FILE_LICENSE ${CMAKE_SOURCE_DIR}/LICENSE)
+  set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
   set(CPACK_STRIP_FILES ON)
   set(CPACK_COMPONENTS_ALL program development)
   set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -74,13 +74,13 @@ The Python module does the same.")
   # What Debian asks of every package.
   string(TIMESTAMP package_date "%a, %d %b %Y %H:%M:%S +0000" UTC)
   configure_file(cmake/package/changelog.in changelog @ONLY)
-  execute_process(COMMAND gzip -9nc ${CMAKE_BINARY_DIR}/changelog
-                  OUTPUT_FILE ${CMAKE_BINARY_DIR}/changelog.gz)
+  execute_process(COMMAND gzip -9nc ${PROJECT_BINARY_DIR}/changelog
+                  OUTPUT_FILE ${PROJECT_BINARY_DIR}/changelog.gz)
   foreach(package ensonify:program libensonify-dev:development)
     string(REPLACE ":" ";" package ${package})
     list(GET package 0 name)
     list(GET package 1 component)
-    install(FILES cmake/package/copyright ${CMAKE_BINARY_DIR}/changelog.gz
+    install(FILES cmake/package/copyright ${PROJECT_BINARY_DIR}/changelog.gz
             DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT ${component}
             EXCLUDE_FROM_ALL)
   endforeach()

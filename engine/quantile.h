@@ -7,12 +7,11 @@
 
 namespace ensonify::engine {
 
-/// The value below which a share of them lies (0 of none): the first one that does not.
+/// The quantile of `values` for a `share` from 0 to 1: that one of them at the rank share (n - 1),
+/// rounded down. 0 if there are none.
 inline double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
-  const auto last = static_cast<double>(values.size() - 1);
-  const auto at =
-      static_cast<std::ptrdiff_t>(std::min(share * static_cast<double>(values.size()), last));
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + at, values.end());
   return values[static_cast<std::size_t>(at)];
 }

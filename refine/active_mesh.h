@@ -23,7 +23,7 @@ struct RefineStatistics {
 
 /// One worker's selectively refined mesh over a progressive mesh, for all its sonars (Kim & Lee,
 /// "Truly selective refinement of progressive meshes", 2001): split where a node's sphere meets a
-/// view volume, coarse elsewhere. Each active face is an original face whose three corners have
+/// fan volume, coarse elsewhere. Each active face is an original face whose three corners have
 /// distinct active ancestors. If all three ancestors are leaves, the face is there unchanged
 /// (exact); the exact faces include all that the volumes can touch.
 class ActiveMesh {

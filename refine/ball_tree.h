@@ -17,7 +17,7 @@ inline Sphere ball_around(const Bounds& box) {
   return {middle, half.norm() * (1.0f + 1e-6f)};
 }
 
-/// Balls around ever smaller groups of triangles: finds those that view volumes can touch. It is
+/// Balls around ever smaller groups of triangles: finds those that fan volumes can touch. It is
 /// immutable.
 class BallTree {
  public:

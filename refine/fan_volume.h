@@ -33,7 +33,7 @@ struct FanVolume {
   bool operator==(const FanVolume&) const = default;
 };
 
-/// Tests whether spheres can touch any of several view volumes. It never misses a touch, and
+/// Tests whether spheres can touch any of several fan volumes. It never misses a touch, and
 /// sometimes reports one that is not there (near the volume's edges); rounding of the rays is
 /// included.
 class ViewTest {

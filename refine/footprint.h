@@ -18,7 +18,7 @@ struct ExactFaces {
   std::span<const std::uint32_t> source_faces;  ///< a face's number in the source mesh
 };
 
-/// Finds the faces inside view volumes (of one ping or of several) by a walk from the roots: it
+/// Finds the faces inside fan volumes (of one ping or of several) by a walk from the roots: it
 /// descends where a node's sphere meets a volume, and collects the faces whose three leaves were
 /// reached.
 class Footprint {

@@ -13,7 +13,7 @@
 
 namespace ensonify::refine {
 
-/// Finds the faces inside view volumes (of one ping or of several) of a height grid, and of bodies
+/// Finds the faces inside fan volumes (of one ping or of several) of a height grid, and of bodies
 /// on it: the same faces as Footprint finds in their progressive mesh, and some more at the
 /// volumes' edges. It descends where the box of a block of cells can meet a volume.
 class GridFootprint {

@@ -80,7 +80,7 @@ class MeshClusters {
   std::deque<std::shared_ptr<const ProgressiveMesh>> recent_;
 };
 
-/// The clusters that view volumes can touch.
+/// The clusters that fan volumes can touch.
 class ClustersInView {
  public:
   /// The clusters must outlive this.

@@ -10,7 +10,7 @@
 
 namespace ensonify::refine {
 
-/// The tiles of a height grid that view volumes (of one ping or of several) can touch. Which ones
+/// The tiles of a height grid that fan volumes (of one ping or of several) can touch. Which ones
 /// they are does not depend on which tiles were made before.
 class TilesInView {
  public:

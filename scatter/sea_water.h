@@ -27,9 +27,10 @@ struct FittedWater {
   Interval ph, frequency_hz;  ///< absorption only
 };
 
-inline constexpr FittedWater mackenzie_fit = {{-2, 30}, {25, 40}, {0, 8000}};
-inline constexpr FittedWater chen_millero_fit = {{0, 40}, {0, 40}, {0, 9726}};  // 10000 dbar
-inline constexpr FittedWater leroy_fit = {{-2, 34}, {0, 42}, {0, 12000}};
+inline constexpr FittedWater mackenzie_fit = {{-2, 30}, {25, 40}, {0, 8000}, {}, {}};
+inline constexpr FittedWater chen_millero_fit = {
+    {0, 40}, {0, 40}, {0, 9726}, {}, {}};  // 10000 dbar
+inline constexpr FittedWater leroy_fit = {{-2, 34}, {0, 42}, {0, 12000}, {}, {}};
 inline constexpr FittedWater francois_garrison_fit = {
     {-2, 30}, {30, 35}, {0, 5000}, {}, {200, 1e6}};
 inline constexpr FittedWater ainslie_mccolm_fit = {

@@ -9,7 +9,7 @@ mkdir -p "$folder"
 page() {
   local name=$1 what
   shift
-  what=$("$@" --help | sed '/^Usage:/,$d' | tr '\n' ' ' | sed -E 's/^ensonify: //;s/ *[.:;(].*//;s/ +$//')
+  what=$("$@" --help | sed '/^Usage:/,$d' | tr '\n' ' ' | sed -E 's/^ensonify: //;s/ \([^)]*\)//g;s/([.:;] |[.:;] *$).*//;s/ +$//')
   help2man --no-info --version-string="$version" --name="$what" "$*" |
     sed -E -e "s/^\.TH [^\"]*/.TH ${name^^} /" -e "s/^${name/-/ } \\\\-/$name \\\\-/" |
     gzip -9n >"$folder/$name.1.gz"

@@ -58,7 +58,7 @@ void view_scene(const ViewArguments& arguments) {
   const auto progressive = make_progressive_mesh(simulator.seafloor().mesh);
   const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, track[ping]);
   std::vector<refine::FanVolume> volumes;
-  for (const RayFan& fan : fans) volumes.push_back(view_volume(fan));
+  for (const RayFan& fan : fans) volumes.push_back(fan_volume_of(fan));
   refine::ActiveMesh mesh(*progressive);
   mesh.refine(volumes);
 

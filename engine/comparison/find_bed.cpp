@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include <ensonify/engine/comparison/value_below.h>
+#include <ensonify/engine/quantile.h>
 
 namespace ensonify::engine {
 namespace {
@@ -39,7 +39,9 @@ class Smooth {
 };
 
 double level_below(std::span<const double> row, double share) {
-  return value_below({row.begin(), row.end()}, share, 10);
+  constexpr std::size_t fewest = 10;
+  return row.size() < fewest ? std::numeric_limits<double>::quiet_NaN()
+                             : quantile({row.begin(), row.end()}, share);
 }
 
 /// A place where the bed may begin.
@@ -58,7 +60,7 @@ std::optional<std::vector<Rise>> rises_of(std::span<const double> row) {
   const double threshold = std::sqrt(std::max(water, 1e-3 * level) * level);
   std::vector<Rise> rises;
   std::size_t k = 2;
-  while (k < row.size() && row[k] >= threshold) ++k;  // the transmit burst
+  while (k < row.size() && row[k] >= threshold) ++k;  // the transmit leakage
   bool in_echo = false;
   double bright = 0.0;
   constexpr std::size_t most = 8;

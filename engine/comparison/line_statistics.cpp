@@ -12,7 +12,7 @@
 #include <ensonify/engine/comparison/bed_drift.h>
 #include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/tone_change.h>
-#include <ensonify/engine/comparison/value_below.h>
+#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
@@ -24,8 +24,9 @@ constexpr double normal_median_square = 0.4549;  // of a normal distribution of 
 
 double db_of(double amplitude) { return 20.0 * std::log10(amplitude); }
 
-/// NaN without enough of them.
-double median(std::vector<double> values) { return value_below(std::move(values), 0.5, fewest); }
+double median_of_enough(std::vector<double> values) {
+  return values.size() < fewest ? unknown : median(std::move(values));
+}
 
 /// Sums for a mean that needs enough samples.
 struct Mean {
@@ -154,7 +155,7 @@ void add_side(const RecordedLine& line, Side side, std::size_t first, std::size_
       sum += row[k];
     }
     brightness.push_back(sum / static_cast<double>(line.samples - begin));
-    // Beyond the transmit burst, and clear of the first return.
+    // Beyond the transmit leakage, and clear of the first return.
     for (std::size_t k = begin / 3; k + begin / 10 + 3 < begin; ++k) to.column.push_back(row[k]);
     const double sample_m = line.pings[ping].range_m / static_cast<double>(line.samples);
     first_m.push_back(static_cast<double>(begin) * sample_m);
@@ -183,7 +184,7 @@ double of_blocks(const Samples& samples, double low_deg, double high_deg, F&& nu
   for (const Block& block : samples.blocks)
     if (block.grazing_rad >= low_deg * degree && block.grazing_rad < high_deg * degree)
       values.push_back(number(block));
-  return median(std::move(values));
+  return median_of_enough(std::move(values));
 }
 
 }  // namespace
@@ -235,16 +236,17 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
         of_blocks(samples, 8, 70, [i](const Block& b) { return b.track_correlation[i]; }));
   for (std::size_t i = 0; i < tone_lags.size(); ++i)
     add(fmt::format("tone_change_over_{}_pings_db", tone_lags[i]),
-        std::sqrt(median(samples.tone_changes_db2[i]) / normal_median_square));
+        std::sqrt(median_of_enough(samples.tone_changes_db2[i]) / normal_median_square));
   add("sideways_drift_m",
       sideways_drift_m(samples.drift_m[0], samples.drift_m[1]).value_or(unknown));
-  add("ping_brightness", 1.4826 * median(samples.row_brightness));  // sd of a normal distribution
-  const double column = median(samples.column);
+  add("ping_brightness",
+      1.4826 * median_of_enough(samples.row_brightness));  // sd of a normal distribution
+  const double column = median_of_enough(samples.column);
   add("column_over_bed_db", db_of(column / std::sqrt(bed_power)));
   add("column_over_bed", column / std::sqrt(bed_power));
-  add("first_return_m", median(samples.first_m));
-  add("first_return_wander_m", 1.4826 * median(samples.wander_m));
-  add("first_return_overshoot_db", median(samples.overshoot_db));
+  add("first_return_m", median_of_enough(samples.first_m));
+  add("first_return_wander_m", 1.4826 * median_of_enough(samples.wander_m));
+  add("first_return_overshoot_db", median_of_enough(samples.overshoot_db));
   add("clipped_share", samples.all < fewest ? unknown
                                             : static_cast<double>(samples.clipped) /
                                                   static_cast<double>(samples.all));

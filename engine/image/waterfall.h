@@ -31,8 +31,8 @@ PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam);
 std::size_t port_columns(const Sonar& sonar);
 
 /// Stacked echo lines of one sonar: one row per ping and beam, the oldest first, and of a ping the
-/// rear beam; files number the rows as pings. The columns: port far..near,
-/// then starboard near..far, of the sides that the sonar has.
+/// rear beam; files number the rows as pings. The columns: port far..near, then starboard
+/// near..far, of the sides that the sonar has.
 struct Waterfall {
   Sonar sonar;
   BinLayers pixels;            ///< rows() * columns() values per layer

@@ -11,7 +11,7 @@
 
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/quantile.h>
-#include <ensonify/engine/sonar/reception/transmit_burst.h>
+#include <ensonify/engine/sonar/reception/transmit_leakage.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
@@ -214,7 +214,7 @@ void set_column(const RecordedLine& line, RecorderSigns& signs) {
   const double floor = median(std::move(columns)) / signs.full_scale;
   signs.burst_m =
       median(std::move(lengths_m)) /
-      burst_lengths(20.0 * std::log10(std::max(expanded(over_column * floor, signs), 1e-9)));
+      leakage_lengths(20.0 * std::log10(std::max(expanded(over_column * floor, signs), 1e-9)));
   // A Rayleigh amplitude's median is sqrt(ln 2) of its rms.
   if (floor > 0.0) signs.column_db = 20.0 * std::log10(floor / std::sqrt(std::log(2.0)));
   signs.burst_from = {Confidence::measured, "bright samples before the water column"};

@@ -4,7 +4,29 @@
 #include <iterator>
 #include <stdexcept>
 
+#include <fmt/format.h>
+
 namespace ensonify::engine {
+namespace {
+
+constexpr std::size_t max_waiting = 64;  // objects
+
+/// Makes one change of two: of each sonar the latest settings, which have all earlier ones. So a
+/// page that sends changes faster than they are made leaves no queue.
+void add_to(std::optional<SceneChange>& all, const SceneChange& change) {
+  if (!all) {
+    all = change;
+    return;
+  }
+  all->keys.insert(all->keys.end(), change.keys.begin(), change.keys.end());
+  for (const auto& changed : change.sonars) {
+    const auto same = [&](const auto& kept) { return kept.first == changed.first; };
+    std::erase_if(all->sonars, same);
+    all->sonars.push_back(changed);
+  }
+}
+
+}  // namespace
 
 Mailbox::Mailbox(SessionScene source, const Scene& scene, std::optional<double> pings_per_s,
                  bool hold)
@@ -21,6 +43,9 @@ std::pair<SessionScene, Vehicle> Mailbox::present() const {
 
 void Mailbox::accept(const LiveChange& change) {
   const std::lock_guard lock(lock_);
+  if (change.add && pending_.objects.size() >= max_waiting)
+    throw std::invalid_argument(
+        fmt::format("{} objects wait to be added; try again after that", max_waiting));
   Control& control = status_.control;
   if (change.set) {
     if (change.set->seabed && std::exchange(status_.preparing, true))
@@ -28,7 +53,7 @@ void Mailbox::accept(const LiveChange& change) {
     source_.keep(change.set->keys);
     control.vehicle = change.set->vehicle;
     if (!change.set->sonars.empty()) {
-      pending_.sonars.push_back(*change.set);
+      add_to(pending_.sonars, *change.set);
       if (status_.preparing) meanwhile_.push_back(*change.set);
     }
     if (change.set->display) pending_.display = change.set->display;
@@ -58,7 +83,8 @@ void Mailbox::deliver(std::shared_ptr<LiveScene> live_scene) {
   const std::lock_guard lock(lock_);
   status_.preparing = false;
   pending_.live_scene = std::move(live_scene);
-  pending_.sonars = std::exchange(meanwhile_, {});
+  pending_.sonars.reset();
+  for (const SceneChange& change : std::exchange(meanwhile_, {})) add_to(pending_.sonars, change);
   changed_ = true;
   woken_.notify_all();
 }
@@ -106,7 +132,10 @@ void Mailbox::wait_until(Clock::time_point due) {
 
 void Mailbox::refuse(const SceneChange& change, const std::string& trouble) {
   const std::lock_guard lock(lock_);
-  std::erase_if(meanwhile_, [&](const SceneChange& kept) { return kept.keys == change.keys; });
+  std::erase_if(meanwhile_, [&](const SceneChange& kept) {
+    return std::ranges::all_of(
+        kept.keys, [&](const KeyValue& key) { return std::ranges::count(change.keys, key) > 0; });
+  });
   std::vector<KeyValue> sonar_keys;
   std::ranges::copy_if(change.keys, std::back_inserter(sonar_keys), &is_sonar_key, &KeyValue::key);
   take_back(sonar_keys, change, trouble);

@@ -23,7 +23,7 @@ namespace ensonify::engine {
 /// first, then the others in the order of the members.
 struct PendingChanges {
   std::shared_ptr<LiveScene> live_scene;
-  std::vector<SceneChange> sonars;  ///< changes of sonars
+  std::optional<SceneChange> sonars;  ///< all changes of sonars, as one
   std::optional<Display> display;
   bool clear = false;
   std::vector<AddedObject> objects;
@@ -59,8 +59,8 @@ class Mailbox {
   /// The session's scene with all changes so far, and where its vehicle is to be.
   std::pair<SessionScene, Vehicle> present() const;
   /// Passes a change on to the ping loop. One that changes the seabed also begins a preparation,
-  /// which ends with deliver() or give_up(); throws std::invalid_argument, and changes nothing, if
-  /// one has begun already.
+  /// which ends with deliver() or give_up(). Throws std::invalid_argument, and changes nothing, if
+  /// one has begun already, or if too many objects wait to be added.
   void accept(const LiveChange& change);
   void page_opened(bool mesh);
   void page_closed(bool mesh);
@@ -81,7 +81,7 @@ class Mailbox {
   void wait_for_changes(std::chrono::milliseconds at_most);
   /// Waits until then, or until the session stops.
   void wait_until(Clock::time_point due);
-  /// The sonars of this change cannot be had: later changes do not repeat their values.
+  /// The sonars of this change cannot be prepared: later changes do not repeat their values.
   void refuse(const SceneChange& change, const std::string& trouble);
   void fail(std::exception_ptr fault);
 

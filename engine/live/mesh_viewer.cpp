@@ -22,11 +22,11 @@ MeshViewer::~MeshViewer() {
   thread_.join();
 }
 
-void MeshViewer::show(std::shared_ptr<const LiveScene> world,
+void MeshViewer::show(std::shared_ptr<const LiveScene> scene,
                       std::vector<refine::FanVolume> volumes) {
   {
     const std::lock_guard lock(lock_);
-    wanted_ = {std::move(world), std::move(volumes)};
+    wanted_ = {std::move(scene), std::move(volumes)};
   }
   woken_.notify_all();
 }
@@ -44,14 +44,14 @@ void MeshViewer::work() {
     Wanted wanted;
     {
       std::unique_lock lock(lock_);
-      woken_.wait(lock, [&] { return stopping_ || wanted_.world; });
+      woken_.wait(lock, [&] { return stopping_ || wanted_.scene; });
       if (stopping_) return;
       wanted = std::exchange(wanted_, {});
     }
     try {
-      if (wanted.world != shown) {
+      if (wanted.scene != shown) {
         view.reset();
-        shown = wanted.world;
+        shown = wanted.scene;
         view = std::make_unique<MeshPreview>(shown->simulator.seafloor());
         continue;  // that took long: the volumes are out of date
       }

@@ -24,14 +24,14 @@ class MeshViewer {
   ~MeshViewer();  ///< ends the thread
 
   /// Shows what these volumes see, unless a newer call replaces this one first.
-  void show(std::shared_ptr<const LiveScene> world, std::vector<refine::FanVolume> volumes);
+  void show(std::shared_ptr<const LiveScene> scene, std::vector<refine::FanVolume> volumes);
 
   /// The counts of the mesh posted last; none before the first one.
   std::optional<MeshCounts> counts() const;
 
  private:
   struct Wanted {
-    std::shared_ptr<const LiveScene> world;
+    std::shared_ptr<const LiveScene> scene;
     std::vector<refine::FanVolume> volumes;
   };
   void work();

@@ -79,15 +79,18 @@ double PingLoop::wanted_rate(const Control& control) const {
 }
 
 void PingLoop::apply(PendingChanges changes) {
-  const bool new_setting = changes.live_scene || !changes.sonars.empty() || changes.display ||
+  const bool new_setting = changes.live_scene || changes.sonars || changes.display ||
                            !changes.objects.empty();  // objects may add classes and materials
   if (changes.live_scene) replace_scene(std::move(changes.live_scene));
-  for (const SceneChange& change : changes.sonars) set_sonars(change);
+  if (changes.sonars) set_sonars(*changes.sonars);
   if (changes.display) display_ = *changes.display;
   if (changes.clear)
     for (const std::uint32_t instance : std::exchange(added_, {}))
       live_scene_->simulator.remove(instance);
-  for (AddedObject& added : changes.objects) put(added);
+  for (AddedObject& added : changes.objects) {
+    if (mailbox_.stopping()) return;
+    put(added);
+  }
   if (changes.again) {
     along_ = 0.0;
     pings_ = 0;
@@ -225,7 +228,7 @@ void PingLoop::show_mesh(const Pose& pose, MeshViewer& viewer) {
   if (Clock::now() < view_due_) return;
   std::vector<refine::FanVolume> volumes;
   for (const RayFan& fan : SimulatorInternals::aim(live_scene_->simulator, pose))
-    volumes.push_back(view_volume(fan));
+    volumes.push_back(fan_volume_of(fan));
   viewer.show(live_scene_, std::move(volumes));
   view_due_ = Clock::now() + between_views;
 }

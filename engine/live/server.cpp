@@ -231,7 +231,8 @@ struct LiveServer::Inner {
           const int refused = why_not(request);
           if (refused == 0) return httplib::Server::HandlerResponse::Unhandled;
           response.status = refused;
-          response.set_content(fmt::format("{}\n", refused), "text/plain");
+          if (!request.has_header("Range"))  // which httplib would apply to the answer
+            response.set_content(fmt::format("{}\n", refused), "text/plain");
           return httplib::Server::HandlerResponse::Handled;
         });
     for (const PageFile& file : page_files())
@@ -268,6 +269,8 @@ struct LiveServer::Inner {
 
   /// The status to refuse a request with, or 0.
   int why_not(const httplib::Request& request) const {
+    // Many ranges would make an answer that is many times as large as the file.
+    if (request.has_header("Range")) return 416;
     if (request.get_header_value_count("Host") != 1 || !is_ours(request.get_header_value("Host")))
       return 400;
     if (const std::size_t origins = request.get_header_value_count("Origin");

@@ -52,8 +52,8 @@ Display line_display(Display display) {
   return display;
 }
 
-Bytes setting_frame(const LiveScene& world, const Display& display, const std::string& name) {
-  const Simulator& simulator = world.simulator;
+Bytes setting_frame(const LiveScene& live, const Display& display, const std::string& name) {
+  const Simulator& simulator = live.simulator;
   const Display shown = line_display(display);
   Json sonars = Json::array();
   for (const Sonar& sonar : simulator.sonars()) sonars.push_back(to_json(sonar));
@@ -63,10 +63,10 @@ Bytes setting_frame(const LiveScene& world, const Display& display, const std::s
     colours[its_name] = colours_of(its);
   }
   std::vector<std::string> beds;
-  for (const Material& material : world.scene.materials) beds.push_back(material.name);
+  for (const Material& material : live.scene.materials) beds.push_back(material.name);
   for (const scatter::NamedSediment& sediment : scatter::named_sediments())
     beds.emplace_back(sediment.name);
-  const SeafloorOptions& bed = world.scene.seafloor;
+  const SeafloorOptions& bed = live.scene.seafloor;
   const Json json{{"scene", name},
                   {"sonars", sonars},
                   {"classes", simulator.classes()},

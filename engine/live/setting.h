@@ -14,6 +14,6 @@ Display line_display(Display display);
 
 /// The frame that describes the lines after it: sonars, names, palettes, the display and the
 /// seabed. `name` is the scene's.
-Bytes setting_frame(const LiveScene& world, const Display& display, const std::string& name);
+Bytes setting_frame(const LiveScene& live, const Display& display, const std::string& name);
 
 }  // namespace ensonify::engine

@@ -46,7 +46,7 @@ class StagingFolder {
   /// to its final place, unless that exists already.
   void put_in_place();
 
-  /// Gives the folder up: it stays.
+  /// Keeps the temporary folder when this object ends.
   void leave() { folder_.clear(); }
 
   static std::filesystem::path lock_of(const std::filesystem::path& place);

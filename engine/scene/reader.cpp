@@ -13,7 +13,9 @@
 #include <toml++/toml.h>
 
 #include <ensonify/engine/scene/checks/check.h>
+#include <ensonify/engine/scene/checks/name_check.h>
 #include <ensonify/engine/scene/checks/seabed_check.h>
+#include <ensonify/engine/scene/checks/unused_keys.h>
 #include <ensonify/engine/scene/conditions.h>
 #include <ensonify/engine/scene/keys/dataset_options.h>
 #include <ensonify/engine/scene/keys/key_text.h>
@@ -31,7 +33,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t largest_file_bytes = 1 << 20;
-constexpr std::size_t longest_name = 64;
 
 std::string joined(std::string_view section, std::string_view name) {
   return section.empty() ? std::string(name) : fmt::format("{}.{}", section, name);
@@ -117,7 +118,9 @@ class Reader {
       if (message.starts_with("-D ")) throw;
       throw SceneError(fmt::format("{}{}", message, with_overrides(overrides_)));
     }
-    return taken();
+    Scene scene = taken();
+    if (!drawn_) scene.warnings = unused_keys(scene);  // a recipe's samples differ in what they use
+    return scene;
   }
 
  private:
@@ -319,32 +322,13 @@ class Reader {
   }
 
   void check_name(std::string_view kind, std::string_view name, const toml::key& key) const {
-    const auto allowed = [](char c) {
-      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-             c == '_' || c == '-';
-    };
-    if (name.empty() || name.size() > longest_name || !std::ranges::all_of(name, allowed))
-      throw fault(key, fmt::format("the {}'s name is {}, expected 1 to {} letters, digits, _ and -",
-                                   kind, printable(name), longest_name));
+    if (const auto wrong = fault_of_name(kind, name)) throw fault(key, *wrong);
   }
 
-  /// A sonar's files begin with its name. Refuses names whose files would be those of another
-  /// sonar, of a run or of a sample.
   void check_file_names(const toml::table& sonars) const {
-    for (const auto& [key, node] : sonars) {
-      const std::string_view name = key.str();
-      const auto refuse = [&, &its_key = key](std::string_view whose) {
-        throw fault(its_key,
-                    fmt::format("a sonar named {} would have files of the same name as {}; give "
-                                "it another name",
-                                printable(name), whose));
-      };
-      for (const std::string_view file : {"manifest", "sample"})
-        if (name == file) refuse(fmt::format("{}.json", file));
-      for (const std::string_view ending : {"_ground", "_targets", "_truth"})
-        if (name.ends_with(ending) && sonars.contains(name.substr(0, name.size() - ending.size())))
-          refuse(fmt::format("the sonar {}", name.substr(0, name.size() - ending.size())));
-    }
+    for (const auto& [key, node] : sonars)
+      if (const auto wrong = fault_of_file_names(key.str(), scene_.sonars))
+        throw fault(key, *wrong);
   }
 
   const toml::table& expect_table(const toml::node& node, std::string_view path) const {

@@ -56,7 +56,7 @@ struct OutputOptions {
   int png_bits = 8;                                        ///< of NAME.png, 8 or 16
   bool truth = false;  ///< the truth drawn over the image, NAME_truth.png
   std::vector<std::string> class_names, sediment_names;  ///< numbers 1, 2, ... of the layers
-  std::string start_time;     ///< of the recordings, when t_s is 0; empty: see start_of_recording()
+  std::string start_time;     ///< of the recordings, when t_s is 0; empty: see the key's help
   int pings_per_file = 0;     ///< 0: one part for short runs, see RunParts
   bool file_per_leg = false;  ///< a part for each leg of a lawn-mower
   bool one_recording = false;  ///< all sonars in one XTF or JSF, instead of one file each
@@ -88,6 +88,8 @@ struct Scene {
   /// Where the file has its keys, "file:line:column", for errors that are found later. Not an
   /// option.
   std::map<std::string, std::string, std::less<>> places;
+  /// Of keys without effect (scene/checks/unused_keys.h). Not an option.
+  std::vector<std::string> warnings;
 
   std::uint64_t bed_seed() const { return seafloor_seed.value_or(seed); }
   /// The time from ping to ping; where the track does not give it, the two-way time of the longest

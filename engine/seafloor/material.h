@@ -81,7 +81,7 @@ std::optional<double> lobe_width_rad(std::string_view name, std::span<const Mate
 
 /// Warnings, each to be given once per run, about a material and its backscatter at a frequency:
 /// parameters outside their recommended range, what a table lacks, more energy than arrives
-/// (scatter/energy_bound.h). Extrapolation (scene/extrapolation.h) warns of frequencies.
+/// (scatter/energy_bound.h). Extrapolation (scene/checks/extrapolation.h) warns of frequencies.
 std::vector<std::string> warnings_of(const Material& material,
                                      const scatter::Backscatter& backscatter, double frequency_hz);
 

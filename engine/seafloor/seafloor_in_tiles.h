@@ -23,8 +23,7 @@ struct TileFile {
 
 /// Whether a bed has to be made in tiles: a generated one that is too large for one transform, or a
 /// survey of more than 2^26 points, or of more than 2^28 with its detail (unless it has what a
-/// survey in tiles cannot have). Throws what
-/// reading the survey's header throws.
+/// survey in tiles cannot have). Throws what reading the survey's header throws.
 bool needs_tiles(const SeafloorOptions& options);
 
 /// The seafloor, with the bed in tiles and the objects set down on it. A bed of any size can be

@@ -22,12 +22,12 @@ namespace ensonify::engine {
 class Recorder;
 struct Refraction;
 
-/// What a run, the live view, `check` and the benchmark need of a Simulator. Not installed: a
-/// program does without. The Simulator's thread rule holds for all of it.
+/// What a run, the live view, `check` and the benchmark need of a Simulator. Not installed:
+/// programs that link the library do not need it. The Simulator's thread rule holds for all of it.
 struct SimulatorInternals {
   /// Announces the poses of the pings after the next one: while that is traced, a spare thread
-  /// makes the faces ready for them. Poses and threads must be there until then; other poses may
-  /// come.
+  /// makes the faces ready for them. Keep `poses` and `spare` alive until that ping. The next pose
+  /// may be another one.
   static void expect(Simulator& simulator, std::span<const Pose> poses,
                      refine::SpareThreads& spare);
 

@@ -47,7 +47,8 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
       usual_ping{.altitude_m = of.track.altitude_m,
                  .speed_mps = of.track.speed_mps,
                  .interval_s = of.ping_interval_s(water.sound_speed_mps())},
-      warnings(seafloor.warnings) {
+      warnings(of.warnings) {
+  warnings.insert(warnings.end(), seafloor.warnings.begin(), seafloor.warnings.end());
   require_sea_over(bounds, of.seafloor);
   if (seafloor.grid) {
     parts.objects = std::make_shared<const refine::BallTree>(seafloor.mesh);

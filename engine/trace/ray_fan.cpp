@@ -105,9 +105,9 @@ FanGrid::FanGrid(const FanLayout& layout)
   planes = lay_planes(layout, std::asin(std::min(1.0, sin_truncation / std::cos(half_sector))));
 
   // The mixture's distribution over elevation; slant range grows with elevation.
-  const double lean = layout.lean_rad;
-  const double nearest = flat_range_over_height(layout.sector_high_rad + lean);
-  const double end = flat_range_over_height(layout.sector_low_rad + lean);
+  const double tilt = layout.roll_tilt_rad;
+  const double nearest = flat_range_over_height(layout.sector_high_rad + tilt);
+  const double end = flat_range_over_height(layout.sector_low_rad + tilt);
   const double farthest = std::min(layout.range_over_height, end);
   const double beyond = std::min(rising * layout.range_over_height, end);
   const auto even = [](double r, double from, double to) {
@@ -116,7 +116,7 @@ FanGrid::FanGrid(const FanLayout& layout)
   const double range_share = farthest > nearest ? share_to_range : 0.0;
   const double rising_share = beyond > farthest ? share_rising : 0.0;
   const auto distribution = [&](double elevation) {
-    const double r = flat_range_over_height(middle_depression_rad - elevation + lean);
+    const double r = flat_range_over_height(middle_depression_rad - elevation + tilt);
     const double by_angle = (elevation + half_sector) / (2.0 * half_sector);
     return range_share * even(r, nearest, farthest) + rising_share * even(r, farthest, beyond) +
            (1.0 - range_share - rising_share) * by_angle;

@@ -23,7 +23,7 @@ struct FanLayout {
   int elevations = 2048;            ///< rays per plane
   double range_over_height = 10.0;  ///< where the part that is uniform in range ends
   /// How much roll lowers this side: added to the depressions when rays are laid out.
-  double lean_rad = 0.0;
+  double roll_tilt_rad = 0.0;
 };
 
 /// The rays of a fan in its own frame, the same for every ping. Each plane contains the pole and is

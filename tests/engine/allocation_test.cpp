@@ -164,7 +164,7 @@ TEST_CASE("a steady refinement allocates nothing, nor does a steady query") {
   std::vector<std::array<refine::FanVolume, 2>> pings;
   for (const Pose& pose : simulator.track()) {
     const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, pose);
-    pings.push_back({view_volume(fans[0]), view_volume(fans[1])});
+    pings.push_back({fan_volume_of(fans[0]), fan_volume_of(fans[1])});
   }
   const auto progressive = make_progressive_mesh(simulator.seafloor().mesh);
   refine::ActiveMesh active(*progressive);

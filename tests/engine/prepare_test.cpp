@@ -96,7 +96,7 @@ TEST_CASE("a seafloor's key follows its options, its files and the seed, and not
   CHECK(key_with([](Scene& s) { s.objects.front().class_name = "crate"; }) != key);
   CHECK(key_with([](Scene& s) { s.objects.clear(); }) != key);
   CHECK(key_with([](Scene& s) { s.seafloor.seabed.patches.emplace_back(); }) != key);
-  CHECK(key_with([](Scene& s) { s.seafloor.seabed.crests.emplace_back(); }) != key);
+  CHECK(key_with([](Scene& s) { s.seafloor.seabed.bedforms.emplace_back(); }) != key);
   const std::string box = read_text(folder / "box.ply");
   write_text(folder / "box.ply", box + "\n");
   CHECK(seafloor_key(scene) != key);

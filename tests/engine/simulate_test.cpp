@@ -115,7 +115,7 @@ TEST_CASE("a bed of heights gives the numbers of its mesh: holes, objects, label
     scene.seafloor.extent_north_m = 26.0;
     scene.seafloor.cell_m = 0.2;
     scene.seafloor.depth_m = 10.0;
-    scene.seafloor.seabed.crests.emplace_back().material = "silt";
+    scene.seafloor.seabed.bedforms.emplace_back().material = "silt";
     scene.seafloor.seabed.boulders.emplace_back().class_name = "stone";
     for (const double east_m : {-7.0, 3.0, 8.0})
       scene.objects.push_back({.shape = "sphere", .class_name = "ball", .east_m = east_m});

@@ -526,7 +526,7 @@ TEST_CASE("transmit leakage blinds the first samples and no others") {
   EchoLine line = level_line(sonar, Side::port, array, altitude_m);
   SignalChain::Memory memory;
   chain.receive(context, std::span(&line, 1), memory);
-  CHECK(line.artefacts.has(Artefact::transmit_burst));
+  CHECK(line.artefacts.has(Artefact::transmit_leakage));
   const std::uint32_t full = chain.recorder().full_scale();
   for (std::size_t i = 0; i < 8; ++i) CHECK(line.bins.sample[i] == full);  // 0.4 m
   for (std::size_t i = 30; i < 190; ++i) CHECK(line.bins.sample[i] < full / 10);

@@ -399,8 +399,8 @@ TEST_CASE("What a bin saw lies at its range, on crests seen edge-on too") {
   scene.seafloor.seabed.boulders.resize(1);
   scene.seafloor.seabed.boulders[0].relief = {
       .per_hectare = 1500.0, .diameter_m = 1.2, .height_ratio = 0.7};
-  scene.seafloor.seabed.crests.resize(1);
-  scene.seafloor.seabed.crests[0].relief = {
+  scene.seafloor.seabed.bedforms.resize(1);
+  scene.seafloor.seabed.bedforms[0].relief = {
       .wavelength_m = 1.5, .height_m = 0.25, .across_crests_rad = 1.5};
   const Image image(scene);
   const BinLayers& pixels = image.waterfall.pixels;

@@ -61,7 +61,7 @@ bool touches(const FanVolume& volume, const Eigen::Vector3d& centre, double radi
 
 }  // namespace
 
-TEST_CASE("a sphere that reaches a point of a ray touches its view volume") {
+TEST_CASE("a sphere that reaches a point of a ray touches its fan volume") {
   Random random(1);
   int missed = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -75,7 +75,7 @@ TEST_CASE("a sphere that reaches a point of a ray touches its view volume") {
   CHECK(missed == 0);
 }
 
-TEST_CASE("float rays at the edges of the fan do not leave its view volume") {
+TEST_CASE("float rays at the edges of the fan do not leave its fan volume") {
   Random random(2);
   int missed = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -111,7 +111,7 @@ TEST_CASE("a larger sphere touches all that a smaller one touches") {
   CHECK(shrunk == 0);
 }
 
-TEST_CASE("each surface of the view volume rejects a sphere that ends a centimetre before it") {
+TEST_CASE("each surface of the fan volume rejects a sphere that ends a centimetre before it") {
   Random random(4);
   std::array<int, 4> touched{}, reached{};
   for (int i = 0; i < 20000; ++i) {
@@ -185,7 +185,7 @@ TEST_CASE("few spheres near a narrow fan are kept without reaching it") {
   CHECK(kept <= 1.1 * reach);
 }
 
-TEST_CASE("of several view volumes any may be touched, and without volumes nothing touches") {
+TEST_CASE("of several fan volumes any may be touched, and without volumes nothing touches") {
   Random random(6);
   ViewTest test;
   CHECK_FALSE(test.touches({Eigen::Vector3f::Zero(), 1e6f}));

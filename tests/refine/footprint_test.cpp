@@ -59,7 +59,7 @@ Count compare(const TriangleMesh& source, const ProgressiveMesh& mesh, double si
 
 }  // namespace
 
-TEST_CASE("the footprint has every face that touches the view volume") {
+TEST_CASE("the footprint has every face that touches the fan volume") {
   for (const auto& [name, source] : ensonify::tests::manifold_meshes()) {
     INFO(name);
     const ProgressiveMesh mesh = build_by_edge_collapse(source);
@@ -73,7 +73,7 @@ TEST_CASE("the footprint has every face that touches the view volume") {
   }
 }
 
-TEST_CASE("the footprint has every face of real meshes that touches the view volume") {
+TEST_CASE("the footprint has every face of real meshes that touches the fan volume") {
   const auto [file, size_m] =
       GENERATE(table<std::string, double>({{"mesh_underwater/skytteren_wreck.ply", 200.0},
                                            {"mesh_underwater/coral_mcap.ply", 0.5},

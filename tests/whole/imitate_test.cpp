@@ -157,7 +157,7 @@ TEST_CASE("on a constant altitude the gain over range comes back from the level 
   }
 }
 
-TEST_CASE("texture, glints and the transmit burst of a run come back from its recording",
+TEST_CASE("texture, glints and the transmit leakage of a run come back from its recording",
           "[slow]") {
   const TemporaryFolder folder;
   write_text(folder / "s.toml", scene_of("ground", "true") + R"([material.ground]

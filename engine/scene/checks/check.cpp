@@ -35,7 +35,7 @@ void check_track(const Scene& scene, const auto& require) {
           [] { return "'track.kind' is \"file\", but no file is named: give it as track.file"; });
   require(from_file || track.file.empty(), "track.file",
           [] { return "'track.file' needs track.kind = \"file\""; });
-  require(!from_file || scene.motion.speed.still(), "motion.speed", [] {
+  require(!from_file || scene.motion.speed.is_zero(), "motion.speed", [] {
     return "'motion.speed' changes the speed of a line or a lawn-mower; a track from a file has "
            "its own: leave it out";
   });

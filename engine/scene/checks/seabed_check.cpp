@@ -155,8 +155,8 @@ void check_seabed(const Scene& scene,
     }
   });
   if (bed.kind == SeafloorKind::fractal)
-    for (std::size_t i = 0; i < bed.seabed.crests.size(); ++i) {
-      const double wavelength_m = bed.seabed.crests[i].relief.wavelength_m;
+    for (std::size_t i = 0; i < bed.seabed.bedforms.size(); ++i) {
+      const double wavelength_m = bed.seabed.bedforms[i].relief.wavelength_m;
       const std::string key = fmt::format("seafloor.crests.{}.wavelength_m", i);
       check.require(bed.cell_m <= 0.25 * wavelength_m, key, [&] {
         return fmt::format(

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/checks/check.h>
+#include <ensonify/engine/scene/checks/name_check.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/units.h>
@@ -52,6 +53,10 @@ void check_keys(const Section<Owner>& section, const std::string& name, const Ow
   }
 }
 
+void check_name(const std::optional<std::string>& fault) {
+  if (fault) throw SceneError("the scene: " + *fault);
+}
+
 }  // namespace
 
 void check_values(const Scene& scene) {
@@ -61,10 +66,16 @@ void check_values(const Scene& scene) {
     for (std::size_t i = 0; i < list.size(); ++i)
       check_keys(section, fmt::format("{}.{}", section.name, i), list[i]);
   });
-  for (const Material& material : scene.materials)
+  for (const Material& material : scene.materials) {
     check_keys(material_section(), "material." + material.name, material);
+    check_name(fault_of_name("material", material.name));
+  }
   if (scene.sonars.empty()) throw SceneError("the scene: there is no sonar, expected one or more");
-  for (const Sonar& sonar : scene.sonars) check_keys(sonar_section(), "sonar." + sonar.name, sonar);
+  for (const Sonar& sonar : scene.sonars) {
+    check_keys(sonar_section(), "sonar." + sonar.name, sonar);
+    check_name(fault_of_name("sonar", sonar.name));
+    check_name(fault_of_file_names(sonar.name, scene.sonars));
+  }
   check_scene(scene, [](std::string_view) { return "the scene"; });
 }
 

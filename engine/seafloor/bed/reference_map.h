@@ -18,7 +18,7 @@ using PlaceOfMap = std::function<PlaceOnEarth(const Eigen::Vector2d& place)>;
 /// GeographicLib.
 PlaceOfMap place_of_reference(const std::string& reference);
 /// Metres on Earth per metre of the system at a place, along its north, within 1 %: in a Mercator
-/// map less than 1 away from the equator. None if the system or the place is not on Earth.
+/// map below 1 away from the equator. None if the system or the place is not on Earth.
 std::optional<double> scale_of_reference(const std::string& reference,
                                          const Eigen::Vector2d& place);
 

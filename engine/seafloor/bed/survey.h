@@ -29,8 +29,8 @@ struct SurveyFile {
 
 /// Reads the heights (up) of a survey grid: GeoTIFF, BAG, ESRI ASCII, netCDF, .npy (vrt_of_npy()),
 /// scattered soundings (Soundings), or a VRT mosaic of GeoTIFF, BAG, ESRI ASCII and netCDF files on
-/// this machine. A BAG of variable resolution is read on a grid of its finest cells,
-/// with linear interpolation between coarser ones. Of several bands it takes the first that is
+/// this machine. A BAG of variable resolution is read on a grid of its finest cells, with linear
+/// interpolation between coarser ones. Of several bands it takes the first that is
 /// named elevation, depth, height or bathymetry (and not its uncertainty, error or deviation), or
 /// else the first. NODATA and non-finite heights become holes. Grid points are the centres of the
 /// raster's pixels. The world origin is the grid's middle at the height of the water level, which

@@ -25,9 +25,8 @@ class TiledField {
   static constexpr int block_points = 1024;  ///< of a block, in both directions
 
   /// Over a grid with square cells and without heights, with the noise of this seed and purpose,
-  /// and of a layer's number.
-  /// Throws std::invalid_argument for a field whose waves are too regular for kernels of at most
-  /// 384 points to each side, and for cells that are not square.
+  /// and of a layer's number. Throws std::invalid_argument for a field whose waves are too regular
+  /// for kernels of at most 384 points to each side, and for cells that are not square.
   TiledField(const Heightfield& grid, SpectralField what, std::uint64_t seed, Purpose purpose,
              double coarse_cells = most_coarse_cells, std::uint64_t number = 0);
   ~TiledField();

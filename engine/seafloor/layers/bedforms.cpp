@@ -152,7 +152,7 @@ double CrestProfile::steepest() const {
   return step * steps / std::min(rise_, 1.0 - rise_);
 }
 
-void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
+void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
                 std::span<const double> weight) {
   check(relief, std::max(field.cell_east_m, field.cell_north_m));
   if (relief.height_m == 0.0) return;
@@ -224,7 +224,7 @@ const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
           "1.5 m long and 0.05 to 0.17 as high), megaripples (0.6 to 10 m, 0.1 to 0.5 m high), "
           "sand waves (50 to 500 m, 1 to 10 m high).",
       .purpose = Purpose::crest_layer,
-      .add = &add_crests,
+      .add = &add_bedforms,
       .values = {
           {"wavelength_m", "m", 0.01, 10e3, "From crest to crest; four cells or more.",
            &Bedforms::wavelength_m},

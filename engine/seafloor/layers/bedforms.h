@@ -32,7 +32,7 @@ struct Bedforms {
 /// Adds them, with a mean of zero over a wavelength, at the points whose weight is not 0, or
 /// everywhere if there are no weights. Throws std::invalid_argument for values that no crests have
 /// and cells longer than a quarter of the wavelength.
-void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
+void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
                 std::span<const double> weight = {});
 
 const ReliefKind<Bedforms>& kind_of(const Bedforms&);

@@ -41,7 +41,7 @@ struct ReliefLayer {
 struct SeabedOptions {
   std::vector<Patch> patches;
   std::vector<ReliefLayer<FractalRelief>> roughness;
-  std::vector<ReliefLayer<Bedforms>> crests;
+  std::vector<ReliefLayer<Bedforms>> bedforms;
   std::vector<ReliefLayer<TrawlMarks>> trawl_marks;
   std::vector<ReliefLayer<PitRelief>> pits;
   std::vector<ReliefLayer<OutcropRelief>> outcrops;
@@ -53,7 +53,7 @@ struct SeabedOptions {
 /// The kinds of layers, in the order in which they are laid.
 inline constexpr std::tuple relief_lists{
     &SeabedOptions::roughness,    //
-    &SeabedOptions::crests,       //
+    &SeabedOptions::bedforms,       //
     &SeabedOptions::trawl_marks,  //
     &SeabedOptions::pits,         //
     &SeabedOptions::outcrops,     //

@@ -22,8 +22,8 @@ struct TrawlMarks {
   double wander_m = 3.0;            ///< rms distance from a straight line
 };
 
-/// Adds such marks, of tows drawn over the grid, which take nothing away: a furrow's cross-section
-/// and its berms' are equal. Sets `marked` to a mark's number, from 1, at the points of its furrow
+/// Adds such marks, of tows drawn over the grid. The berms hold what the furrow lost: their
+/// cross-sections are equal. Sets `marked` to a mark's number, from 1, at the points of its furrow
 /// and berms: each door's is a mark. The fine furrows between them belong to none. Throws
 /// std::invalid_argument for values that no marks have.
 void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDraws& draws,

@@ -318,7 +318,8 @@ class Table {
 
   std::vector<Disc> discs_of_path(const Eigen::Rotation2Dd& turn, const Vector2d& place,
                                   double scale) const {
-    const double radius_m = line_diameter_m(shape_named(options_.shape), options_.size);
+    const double radius_m =
+        0.5 * scale * line_diameter_m(shape_named(options_.shape), options_.size);
     std::vector<Disc> all;
     for (std::size_t i = 0; i + 1 < options_.path.size(); ++i) {
       const Vector2d a = place + scale * (turn * options_.path[i]);

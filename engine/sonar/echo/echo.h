@@ -26,7 +26,7 @@ enum class Artefact : std::uint32_t {
   fish = 64,
   wake = 128,
   shimmer = 256,
-  transmit_burst = 512,
+  transmit_leakage = 512,
   crosstalk = 1024,
 };
 
@@ -47,7 +47,7 @@ constexpr ArtefactKind kind_of(Artefact artefact) {
     case Artefact::fish: return {"fish", 3};
     case Artefact::wake: return {"wake"};
     case Artefact::shimmer: return {"shimmer", 4};
-    case Artefact::transmit_burst: return {"transmit_burst"};
+    case Artefact::transmit_leakage: return {"transmit_burst"};
     case Artefact::crosstalk: return {"crosstalk"};
   }
   return {};

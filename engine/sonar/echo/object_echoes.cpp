@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include <ensonify/engine/sonar/instrument/beam_pattern.h>
+#include <ensonify/engine/sonar/instrument/sinc.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/scatter/decibel.h>
 
@@ -76,9 +77,8 @@ struct Extent {
       return 0.25 * zone_m2 * (std::erf((tilt + half) / lobe) - std::erf((tilt - half) / lobe));
     }
     if (length_m * length_m < 0.09 * zone_m2) {  // far away
-      const double x = 2.0 * pi * length_m * tilt / wavelength_m;
-      const double sinc = std::abs(x) < 1e-4 ? 1.0 : std::sin(x) / x;
-      return length_m * length_m * sinc * sinc;
+      const double field_m = length_m * sinc(2.0 * length_m * tilt / wavelength_m);
+      return field_m * field_m;
     }
     const double per_m = 2.0 / std::sqrt(zone_m2), middle_m = range_m * tilt;
     return 0.25 * zone_m2 *
@@ -564,7 +564,7 @@ std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d
 }
 
 /// What 1 m^2 of cross-section returns that way; 0 energy if nothing. near_is_counted: what lies
-/// behind less than half a bin of sediment is seen through it by add_facet() or add_glint().
+/// behind less than half a bin of sediment is seen through it by add_facets() or add_glint().
 ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way,
                                                    bool near_is_counted) const {
   if (near_is_counted && way.path.sediment_m < tolerance_m_) return {};

@@ -45,7 +45,7 @@ std::span<const RayFan> PingTracer::aim(const Pose& pose, double altitude_m, dou
     const auto i = static_cast<std::size_t>(side);
     const ReceiverMotion& motion = receptions_[i] =
         receiver_motion(pose, side, range_m_, sound_speed_mps_);
-    aims_[i] = &layouts_.at(altitude_m, near_m, lean_rad(pose, side),
+    aims_[i] = &layouts_.at(altitude_m, near_m, roll_tilt_rad(pose, side),
                             std::abs(motion.drift_along) + range_m_ * motion.array_turn.norm());
     fans_[i] = place_fan(*aims_[i], pose, side, range_m_);
     fans_[i].bend = bend_;

@@ -106,7 +106,7 @@ void add_angles(const FanGrid& grid, const VerticalPattern& pattern, RayLayout& 
 }  // namespace
 
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
-                          double lean_rad, double drift_rad, double nearest_share) {
+                          double roll_tilt_rad, double drift_rad, double nearest_share) {
   const LineArray transmit = sonar.transmit_array(wavelength_m);
   const LineArray receive = sonar.receive_array(wavelength_m);
   const double first_return_m = sonar.range_m / range_over_height;
@@ -133,7 +133,7 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
       .planes = 2 * static_cast<int>(std::ceil(0.5 * wider * sonar.planes)),
       .elevations = sonar.elevations,
       .range_over_height = range_over_height,
-      .lean_rad = lean_rad,
+      .roll_tilt_rad = roll_tilt_rad,
   });
   const double longest_m = std::max(transmit.length_m, receive.length_m);
   const double lobe_rad = LineArray{longest_m, wavelength_m}.null_rad(1);
@@ -162,7 +162,7 @@ double trace_range_m(const Sonar& sonar, double sound_speed_mps) {
          closing_mps * sonar.pulse.closing_shift_s(sonar.frequency_hz);
 }
 
-double lean_rad(const Pose& pose, Side side) {
+double roll_tilt_rad(const Pose& pose, Side side) {
   const Eigen::Matrix3d body = body_to_world(pose);
   const double out = side == Side::starboard ? body(2, 1) : -body(2, 1);
   return std::atan2(-out, -body(2, 2));
@@ -179,28 +179,28 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double ra
           c * abeam + s * down, s * abeam - c * down,          range_m};
 }
 
-const RayLayout& RayLayouts::at(double altitude_m, double nearest_m, double lean_rad,
+const RayLayout& RayLayouts::at(double altitude_m, double nearest_m, double roll_tilt_rad,
                                 double drift_rad) {
   constexpr double steps_per_octave = 4.0;
-  constexpr double lean_step_rad = 0.008726646259971648;  // half a degree
+  constexpr double roll_tilt_step_rad = 0.008726646259971648;  // half a degree
   constexpr double drift_step_rad = 1e-3;
   const auto step_of = [&](double range_m) {
     const double lowest_m = 1e-3 * sonar_.range_m;
     return static_cast<int>(std::floor(steps_per_octave * std::log2(std::max(range_m, lowest_m))));
   };
   const int step = step_of(altitude_m), nearest_step = step_of(nearest_m);
-  const int lean_step = static_cast<int>(std::lround(lean_rad / lean_step_rad));
+  const int roll_tilt_step = static_cast<int>(std::lround(roll_tilt_rad / roll_tilt_step_rad));
   // A receiver that is as wide as the transmitter hears what that one sounds.
   const bool narrower = sonar_.beams > 1 || sonar_.receive_length_m() > sonar_.array_length_m;
   const int drift_step = narrower ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
-  const std::array key{step, nearest_step, lean_step, drift_step};
+  const std::array key{step, nearest_step, roll_tilt_step, drift_step};
   auto found = made_.find(key);
   if (found == made_.end()) {
     const double height_m = std::exp2(step / steps_per_octave);
     found =
         made_
             .emplace(key, make_ray_layout(sonar_, wavelength_m_, sonar_.range_m / height_m,
-                                          lean_step * lean_step_rad, drift_step * drift_step_rad,
+                                          roll_tilt_step * roll_tilt_step_rad, drift_step * drift_step_rad,
                                           std::exp2((nearest_step - step) / steps_per_octave)))
             .first;
   }

@@ -44,17 +44,17 @@ struct RayLayout {
 };
 
 /// The layout for one ratio of the sonar's range to its altitude and for one tilt of the side
-/// (lean_rad()). It lays more rays where they meet the bed; what a ray means does not depend on it.
+/// (roll_tilt_rad()). It lays more rays where they meet the bed; what a ray means does not depend on it.
 /// drift_rad: how far a receiver that is narrower than the transmitter turns and moves, in angle,
 /// until its echo is back; there are as many more planes. nearest_share: the range of the nearest
 /// thing over the altitude. In the near field the beam at that range is wider than over the bed;
 /// there are planes more, outside those over the bed.
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
-                          double lean_rad = 0.0, double drift_rad = 0.0,
+                          double roll_tilt_rad = 0.0, double drift_rad = 0.0,
                           double nearest_share = 1.0);
 
 /// How far below the horizontal the abeam axis of a side points at a pose: its tilt by roll.
-double lean_rad(const Pose& pose, Side side);
+double roll_tilt_rad(const Pose& pose, Side side);
 
 /// The range of the rays: a little beyond the last bin. A sweep's pulse reaches there, and its
 /// echoes from there may appear nearer.
@@ -71,7 +71,7 @@ class RayLayouts {
   RayLayouts(const Sonar& sonar, double wavelength_m)
       : sonar_(sonar), wavelength_m_(wavelength_m) {}
   /// nearest_m: the range of the nearest thing, at most the altitude.
-  const RayLayout& at(double altitude_m, double nearest_m, double lean_rad, double drift_rad);
+  const RayLayout& at(double altitude_m, double nearest_m, double roll_tilt_rad, double drift_rad);
 
  private:
   Sonar sonar_;

@@ -14,7 +14,7 @@
 
 namespace ensonify::engine {
 
-/// Looks at the objects of a seafloor beside the pings of one sonar. Straight rays only.
+/// Counts how much of each object the pings of one sonar see. Straight rays only.
 ///
 /// A plane of the fan cuts an object's faces in segments, which cover intervals of its rays:
 /// together those that would meet the object alone, whatever is nearest. An object of more faces

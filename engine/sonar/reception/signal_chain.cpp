@@ -7,7 +7,7 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
-#include <ensonify/engine/sonar/reception/transmit_burst.h>
+#include <ensonify/engine/sonar/reception/transmit_leakage.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
@@ -240,11 +240,11 @@ void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& ch
   if (options_.arrivals.burst_m > 0.0) {
     for (std::size_t n = 0; n < bins; ++n) {
       const double lengths = law_.range_m(n) / options_.arrivals.burst_m;
-      if (lengths > longest_burst) break;
+      if (lengths > longest_leakage) break;
       const double full = recorder_.gain(n);
-      power[n] += static_cast<float>(scatter::from_db(burst_level_db(lengths)) / (full * full));
+      power[n] += static_cast<float>(scatter::from_db(leakage_level_db(lengths)) / (full * full));
     }
-    line.artefacts.add(Artefact::transmit_burst);
+    line.artefacts.add(Artefact::transmit_leakage);
   }
   for (float& loud : power) loud = std::min(loud, loudest);
   if (leak_ > 0.0f) line.artefacts.add(Artefact::crosstalk);
@@ -416,7 +416,7 @@ void SignalChain::follow_level(Channel& channel) const {
 float SignalChain::ping_scale(const Channel& channel, std::size_t bins) const {
   if (!(sonar_.receiver.ping_mean > 0.0)) return 1.0f;
   const std::size_t first = std::min(
-      static_cast<std::size_t>(longest_burst * options_.arrivals.burst_m / law_.bin_m()), bins);
+      static_cast<std::size_t>(longest_leakage * options_.arrivals.burst_m / law_.bin_m()), bins);
   double sum = 0.0;
   for (std::size_t n = first; n < bins; ++n) sum += channel.detected[n];
   return sum > 0.0 ? static_cast<float>(sonar_.receiver.ping_mean *

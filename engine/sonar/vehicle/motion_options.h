@@ -10,7 +10,7 @@ struct Oscillation {
   double wander_rms = 0.0;  ///< of the slow part
   double wander_s = 60.0;   ///< its correlation time
 
-  bool still() const { return rms == 0.0 && wander_rms == 0.0; }
+  bool is_zero() const { return rms == 0.0 && wander_rms == 0.0; }
 };
 
 /// The vehicle's deviation from its track: a constant attitude and random movements.

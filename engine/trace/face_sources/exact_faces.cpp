@@ -127,7 +127,7 @@ bool same_shape(const FanVolume& a, const FanVolume& b) {
 
 void take_volumes(std::span<const RayFan> fans, std::vector<FanVolume>& volumes) {
   volumes.clear();
-  for (const RayFan& fan : fans) volumes.push_back(view_volume(fan));
+  for (const RayFan& fan : fans) volumes.push_back(fan_volume_of(fan));
 }
 
 /// Exact faces, the intersector over them, and the volumes they were built for.
@@ -316,13 +316,13 @@ std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
 }
 
 // A bent ray's point lies in direction d': its launch d, turned by up to the bend within a vertical
-// plane. With k = cos'/cos of the two angles from the level, at most the widening, d' = k d + (k
-// sin
-// - sin') z. So |d' . axis| <= k |d . axis| + |k sin - sin'| |axis . z|. The last difference is at
-// most k - 1 + 2 sin(turn / 2); for k < 1 it is less than the turn's part plus 1 - k, which is less
-// than k' - 1 for the slowest against the fastest speed. Elevations change by at most the turn;
-// what goes past 90 degrees is within the margin.
-FanVolume view_volume(const RayFan& fan) {
+// plane. With k = cos'/cos of the two angles from the level, at most the widening,
+//   d' = k d + (k sin - sin') z.
+// So |d' . axis| <= k |d . axis| + |k sin - sin'| |axis . z|. The last difference is at most
+// k - 1 + 2 sin(turn / 2); for k < 1 it is less than the turn's part plus 1 - k, which is less than
+// k' - 1 for the slowest against the fastest speed. Elevations change by at most the turn; what
+// goes past 90 degrees is within the margin.
+FanVolume fan_volume_of(const RayFan& fan) {
   constexpr double right_angle = 0.5 * std::numbers::pi;
   const FanGrid& grid = *fan.grid;
   const FanBend& bend = fan.bend;

@@ -24,6 +24,6 @@ std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
     const refine::TriangleMesh& mesh, int threads = 1);
 
 /// The volume that holds all rays of a fan.
-refine::FanVolume view_volume(const RayFan& fan);
+refine::FanVolume fan_volume_of(const RayFan& fan);
 
 }  // namespace ensonify::engine

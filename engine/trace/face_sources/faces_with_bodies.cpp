@@ -93,7 +93,7 @@ void FacesWithBodies::find_wanted(std::span<const RayFan> fans) {
   wanted_.clear();
   if (bodies_.empty()) return;
   volumes_.clear();
-  for (const RayFan& fan : fans) volumes_.push_back(view_volume(fan));
+  for (const RayFan& fan : fans) volumes_.push_back(fan_volume_of(fan));
   view_.look_at(volumes_);
   for (std::size_t body = 0; body < bodies_.size(); ++body)
     if (!bodies_[body].mesh.faces.empty() && view_.touches(bodies_[body].ball()))

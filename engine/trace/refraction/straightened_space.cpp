@@ -96,7 +96,7 @@ void StraightenedSpace::group_faces() {
 /// Collects the faces that the fan can touch, and some more.
 void StraightenedSpace::collect_faces() {
   collected_.clear();
-  const refine::FanVolume volume = view_volume(*fan_);
+  const refine::FanVolume volume = fan_volume_of(*fan_);
   const Wedge wedge(volume);
   view_.look_at({&volume, 1});
   const auto touches = [&](const Group& group) {

@@ -486,7 +486,7 @@ TEST_CASE("a layer that no sample has need not fit the seabed") {
     for (const int samples : {1, 2}) {
       CAPTURE(never, samples);
       const Recipe recipe = recipe_of(with(never, samples));
-      CHECK(recipe.sample(0).scene.seafloor.seabed.crests.empty());
+      CHECK(recipe.sample(0).scene.seafloor.seabed.bedforms.empty());
       CHECK(recipe.class_names() == std::vector<std::string>{"ripples", "seabed"});
     }
   check_refused(with("true", 1), "need cells of");

@@ -49,7 +49,7 @@ struct Stage {
     std::vector<refine::FanVolume> volumes;
     for (const Side side : {Side::port, Side::starboard}) {
       fans.push_back(place_fan(layout, track[10], side, 25.0));
-      volumes.push_back(view_volume(fans.back()));
+      volumes.push_back(fan_volume_of(fans.back()));
     }
     mesh.refine(volumes);
   }

@@ -274,16 +274,22 @@ TEST_CASE("A mailbox keeps changes until they are taken, and prepares one seabed
   CHECK(mailbox.control().pings_per_s == 5.0);
 
   SceneChange sonar{.before = source, .scene = source.with()};
+  sonar.keys = {{"sonar.left-right.bins", "100"}};
   sonar.sonars.emplace_back(0, sonar.scene.sonars[0]);
+  SceneChange later = sonar;
+  later.sonars[0].second.bins = 90;
   mailbox.accept({.set = sonar, .hold = false});
-  mailbox.accept({.set = sonar, .again = true});
+  mailbox.accept({.set = later, .again = true});
   CHECK(!mailbox.control().hold);
   mailbox.wait_for_changes(std::chrono::hours(1));  // there are some
   std::optional<PendingChanges> taken = mailbox.take();
   REQUIRE(taken);
-  CHECK(taken->sonars.size() == 2);
+  REQUIRE(taken->sonars);  // one change with the latest settings
+  REQUIRE(taken->sonars->sonars.size() == 1);
+  CHECK(taken->sonars->sonars[0].second.bins == 90);
+  CHECK(taken->sonars->keys.size() == 2);
   CHECK(taken->again);
-  CHECK(mailbox.take()->sonars.empty());
+  CHECK(!mailbox.take()->sonars);
 
   SceneChange seabed{.before = source, .scene = source.with(), .seabed = true};
   mailbox.accept({.set = seabed});
@@ -300,13 +306,20 @@ TEST_CASE("A mailbox keeps changes until they are taken, and prepares one seabed
   SceneChange refused = sonar;
   refused.keys = {{"sonar.left-right.range_m", "12.0"}, {"display.gamma", "0.5"}};
   mailbox.accept({.set = refused});
-  CHECK(mailbox.take()->sonars.size() == 2);
+  CHECK(mailbox.take()->sonars->keys.size() == 3);
   mailbox.refuse(refused, "too large");
   CHECK(mailbox.status().trouble == "too large");
   CHECK(mailbox.present().first.with().sonars[0].range_m == source.with().sonars[0].range_m);
   CHECK(mailbox.present().first.with().display.gamma == 0.5);
   mailbox.deliver(nullptr);
-  CHECK(mailbox.take()->sonars.size() == 1);
+  CHECK(mailbox.take()->sonars->keys == sonar.keys);
+
+  // A page cannot make the loop's work grow without end.
+  LiveChange added;
+  added.add = AddedObject{.object = {}, .ahead_m = 0.0, .starboard_m = 0.0};
+  for (int i = 0; i < 64; ++i) mailbox.accept(added);
+  CHECK_THROWS_WITH(mailbox.accept(added), Catch::Contains("64 objects wait to be added"));
+  CHECK(mailbox.take()->objects.size() == 64);
 
   mailbox.stop();
   CHECK(!mailbox.take());

@@ -330,7 +330,7 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "s.toml:3:12: 'seafloor.material': material 'clayey' is not known; the nearest names are "
        "'clayey sand' (a sediment) and 'clayey silt' (a sediment); covers are seagrass, shells; solids are steel, "
        "fouled steel, aluminium, "
-       "concrete, stone, wood, glass fibre, rubber; or describe it in a table [material.clayey]"},
+       "concrete, stone, wood, glass fibre, rubber, fouled rubber; or describe it in a table [material.clayey]"},
       {head + "[seafloor]\nmaterial = \"x\"\n[material.x]\nlike = \"steel\"",
        "s.toml:3:12: 'seafloor.material': like = \"steel\" is a solid; model = \"tr9407\" is for "
        "sediments, a solid needs model = \"solid\", a cover model = \"lambert\" and "
@@ -399,11 +399,11 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "covers are seagrass, shells; solids are "
        "steel, fouled steel, aluminium, concrete, "
        "stone, "
-       "wood, glass fibre, rubber; or describe it in a table [material.medium sant]"},
+       "wood, glass fibre, rubber, fouled rubber; or describe it in a table [material.medium sant]"},
       {head + "[material.a]\nlike = \"seagrass\"\nmodel = \"solid\"",
        "s.toml:3:8: 'material.a.like': like = \"seagrass\" is a cover; model = \"solid\" is for "
        "solids: steel, fouled steel, aluminium, "
-       "concrete, stone, wood, glass fibre, rubber"},
+       "concrete, stone, wood, glass fibre, rubber, fouled rubber"},
       {head + "[material.a]\nspecular = 1\nlike = \"steel\"\nmodel = \"solid\"",
        "s.toml:4:8: 'material.a.like': solid: diffuse_db = -30 and specular = 1 scatter more "
        "energy than arrives: pi 10^(diffuse_db/10) + specular is 1.003, expected at most 1"},
@@ -708,17 +708,17 @@ TEST_CASE("Conditions of a survey give what a scene leaves out, ideal ones have 
               survey = parsed(head + "conditions = \"survey\"\n" + two),
               ideal = parsed(head + "conditions = \"ideal\"\n" + two + preset);
   CHECK_FALSE(has_survey(plain));
-  CHECK(plain.motion.roll.still());
+  CHECK(plain.motion.roll.is_zero());
   CHECK(plain.texture);
   for (const Scene& scene : {by_preset, survey}) {
     CHECK(has_survey(scene));
-    CHECK_FALSE(scene.motion.roll.still());
-    CHECK_FALSE(scene.motion.heave.still());
+    CHECK_FALSE(scene.motion.roll.is_zero());
+    CHECK_FALSE(scene.motion.heave.is_zero());
     CHECK(scene.texture);
   }
   CHECK(ideal.sonars[1].frequency_hz == 455e3);
   CHECK_FALSE(has_survey(ideal));
-  CHECK(ideal.motion.roll.still());
+  CHECK(ideal.motion.roll.is_zero());
   CHECK_FALSE(ideal.texture);
   CHECK_FALSE(parsed(head + two + preset, {"conditions=ideal"}).arrivals.surface);
 
@@ -728,7 +728,7 @@ TEST_CASE("Conditions of a survey give what a scene leaves out, ideal ones have 
                  preset + "looks = 2\n",
              {"texture=false"});
   CHECK(own.motion.roll.rms == 0.1 * degree);
-  CHECK_FALSE(own.motion.heave.still());
+  CHECK_FALSE(own.motion.heave.is_zero());
   CHECK_FALSE(own.arrivals.surface);
   CHECK_FALSE(own.texture);
   CHECK(own.sonars[1].receiver.looks == 2);
@@ -737,7 +737,7 @@ TEST_CASE("Conditions of a survey give what a scene leaves out, ideal ones have 
   // A recorded track has its own motion. A dump reads back as the same scene.
   const std::string of_file = "[track]\nkind = \"file\"\nfile = \"a.csv\"\n";
   const std::string text = head + "conditions = \"survey\"\n" + of_file + two;
-  CHECK(parse_recipe_unchecked(text, "s.toml", {}).motion.roll.still());
+  CHECK(parse_recipe_unchecked(text, "s.toml", {}).motion.roll.is_zero());
   CHECK(dump_scene(parsed(dump_scene(by_preset))) == dump_scene(by_preset));
 }
 

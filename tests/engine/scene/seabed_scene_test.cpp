@@ -63,8 +63,8 @@ TEST_CASE("Patches and layers of relief are read, overridden and dumped to the s
   REQUIRE(bed.patches.size() == 2);
   CHECK(bed.patches[0].area.polygon_m == Polygon{{-10.0, -10.0}, {10.5, -10.0}, {0.0, 12.25}});
   CHECK(bed.patches[1].class_name == "seagrass");
-  CHECK(bed.crests[0].relief.height_m == 0.25);
-  CHECK(bed.crests[0].area.gentlest_rad);
+  CHECK(bed.bedforms[0].relief.height_m == 0.25);
+  CHECK(bed.bedforms[0].area.gentlest_rad);
   CHECK(bed.trawl_marks[0].class_name.empty());
   CHECK(bed.outcrops[0].class_name == "outcrop");
   CHECK(bed.boulders[0].material == "stone");
@@ -74,8 +74,8 @@ TEST_CASE("Patches and layers of relief are read, overridden and dumped to the s
     CHECK(dump_scene(back, with_comments) == text);
     CHECK(back.seafloor.seabed.trawl_marks[0].class_name.empty());
     CHECK(back.seafloor.seabed.patches[0].area.polygon_m == bed.patches[0].area.polygon_m);
-    CHECK(back.seafloor.seabed.crests[0].relief.across_crests_rad ==
-          bed.crests[0].relief.across_crests_rad);
+    CHECK(back.seafloor.seabed.bedforms[0].relief.across_crests_rad ==
+          bed.bedforms[0].relief.across_crests_rad);
   }
 }
 

@@ -24,7 +24,7 @@ LayerDraws draws(std::uint64_t seed) { return {seed, Purpose::crest_layer, 1}; }
 
 Heightfield crests(const Bedforms& relief, std::uint64_t seed) {
   Heightfield field = flat(320, 256, 0.2, 0.25);
-  add_crests(field, relief, draws(seed));
+  add_bedforms(field, relief, draws(seed));
   return field;
 }
 
@@ -143,7 +143,7 @@ TEST_CASE("Where crests are held below the angle of repose, the bed has no creas
                         .raggedness = 0.1,
                         .forks = 0.0};
   Heightfield field = flat(801, 801, 0.1, 0.1);
-  add_crests(field, relief, draws(3));
+  add_bedforms(field, relief, draws(3));
   // At a crease the curvature along the crests jumps. Gentle sides have none of their own.
   constexpr double cell_m = 0.1;
   int gentle = 0, sudden = 0;
@@ -175,7 +175,7 @@ TEST_CASE(
     Bedforms relief = straight;
     relief.raggedness = raggedness;
     Heightfield field = flat(1201, 601, 0.1, 0.4);
-    add_crests(field, relief, draws(2));
+    add_bedforms(field, relief, draws(2));
     double squares = 0.0;
     int count = 0;
     for (int row = 0; row < field.rows; ++row)
@@ -196,7 +196,7 @@ TEST_CASE("A pair of forks adds a crest between its ends, and none away from it"
   // Straight crests: along a line across them, the turns of phase are the crests that are counted.
   const auto count = [](double forks, std::uint64_t seed) {
     Heightfield field = flat(400, 400, 0.1, 0.1);
-    add_crests(field,
+    add_bedforms(field,
                {.wavelength_m = 2.0,
                 .height_m = 0.2,
                 .across_crests_rad = 0.5 * pi,
@@ -222,8 +222,8 @@ TEST_CASE("A pair of forks adds a crest between its ends, and none away from it"
 TEST_CASE("Crests are a matter of place: a smaller bed is a part of the larger one") {
   const Bedforms relief{.wavelength_m = 2.0, .height_m = 0.2, .across_crests_rad = 0.4};
   Heightfield large = flat(201, 161, 0.2, 0.2), small = flat(101, 81, 0.2, 0.2);
-  add_crests(large, relief, draws(7));
-  add_crests(small, relief, draws(7));
+  add_bedforms(large, relief, draws(7));
+  add_bedforms(small, relief, draws(7));
   for (int row = 0; row < small.rows; ++row)
     for (int column = 0; column < small.columns; ++column)
       REQUIRE(small.at(column, row) == Approx(large.at(column + 50, row + 40)).margin(1e-9));
@@ -234,8 +234,8 @@ TEST_CASE("Crests are left out where their area has no weight, and the same else
   Heightfield everywhere = flat(201, 161, 0.2, 0.2), half = everywhere;
   std::vector<double> weight(half.z_m.size(), 0.0);
   for (std::size_t i = 0; i < weight.size(); ++i) weight[i] = i % 201 < 100 ? 0.3 : 0.0;
-  add_crests(everywhere, relief, draws(7));
-  add_crests(half, relief, draws(7), weight);
+  add_bedforms(everywhere, relief, draws(7));
+  add_bedforms(half, relief, draws(7), weight);
   for (std::size_t i = 0; i < weight.size(); ++i)
     REQUIRE(half.z_m[i] == (weight[i] > 0.0 ? everywhere.z_m[i] : 0.0));
 }
@@ -260,7 +260,7 @@ TEST_CASE("Crests are hardly ever steeper than sand lies, and their median heigh
   for (const double height_m : {0.1, 0.15}) {
     const Bedforms relief{.wavelength_m = 1.0, .height_m = height_m};
     Heightfield field = flat(1201, 1201, 0.05, 0.05);
-    add_crests(field, relief, draws(3));
+    add_bedforms(field, relief, draws(3));
     std::size_t steep = 0, all = 0;
     for (int row = 1; row + 1 < field.rows; ++row)
       for (int column = 1; column + 1 < field.columns; ++column) {
@@ -281,7 +281,7 @@ TEST_CASE("Crests are hardly ever steeper than sand lies, and their median heigh
                  .raggedness = 0.0,
                  .forks = 0.0};
   Heightfield field = flat(201, 201, 0.05, 0.05);
-  add_crests(field, steep, draws(3));
+  add_bedforms(field, steep, draws(3));
   const auto [low, high] = std::ranges::minmax(field.z_m);
   CHECK(high - low == Approx(0.5).epsilon(0.02));
 }

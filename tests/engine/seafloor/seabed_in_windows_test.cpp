@@ -58,11 +58,11 @@ SeabedOptions many_layers() {
                        .rise_m = 0.3};
   seabed.patches[2] = {.area = {.gentlest_rad = 0.08}, .material = "gravel"};
   seabed.patches[3] = {.area = {.shallowest_m = 20.2, .on = "gravel"}, .material = "cobble"};
-  seabed.crests.resize(2);
-  seabed.crests[0].relief.wavelength_m = 1.1;
-  seabed.crests[0].area.on = "sandy mud";
-  seabed.crests[1].relief.wavelength_m = 14.0;
-  seabed.crests[1].relief.height_m = 0.4;
+  seabed.bedforms.resize(2);
+  seabed.bedforms[0].relief.wavelength_m = 1.1;
+  seabed.bedforms[0].area.on = "sandy mud";
+  seabed.bedforms[1].relief.wavelength_m = 14.0;
+  seabed.bedforms[1].relief.height_m = 0.4;
   seabed.trawl_marks.resize(1);
   seabed.trawl_marks[0].relief.door_spacing_m = 12.0;
   seabed.pits.resize(2);
@@ -245,8 +245,8 @@ TEST_CASE("A seabed in windows refuses what it cannot have, by its key and with 
   CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Contains("seafloor.pits.1"));
   seabed.pits.resize(1);
   CHECK(obstacle_to_windows(grid, seabed).empty());
-  seabed.crests.resize(1);
-  seabed.crests[0].relief.wavelength_m = 0.5;  // two cells
+  seabed.bedforms.resize(1);
+  seabed.bedforms[0].relief.wavelength_m = 0.5;  // two cells
   CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Contains("seafloor.crests.0"));
   seabed = {};
   seabed.pits.resize(20);

@@ -146,12 +146,12 @@ TEST_CASE("Sides that cross are found, corners that neighbours share are not") {
 
 TEST_CASE("Layers add up, and none disturbs another") {
   SeafloorOptions all = options();
-  all.seabed.crests.resize(2);
-  all.seabed.crests[0].area.number = 1;
-  all.seabed.crests[0].relief.wavelength_m = 5.0;
-  all.seabed.crests[1].area.number = 2;
-  all.seabed.crests[1].relief.wavelength_m = 2.0;
-  all.seabed.crests[1].area.share = 0.5;
+  all.seabed.bedforms.resize(2);
+  all.seabed.bedforms[0].area.number = 1;
+  all.seabed.bedforms[0].relief.wavelength_m = 5.0;
+  all.seabed.bedforms[1].area.number = 2;
+  all.seabed.bedforms[1].relief.wavelength_m = 2.0;
+  all.seabed.bedforms[1].area.share = 0.5;
   all.seabed.pits.resize(1);
   all.seabed.roughness.resize(1);
   all.seabed.trawl_marks.resize(1);
@@ -167,8 +167,8 @@ TEST_CASE("Layers add up, and none disturbs another") {
   };
   const SeabedOptions& s = all.seabed;
   std::vector<SeabedOptions> alone(6);
-  alone[0].crests = {s.crests[0]};
-  alone[1].crests = {s.crests[1]};
+  alone[0].bedforms = {s.bedforms[0]};
+  alone[1].bedforms = {s.bedforms[1]};
   alone[2].pits = s.pits;
   alone[3].roughness = s.roughness;
   alone[4].trawl_marks = s.trawl_marks;
@@ -204,9 +204,9 @@ TEST_CASE("The map's materials and classes reach the faces, and relief follows `
   bed.seabed.patches[1].area.radius_m = 6.0;
   bed.seabed.patches[1].area.middle_east_m = 15.0;
   for (Patch& patch : bed.seabed.patches) patch.area.border_m = 0.0;
-  bed.seabed.crests.resize(1);
-  bed.seabed.crests[0].area.on = "sandy mud";
-  bed.seabed.crests[0].area.border_m = 0.0;
+  bed.seabed.bedforms.resize(1);
+  bed.seabed.bedforms[0].area.on = "sandy mud";
+  bed.seabed.bedforms[0].area.border_m = 0.0;
   bed.seabed.boulders.resize(1);
   bed.seabed.boulders[0].area.on = "medium sand";
   bed.seabed.boulders[0].relief.per_hectare = 300.0;
@@ -310,8 +310,8 @@ TEST_CASE("Ripples lie on the sediment and not on the rock") {
   bed.seabed.outcrops[0].area.patch_m = 12.0;
   bed.seabed.outcrops[0].area.border_m = 8.0;
   const Heightfield rock = make_heightfield(bed, 5);
-  bed.seabed.crests.resize(1);
-  bed.seabed.crests[0].relief.wavelength_m = 1.5;
+  bed.seabed.bedforms.resize(1);
+  bed.seabed.bedforms[0].relief.wavelength_m = 1.5;
   const Heightfield both = make_heightfield(bed, 5);
   int high = 0;
   for (std::size_t i = 0; i < rock.z_m.size(); ++i)

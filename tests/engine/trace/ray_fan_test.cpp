@@ -117,25 +117,25 @@ TEST_CASE("an invalid fan layout is refused") {
 
 TEST_CASE("a tilted fan still covers its far range, like a level one") {
   // The share of rays that meet a flat bed in the outer half of the range.
-  const auto far_share = [](double lean_rad, double laid_for_rad) {
+  const auto far_share = [](double roll_tilt_rad, double laid_for_rad) {
     const FanGrid grid({.sector_low_rad = -0.2,
                         .sector_high_rad = 1.5,
                         .truncation_rad = 0.01,
                         .main_lobe_rad = 0.01,
                         .range_over_height = 8.0,
-                        .lean_rad = laid_for_rad});
+                        .roll_tilt_rad = laid_for_rad});
     int far = 0;
     for (const double elevation : grid.elevation_rad) {
-      const double depression = grid.middle_depression_rad - elevation + lean_rad;
+      const double depression = grid.middle_depression_rad - elevation + roll_tilt_rad;
       far += depression < std::asin(1.0 / 4.0) && depression > std::asin(1.0 / 8.0);
     }
     return static_cast<double>(far) / static_cast<double>(grid.elevation_rad.size());
   };
   const double level = far_share(0.0, 0.0);
   CHECK(level > 0.35);
-  for (const double lean_rad : {-0.1, 0.1}) {
-    CHECK(far_share(lean_rad, lean_rad) == Approx(level).epsilon(0.1));
-    CHECK(far_share(lean_rad, 0.0) < 0.8 * level);  // laid out as if it were level
+  for (const double roll_tilt_rad : {-0.1, 0.1}) {
+    CHECK(far_share(roll_tilt_rad, roll_tilt_rad) == Approx(level).epsilon(0.1));
+    CHECK(far_share(roll_tilt_rad, 0.0) < 0.8 * level);  // laid out as if it were level
   }
 }
 

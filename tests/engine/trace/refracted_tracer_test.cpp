@@ -204,14 +204,14 @@ TEST_CASE("Faces are flat in straightened space within half a millimetre") {
     }
 }
 
-TEST_CASE("Everything that a bent fan can touch is in its view volume") {
+TEST_CASE("Everything that a bent fan can touch is in its fan volume") {
   const Seafloor bed = rough_bed();
   const double highest_m = refine::bounds(bed.mesh).highest.z();
   const auto embree = make_intersector("embree", bed.mesh);
   RayFan fan = fan_at({0, 0, -4.0}, 250, 60.0);
   fan.bend = bend_of(thermocline, 17.0, fan.range_m, 1490.0);
   CHECK(fan.bend.turn_rad > 0.0);
-  const refine::FanVolume volume = view_volume(fan);
+  const refine::FanVolume volume = fan_volume_of(fan);
   const refine::ViewTest test(std::span(&volume, 1));
   RefractedTracer tracer(thermocline, highest_m, 16.5, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());

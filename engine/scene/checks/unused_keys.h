@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/scene/scene.h>
+
+namespace ensonify::engine {
+
+/// A warning for each key that the scene gives and that has no effect, because another key is not
+/// given or switches it off: "file:line:column: 'KEY' has no effect ...". Values that a preset or
+/// the scene's conditions give count as well. Keys that a scene may not have are errors, not
+/// warnings (check_scene()).
+std::vector<std::string> unused_keys(const Scene& scene);
+
+}  // namespace ensonify::engine
