@@ -9,7 +9,7 @@ namespace ensonify::engine {
 /// What a session puts into a scene, and moves: a vehicle, a buoy on its line, a diver.
 struct MovingObject {
   /// Metres, z up, y where its heading points, about the point that a pose places. Both sides of
-  /// its faces scatter.
+  /// its faces scatter. Its world_origin does not count.
   refine::TriangleMesh mesh;
   /// One of the scene's own, or a name that material.h knows.
   std::string material = "fouled steel";

@@ -109,6 +109,8 @@ MovingObject object_of(std::span<const KeyValue> keys, std::string_view name,
       throw SceneError(fmt::format(
           "{}: '{}' places an object on the seabed; an added object lies where its pose says", name,
           key));
+    if (value.find('\n') != value.npos)
+      throw SceneError(fmt::format("{}: the value of '{}' has more than one line", name, key));
     text += fmt::format("{} = {}\n", toml_string(key), value);
   }
   const Scene scene = parse_scene(text, name, {}, paths);

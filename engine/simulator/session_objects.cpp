@@ -70,13 +70,15 @@ SessionObjects::SessionObjects(const Seafloor& seafloor, FacesWithBodies& faces)
 void SessionObjects::check(const MovingObject& object, const Pose& pose) const {
   check_pose(pose);
   if (object.mesh.faces.empty()) throw std::invalid_argument("Simulator: the mesh has no faces");
+  if (object.class_name.empty())
+    throw std::invalid_argument("Simulator: the object's class is empty, expected a name");
   if (fixed_labels_ + faces_.bodies() >= max_labels)
     throw std::invalid_argument(fmt::format(
         "Simulator: there are {} objects and other labels, and no room for more: remove one",
         max_labels));
   if (number_in(classes_, object.class_name) > max_labels)
     throw std::invalid_argument(fmt::format(
-        "Simulator: '{}' is a new class, and there have been {}, which is as many as the layer of "
+        "Simulator: '{}' is a new class, and there have been {}, the most that the layer of "
         "classes can number: use one of them",
         object.class_name, max_labels));
   check_vertices(object.mesh, farthest_m);

@@ -199,6 +199,8 @@ TEST_CASE("invalid calls are refused and change nothing") {
                   std::invalid_argument);
   CHECK_THROWS_AS(session.add({.mesh = cube(1.0f)}, nowhere), std::invalid_argument);
   CHECK_THROWS_AS(session.add({}, beside), std::invalid_argument);
+  CHECK_THROWS_AS(session.add({.mesh = cube(1.0f), .class_name = ""}, beside),
+                  std::invalid_argument);
   CHECK_THROWS_AS(session.add({.mesh = cube(1.0f), .material = "cheese"}, beside),
                   std::invalid_argument);
   refine::TriangleMesh broken = cube(1.0f);
@@ -212,6 +214,11 @@ TEST_CASE("invalid calls are refused and change nothing") {
     CHECK_THROWS_AS(session.set_sonar(0, deaf), SceneError);
   }
   CHECK_THROWS_AS(session.set_sonar(1, Sonar{}), std::invalid_argument);
+  for (const std::string name : {"", "../outside", "a b", "manifest"}) {
+    Sonar named = session.sonars()[0];
+    named.name = name;
+    CHECK_THROWS_AS(session.set_sonar(0, named), SceneError);
+  }
   CHECK(session.materials().size() == 2);
   CHECK(numbers(session.ping_numbered(beside, 0)) == before);
 }
