@@ -2,16 +2,14 @@
 
 #include <bit>
 #include <cstdint>
-#include <exception>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
 
-#include <archive.h>
-#include <archive_entry.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include <ensonify/engine/output/archive_writer.h>
 
 namespace ensonify::engine {
 namespace {
@@ -43,69 +41,16 @@ std::vector<std::byte> npy(std::string_view type, std::string_view shape,
   return bytes;
 }
 
-/// A ZIP archive without times or owners.
-class Zip {
- public:
-  explicit Zip(const refine::WriteAt& write_at)
-      : write_at_(write_at), archive_(archive_write_new(), archive_write_free) {
-    if (!archive_) throw std::bad_alloc();
-    check(archive_write_set_format_zip(archive_.get()));
-    // Speckle hardly compresses: level 6 takes three times as long and saves 2 %.
-    check(archive_write_set_options(archive_.get(),
-                                    "zip:compression=deflate,zip:compression-level=1"));
-    check(archive_write_set_bytes_per_block(archive_.get(), 0));
-    check(archive_write_open(archive_.get(), this, nullptr, write, nullptr));
-  }
-
-  void add(const std::string& name, std::span<const std::byte> data) {
-    const std::unique_ptr<archive_entry, decltype(&archive_entry_free)> entry(archive_entry_new(),
-                                                                              archive_entry_free);
-    if (!entry) throw std::bad_alloc();
-    archive_entry_set_pathname(entry.get(), name.c_str());
-    archive_entry_set_filetype(entry.get(), AE_IFREG);
-    archive_entry_set_perm(entry.get(), 0644);
-    archive_entry_set_size(entry.get(), static_cast<la_int64_t>(data.size()));
-    check(archive_write_header(archive_.get(), entry.get()));
-    const bool whole = archive_write_data(archive_.get(), data.data(), data.size()) ==
-                       static_cast<la_ssize_t>(data.size());
-    check(whole ? ARCHIVE_OK : ARCHIVE_FATAL);
-  }
-
-  void finish() { check(archive_write_close(archive_.get())); }
-
- private:
-  /// Keeps the first error for check(): an exception must not pass through C code, and libarchive
-  /// leaks memory if it is told of an error.
-  static la_ssize_t write(archive*, void* its_zip, const void* data, std::size_t size) {
-    Zip& zip = *static_cast<Zip*>(its_zip);
-    try {
-      if (!zip.error_) zip.write_at_(zip.place_, {static_cast<const std::byte*>(data), size});
-      zip.place_ += size;
-    } catch (...) {
-      zip.error_ = std::current_exception();
-    }
-    return static_cast<la_ssize_t>(size);
-  }
-  void check(int result) const {
-    if (error_) std::rethrow_exception(error_);
-    if (result == ARCHIVE_OK) return;
-    const char* reason = archive_error_string(archive_.get());
-    throw std::runtime_error(
-        fmt::format("cannot make a NumPy archive: {}", reason ? reason : "no memory left"));
-  }
-
-  // Before archive_, whose destructor may still write.
-  const refine::WriteAt& write_at_;
-  std::uint64_t place_ = 0;
-  std::exception_ptr error_;
-  std::unique_ptr<archive, decltype(&archive_write_free)> archive_;
-};
-
 }  // namespace
 
 void encode_npz(const Waterfall& waterfall, const ImageOrigin& origin,
                 const refine::WriteAt& write_at) {
-  Zip zip(write_at);
+  std::uint64_t place = 0;
+  ArchiveWriter zip(ArchiveFormat::zip, "cannot make a NumPy archive",
+                    [&](std::span<const std::byte> bytes) {
+                      write_at(place, bytes);
+                      place += bytes.size();
+                    });
   const std::string shape = fmt::format("({}, {})", waterfall.rows(), waterfall.columns());
   BinLayers::for_each([&](std::string_view name, auto layer) {
     if (!origin.has_layer(name)) return;

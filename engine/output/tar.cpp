@@ -1,75 +1,28 @@
 #include <ensonify/engine/output/tar.h>
 
-#include <exception>
+#include <memory>
+#include <new>
 #include <stdexcept>
+#include <utility>
 
 #include <archive.h>
 #include <archive_entry.h>
 #include <fmt/format.h>
 
-#include <ensonify/refine/atomic_file.h>
-
 namespace ensonify::engine {
 
-struct TarFile::Impl {
-  std::filesystem::path path;
-  refine::NewFile file;
-  std::exception_ptr refused;  // the disk's error; an exception must not pass through C code
-  bool abandoned = false;
-  std::unique_ptr<archive, decltype(&archive_write_free)> tar{archive_write_new(),
-                                                              archive_write_free};
-
-  explicit Impl(const std::filesystem::path& its_path) : path(its_path), file(its_path) {
-    if (!tar) throw std::bad_alloc();
-    check(archive_write_set_format_ustar(tar.get()));
-    check(archive_write_set_bytes_per_block(tar.get(), 10240));
-    check(archive_write_open(tar.get(), this, nullptr, write, nullptr));
-  }
-  // Freeing the archive writes the end mark, which an unfinished file must not get.
-  ~Impl() { abandoned = true; }
-
-  static la_ssize_t write(archive*, void* self, const void* data, std::size_t size) {
-    Impl& impl = *static_cast<Impl*>(self);
-    try {
-      if (!impl.abandoned && !impl.refused)
-        impl.file.write({static_cast<const std::byte*>(data), size});
-    } catch (...) {
-      impl.refused = std::current_exception();
-    }
-    // If libarchive saw the error it would leak its memory; check() reports ours instead.
-    return static_cast<la_ssize_t>(size);
-  }
-  void check(int result) const {
-    if (refused) std::rethrow_exception(refused);
-    if (result == ARCHIVE_OK) return;
-    const char* reason = archive_error_string(tar.get());
-    throw std::runtime_error(
-        fmt::format("{}: {}", path.string(), reason ? reason : "no memory left"));
-  }
-};
-
-TarFile::TarFile(const std::filesystem::path& file) : impl_(std::make_unique<Impl>(file)) {}
-TarFile::~TarFile() = default;
+TarFile::TarFile(const std::filesystem::path& file)
+    : file_(file),
+      archive_(ArchiveFormat::ustar, file.string(),
+               [this](std::span<const std::byte> bytes) { file_.write(bytes); }) {}
 
 void TarFile::add(const std::string& name, std::span<const std::byte> content) {
-  const std::unique_ptr<archive_entry, decltype(&archive_entry_free)> entry(archive_entry_new(),
-                                                                            archive_entry_free);
-  if (!entry) throw std::bad_alloc();
-  archive_entry_set_pathname(entry.get(), name.c_str());
-  archive_entry_set_filetype(entry.get(), AE_IFREG);
-  archive_entry_set_perm(entry.get(), 0644);
-  archive_entry_set_mtime(entry.get(), 0, 0);
-  archive_entry_set_size(entry.get(), static_cast<la_int64_t>(content.size()));
-  archive* tar = impl_->tar.get();
-  impl_->check(archive_write_header(tar, entry.get()));
-  const bool whole = archive_write_data(tar, content.data(), content.size()) ==
-                     static_cast<la_ssize_t>(content.size());
-  impl_->check(whole ? ARCHIVE_OK : ARCHIVE_FATAL);
+  archive_.add(name, content);
 }
 
 void TarFile::finish() {
-  impl_->check(archive_write_close(impl_->tar.get()));
-  impl_->file.commit();
+  archive_.finish();
+  file_.commit();
 }
 
 void read_tar(const std::filesystem::path& file,

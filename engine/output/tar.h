@@ -3,10 +3,12 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
+
+#include <ensonify/engine/output/archive_writer.h>
+#include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
 
@@ -14,17 +16,14 @@ namespace ensonify::engine {
 class TarFile {
  public:
   explicit TarFile(const std::filesystem::path& file);
-  ~TarFile();
-  TarFile(const TarFile&) = delete;
-  TarFile& operator=(const TarFile&) = delete;
   /// Throws std::system_error if the file cannot be written, std::runtime_error for a name that
   /// does not fit into a tar header.
   void add(const std::string& name, std::span<const std::byte> content);
   void finish();
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  refine::NewFile file_;
+  ArchiveWriter archive_;
 };
 
 /// Calls f for each member, in order. Throws std::runtime_error, with the file's name, if the file
