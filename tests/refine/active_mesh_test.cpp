@@ -16,16 +16,17 @@
 
 #include <ensonify/refine/edge_collapse.h>
 #include <ensonify/refine/footprint.h>
-#include <ensonify/refine/invariants.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
 
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/invariants.h"
 #include "support/meshes.h"
 #include "support/random_hierarchy.h"
 
 using namespace ensonify::refine;
+using ensonify::tests::broken_invariants;
 using ensonify::tests::NamedMesh;
 using ensonify::tests::over_vertices_only;
 using ensonify::tests::Random;

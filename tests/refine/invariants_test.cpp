@@ -1,5 +1,3 @@
-#include <ensonify/refine/invariants.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <functional>
@@ -10,9 +8,11 @@
 #include <ensonify/refine/edge_collapse.h>
 
 #include "support/catch.h"
+#include "support/invariants.h"
 #include "support/meshes.h"
 
 using namespace ensonify::refine;
+using ensonify::tests::broken_invariants;
 using Lines = std::vector<std::string>;
 
 namespace {

@@ -15,10 +15,10 @@
 #include <vector>
 
 #include <ensonify/refine/height_tiles.h>
-#include <ensonify/refine/invariants.h>
 
 #include "support/catch.h"
 #include "support/heights.h"
+#include "support/invariants.h"
 #include "support/meshes.h"
 #include "support/temporary_folder.h"
 #include "support/touched_faces.h"

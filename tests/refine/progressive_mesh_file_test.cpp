@@ -21,16 +21,17 @@
 
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/footprint.h>
-#include <ensonify/refine/invariants.h>
 #include <ensonify/refine/tile_collapse.h>
 
 #include "support/catch.h"
+#include "support/invariants.h"
 #include "support/meshes.h"
 #include "support/progressive_file.h"
 #include "support/temporary_folder.h"
 
 namespace fs = std::filesystem;
 using namespace ensonify::refine;
+using ensonify::tests::broken_invariants;
 using ensonify::tests::ProgressiveFile;
 using ensonify::tests::Random;
 using ensonify::tests::random_volume;

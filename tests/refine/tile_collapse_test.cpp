@@ -16,18 +16,19 @@
 
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/edge_collapse.h>
-#include <ensonify/refine/invariants.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
 
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/invariants.h"
 #include "support/manifold.h"
 #include "support/meshes.h"
 #include "support/topology.h"
 
 using namespace ensonify::refine;
 using Catch::Contains;
+using ensonify::tests::broken_invariants;
 using ensonify::tests::NamedMesh;
 using ensonify::tests::Random;
 using ensonify::tests::random_volume;

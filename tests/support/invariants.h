@@ -8,26 +8,26 @@
 #include <ensonify/refine/fan_volume.h>
 #include <ensonify/refine/progressive_mesh.h>
 
-namespace ensonify::refine {
+namespace ensonify::tests {
 
 /// Checks an active mesh: returns, in words, what does not hold although it must after any sequence
 /// of splits and collapses; empty if all is well. It applies the definitions to the whole original
-/// mesh, which is slow: for tests and soak runs.
+/// mesh, which is slow.
 ///
 /// Its vertices' leaves partition all leaves. Its faces are the original ones with three distinct
 /// active ancestors. Each directed edge exists at most once; opposites and borders agree; each
 /// vertex has one fan. Euler's characteristic is the original's; each vertex stands for a disc. Cut
 /// vertices are in the one-ring; where two are one, that one was collapsed later. The exact faces
 /// are those of three leaves.
-std::vector<std::string> broken_invariants(const ActiveMesh& mesh);
+std::vector<std::string> broken_invariants(const refine::ActiveMesh& mesh);
 
 /// The same, plus what refine(volumes) promises: no active inner sphere meets a volume, and the
 /// exact faces contain Footprint's.
-std::vector<std::string> broken_invariants(const ActiveMesh& mesh,
-                                           std::span<const FanVolume> volumes);
+std::vector<std::string> broken_invariants(const refine::ActiveMesh& mesh,
+                                           std::span<const refine::FanVolume> volumes);
 
 /// Checks a progressive mesh's spheres: each must contain, in double, every original face that
 /// touches a leaf of its node.
-std::vector<std::string> broken_invariants(const ProgressiveMesh& mesh);
+std::vector<std::string> broken_invariants(const refine::ProgressiveMesh& mesh);
 
-}  // namespace ensonify::refine
+}  // namespace ensonify::tests

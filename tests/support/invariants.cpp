@@ -1,4 +1,4 @@
-#include <ensonify/refine/invariants.h>
+#include "support/invariants.h"
 
 #include <algorithm>
 #include <array>
@@ -11,8 +11,10 @@
 
 #include <ensonify/refine/footprint.h>
 
-namespace ensonify::refine {
+namespace ensonify::tests {
 namespace {
+
+using namespace ensonify::refine;
 
 using Index = std::uint32_t;
 constexpr Index none = ProgressiveMesh::none;
@@ -343,4 +345,4 @@ std::vector<std::string> broken_invariants(const ProgressiveMesh& mesh) {
   return found.lines();
 }
 
-}  // namespace ensonify::refine
+}  // namespace ensonify::tests
