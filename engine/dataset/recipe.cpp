@@ -54,7 +54,7 @@ bool under(std::string_view path, std::string_view table) {
 
 }  // namespace
 
-struct Recipe::Distributions : RecipeText {
+struct DrawnKeys : RecipeText {
   std::set<std::string, std::less<>> of_seafloor;  ///< keys that are drawn once per seafloor
   std::size_t renders = 1;                         ///< per sample
 };
@@ -69,11 +69,10 @@ double stratified(const RandomStream& stream, std::uint64_t index) {
   return stratified_number(static_cast<std::uint32_t>(index), seed(seeds[0]), seed(seeds[1]));
 }
 
-/// The values of one sample. `Text` is the recipe's.
-template <class Text>
+/// The values of one sample.
 class Draws {
  public:
-  Draws(const Text& text, std::size_t sample, std::size_t seafloor, std::size_t render)
+  Draws(const DrawnKeys& text, std::size_t sample, std::size_t seafloor, std::size_t render)
       : text_(text), sample_(sample), seafloor_(seafloor), render_(render) {}
 
   /// A key's value as in TOML; empty: left out. `asked_by` is the place for messages.
@@ -169,7 +168,7 @@ class Draws {
     return value_text(d.kind == Distribution::Kind::whole ? std::round(result) : result);
   }
 
-  const Text& text_;
+  const DrawnKeys& text_;
   std::size_t sample_, seafloor_, render_;
   std::map<std::string, std::optional<std::string>> known_;  // none: being drawn
 };
@@ -321,8 +320,8 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
       overrides_(std::move(overrides)),
       data_folder_(data_folder),
       options_(parse_dataset_options(text_, name_, overrides_)),
-      distributions_(std::make_unique<Distributions>()) {
-  Distributions& d = *distributions_;
+      drawn_keys_(std::make_unique<DrawnKeys>()) {
+  DrawnKeys& d = *drawn_keys_;
   static_cast<RecipeText&>(d) = parse_recipe_text(text_, name_, data_folder_, overrides_);
   const auto refuse = [&](std::string_view message) {
     return SceneError(fmt::format("{}: {}{}", name_, message, with_overrides(overrides_)));
@@ -423,10 +422,10 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
 Scene Recipe::with_every_table() const {
   return first_that_is(samples(), [&](std::size_t sample) {
     DrawnValues whole;
-    Draws draws(*distributions_, sample, seafloor_of(sample), 0);
-    for (const auto& [key, distribution] : distributions_->distributions)
+    Draws draws(*drawn_keys_, sample, seafloor_of(sample), 0);
+    for (const auto& [key, distribution] : drawn_keys_->distributions)
       if (!key.ends_with(".present")) whole.values[key] = draws.value(key, name_);
-    for (const std::string& key : distributions_->overridden)
+    for (const std::string& key : drawn_keys_->overridden)
       add_override(key, whole.values.at(key), whole);
     // Absent tables need not fit the rest.
     return parse_recipe_unchecked(text_, name_, whole);
@@ -447,7 +446,7 @@ std::size_t Recipe::seafloor_of(std::size_t sample) const {
 }
 
 SampleScene Recipe::sample(std::size_t number) const {
-  const Distributions& d = *distributions_;
+  const DrawnKeys& d = *drawn_keys_;
   SampleScene result;
   result.seafloor = seafloor_of(number);
   const auto sample_name = [&] { return fmt::format("{}: sample {}", name_, number); };

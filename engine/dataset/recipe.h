@@ -29,6 +29,8 @@ struct SampleScene {
   std::vector<Display> renders;  ///< the first is the scene's
 };
 
+struct DrawnKeys;  // in the source
+
 /// A dataset's recipe: a scene with distributions in place of values, and [dataset]. The draw of a
 /// key depends only on the recipe's seed, the key's name and the number of the sample (or of its
 /// seafloor).
@@ -66,14 +68,13 @@ class Recipe {
   std::filesystem::path path_of(const std::string& asset) const;
 
  private:
-  struct Distributions;
   ScenePaths paths() const;
   Scene with_every_table() const;
   std::string text_, name_;
   std::vector<std::string> overrides_;
   std::filesystem::path data_folder_;
   DatasetOptions options_;
-  std::unique_ptr<Distributions> distributions_;
+  std::unique_ptr<DrawnKeys> drawn_keys_;
   std::vector<std::string> targets_, grounds_, materials_;
   std::set<std::string> files_;
 };
