@@ -22,7 +22,6 @@
 
 #include "app.h"
 #include "progress.h"
-#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -47,7 +46,8 @@ Scene read_input(const SceneArguments& input) {
   };
   if (std::ranges::none_of(meshes, same)) return input.read();
   if (!fs::exists(input.file))
-    throw UsageError(fmt::format("{}: there is no such file", input.file.string()));
+    throw UsageError(fmt::format("{}: there is no such file; give the path of a scene or a mesh",
+                                 input.file.string()));
   const fs::path file = fs::canonical(input.file);  // the user may name a link to a mesh elsewhere
   return parse_scene(fmt::format("version = 1\n[seafloor]\nkind = \"mesh\"\nmesh = {}\n",
                                  toml_string(file.filename().string())),

@@ -1,8 +1,8 @@
 #include "app.h"
-#include "tell.h"
 
 #include <poll.h>
 #include <sys/eventfd.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <array>
@@ -15,6 +15,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/number_in.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/prepare.h>
 
@@ -98,9 +100,10 @@ CLI::Validator number(double low, double high) {
   const std::string range = any ? "" : fmt::format(" from {} to {}", low, high);
   return CLI::Validator(
       [=](std::string& text) {
-        double value = 0.0;
-        const bool read = !text.empty() && CLI::detail::lexical_cast(text, value);
-        return read && value >= low && value <= high
+        const std::string_view digits =
+            text.starts_with('+') ? std::string_view(text).substr(1) : text;
+        const std::optional value = number_in<double>(digits);
+        return value && *value >= low && *value <= high
                    ? ""
                    : fmt::format("'{}' is not a number{}", text, range);
       },
@@ -109,15 +112,9 @@ CLI::Validator number(double low, double high) {
 
 Shard parse_shard(std::string_view option, const std::string& text) {
   const std::size_t slash = text.find('/');
-  const auto number = [&](std::string_view digits) {
-    std::size_t value = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    return error == std::errc() && end == digits.data() + digits.size() ? std::optional(value)
-                                                                        : std::nullopt;
-  };
   if (slash != std::string::npos) {
-    const auto index = number(std::string_view(text).substr(0, slash));
-    const auto count = number(std::string_view(text).substr(slash + 1));
+    const auto index = number_in<std::size_t>(std::string_view(text).substr(0, slash));
+    const auto count = number_in<std::size_t>(std::string_view(text).substr(slash + 1));
     if (index && count && *index < *count) return {*index, *count};
   }
   throw UsageError(
@@ -129,15 +126,20 @@ void print(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
     return;
   if (errno == EINTR && SignalWatch::caught() != 0) throw Stopped("stopped on request");
-  throw std::runtime_error("stdout: not all of the output could be written");
+  throw std::runtime_error(
+      "stdout: not all of the output could be written; check the disk, or the program that reads it");
 }
 
-void print_object(const nlohmann::ordered_json& json) {
-  print(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
-}
+void print_object(const nlohmann::ordered_json& json) { print(json_text(json, 2) + "\n"); }
 
 void print_warnings(std::span<const std::string> warnings) {
   for (const std::string& warning : warnings) tell("ensonify: warning: {}\n", warning);
+}
+
+std::size_t terminal_columns(int descriptor) {
+  winsize size{};
+  if (::ioctl(descriptor, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return 80;
+  return size.ws_col;
 }
 
 std::atomic<int> SignalWatch::caught_ = 0;

@@ -13,9 +13,11 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 #include <nlohmann/json_fwd.hpp>
 
 #include <ensonify/engine/memory.h>
@@ -100,8 +102,18 @@ Shard parse_shard(std::string_view option, const std::string& text);
 void print(std::string_view text);
 /// Writes the object of --json to stdout. Throws as print().
 void print_object(const nlohmann::ordered_json& json);
+/// Writes to stderr. That it cannot be written, as a log on a full disk, is no fault of the work.
+template <class... Values>
+void tell(fmt::format_string<Values...> format, Values&&... values) {
+  const std::string text = fmt::format(format, std::forward<Values>(values)...);
+  [[maybe_unused]] const auto written = std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
 /// Writes warnings to stderr, one per line.
 void print_warnings(std::span<const std::string> warnings);
+
+/// The number of columns of a terminal; 80 if the file is not a terminal.
+std::size_t terminal_columns(int descriptor);
 
 /// Records SIGINT, SIGTERM and SIGHUP during its life, instead of ending the program. Under nohup
 /// SIGHUP stays ignored.

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -10,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/clock.h>
+#include <ensonify/engine/number_in.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/internals.h>
@@ -23,7 +23,6 @@
 #include "check_pings.h"
 #include "check_report.h"
 #include "progress.h"
-#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -139,153 +138,226 @@ std::vector<HeightCandidate> heights(const Simulator& of_mesh, const Simulator& 
   return all;
 }
 
-void check(const CheckArguments& arguments) {
-  std::vector<IntersectorKind> kinds = kinds_of(arguments.intersectors);
-  Scene scene = arguments.scene.read();
-  const int threads = refine::thread_count(arguments.threads);
-  const SignalWatch signals;
-  std::optional<Progress> progress(std::in_place, arguments.quiet);
-  const Preparation how{.cache = arguments.cache,
-                        .threads = threads,
-                        .progress =
-                            [&](std::string_view stage) {
-                              progress->report(stage, 0, 1);
-                              if (SignalWatch::caught() != 0)
-                                throw Stopped("stopped on request, before a ray was compared");
-                            },
-                        .memory = arguments.memory};
-
-  Clock::time_point start = Clock::now();
-  // The reference mesh is made from the scene, not from its analysis, which is checked as well. The
-  // tree over it is the reference: a second one, of the scene's intersector, would only take
-  // memory.
-  Scene of_mesh = scene;
-  of_mesh.run.surface = "static";
-  of_mesh.run.intersector = reference_intersector;
-  Simulator simulator(of_mesh, how);
-  const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
-  const std::shared_ptr<const Intersector> reference = SimulatorInternals::whole(simulator);
+/// What is compared, and with what.
+struct Prepared {
+  Scene scene;  ///< with the surface "refined"
+  Simulator
+      simulator;  ///< over the mesh of the scene itself, not of its analysis, which is checked
+  std::shared_ptr<const Intersector> reference;  ///< over that mesh
   std::optional<Simulator> of_heights;
-  if (scene.seafloor.is_grid()) {
-    scene.run.surface = "footprint";
-    of_heights.emplace(scene, how);
-  }
-  scene.run.surface = "refined";
-  const auto analysed = prepare_seafloor(scene, how);
-  const std::vector<PingBlock> blocks = scene_blocks(scene, simulator, (arguments.rays + 1) / 2);
-  const std::uint64_t scene_rays = rays_of(blocks);  // may be more than requested: blocks are whole
-  const Refraction refraction = refraction_of(simulator, blocks);
-  const BentWater water{refraction.profile, refraction.highest_m, simulator.sound_speed_mps()};
-  const std::uint64_t bent_every =
-      std::clamp<std::uint64_t>(scene_rays / enough_bent, 1, most_bent_every);
-  const Simulator of_analysis(scene, {.threads = threads, .seafloor = analysed});
-  const double prepare_s = seconds_since(start);
+  std::shared_ptr<const PreparedSeafloor> analysed;
+  std::vector<PingBlock> blocks;
+  std::uint64_t scene_rays = 0;  ///< may be more than requested: blocks are whole
+  Refraction refraction;
+  BentWater water;
+  std::uint64_t bent_every = 1;
+  std::optional<Simulator> of_analysis;
 
-  start = Clock::now();
-  AgreementProgress reached;
-  std::string_view reached_what;
-  bool stopped = false;
-  std::size_t finished = 0;
-  std::vector<AgreementRow> rows;
-  const auto compare_some = [&](std::string_view what, const std::vector<Candidate>& some,
-                                AgreementOptions options) {
-    reached_what = what;
-    options.seed = scene.seed;
-    options.threads = threads;
-    const AgreementProgress before = reached;
+  const refine::TriangleMesh& mesh() const { return simulator.seafloor().mesh; }
+};
+
+/// The scene with a surface and an intersector.
+Scene scene_with(Scene scene, std::string surface, std::string_view intersector) {
+  scene.run.surface = std::move(surface);
+  scene.run.intersector = intersector;
+  return scene;
+}
+
+std::unique_ptr<Prepared> prepare(const CheckArguments& arguments, const Preparation& how) {
+  const Scene read = arguments.scene.read();
+  // The tree of this simulator is the reference: a second one, of the scene's intersector, would
+  // only take memory.
+  auto all = std::make_unique<Prepared>(
+      Prepared{.scene = scene_with(read, "refined", read.run.intersector),
+               .simulator = Simulator(scene_with(read, "static", reference_intersector), how)});
+  all->reference = SimulatorInternals::whole(all->simulator);
+  if (read.seafloor.is_grid())
+    all->of_heights.emplace(scene_with(read, "footprint", read.run.intersector), how);
+  all->analysed = prepare_seafloor(all->scene, how);
+  all->blocks = scene_blocks(all->scene, all->simulator, (arguments.rays + 1) / 2);
+  all->scene_rays = rays_of(all->blocks);
+  all->refraction = refraction_of(all->simulator, all->blocks);
+  all->water = {all->refraction.profile, all->refraction.highest_m,
+                all->simulator.sound_speed_mps()};
+  all->bent_every = std::clamp<std::uint64_t>(all->scene_rays / enough_bent, 1, most_bent_every);
+  all->of_analysis.emplace(all->scene,
+                           Preparation{.threads = how.threads, .seafloor = all->analysed});
+  return all;
+}
+
+/// The comparisons of a check, one after another, until one is stopped.
+class Comparison {
+ public:
+  Comparison(const Prepared& prepared, const CheckArguments& arguments, int threads,
+             Progress& progress)
+      : all_(prepared), arguments_(arguments), threads_(threads), progress_(progress) {}
+
+  void run() {
+    std::vector<IntersectorKind> kinds = kinds_of(arguments_.intersectors);
+    std::erase_if(kinds, [&](const IntersectorKind& kind) { return every(kind) == 0; });
+    if (kinds.empty())
+      throw UsageError(fmt::format("{} would take too long: use fewer --rays, or fewer faces",
+                                   fmt::join(arguments_.intersectors, ", ")));
+    const bool all_kinds = arguments_.intersectors.empty();
+    comparisons_ = kinds.size() + (all_kinds ? 2 : 0);
+    // One intersector after another, so that its trees are freed before the next one's are built.
+    for (const IntersectorKind& kind : kinds) {
+      compare_intersector(kind);
+      if (stopped_) return;
+    }
+    if (!all_kinds) return;
+    compare_altitudes();
+    if (!stopped_) compare_hierarchy();
+  }
+
+  const std::vector<AgreementRow>& rows() const { return rows_; }
+  bool stopped() const { return stopped_; }
+  std::uint64_t unexplained() const { return reached_.unexplained; }
+  /// How much of it was done when it was stopped.
+  std::string reached() const {
+    return fmt::format(
+        "{} of {} comparisons{}", finished_, comparisons_,
+        reached_.rays < reached_.of  // for aimed rays the latter is an estimate
+            ? fmt::format(" and {} of {} rays of {}", reached_.rays, reached_.of, reached_what_)
+            : "");
+  }
+
+ private:
+  std::uint64_t every(const IntersectorKind& kind) const {
+    return asked_every(kind, all_.mesh().faces.size(), all_.scene_rays + arguments_.rays / 2);
+  }
+
+  void compare_intersector(const IntersectorKind& kind) {
+    compare_some(kind.name,
+                 candidates(kind, all_.mesh(), all_.reference, all_.analysed->seafloor.progressive,
+                            all_.of_heights ? &all_.of_heights->seafloor() : nullptr, all_.scene,
+                            every(kind), all_.refraction, all_.water.reference_mps),
+                 {.aimed_fan_rays = arguments_.rays / 4,
+                  .aimed_rays = arguments_.rays / 4,
+                  .bodies = true,
+                  .water = every(kind) == 1 ? all_.water : BentWater{},
+                  .bent_every = all_.bent_every});
+  }
+
+  void compare_altitudes() {
+    compare_some("altitudes", {},
+                 {.heights = heights(all_.simulator, *all_.of_analysis,
+                                     all_.of_heights ? &*all_.of_heights : nullptr),
+                  .plumb_lines = arguments_.rays / 50,
+                  .bed_faces = all_.simulator.seafloor().bed_faces});
+  }
+
+  void compare_hierarchy() {
+    progress_.report("faces", 0, 1);
+    rows_.push_back({compare_faces(all_.mesh(), *all_.analysed->seafloor.progressive, threads_),
+                     "refined", "progressive_mesh", RaySource::faces, Precision::exact});
+    reached_.unexplained += rows_.back().count(Verdict::unexplained);
+  }
+
+  void compare_some(std::string_view what, const std::vector<Candidate>& some,
+                    AgreementOptions options) {
+    reached_what_ = what;
+    options.seed = all_.scene.seed;
+    options.threads = threads_;
+    const AgreementProgress before = reached_;
     options.progress = [&](const AgreementProgress& now) {
-      reached = {now.rays, now.of, before.unexplained + now.unexplained, before.leaks + now.leaks};
-      progress->report(
+      reached_ = {now.rays, now.of, before.unexplained + now.unexplained, before.leaks + now.leaks};
+      progress_.report(
           what, now.rays, now.of,
-          fmt::format("{} unexplained, {} leaked", reached.unexplained, reached.leaks));
-      stopped = SignalWatch::caught() != 0;
-      return !stopped;
+          fmt::format("{} unexplained, {} leaked", reached_.unexplained, reached_.leaks));
+      stopped_ = SignalWatch::caught() != 0;
+      return !stopped_;
     };
     const std::vector<AgreementRow> more =
-        compare(mesh, *reference, some,
-                some.empty() ? std::span<const PingBlock>() : std::span(blocks), options);
-    rows.insert(rows.end(), more.begin(), more.end());
-    if (!stopped) ++finished;
-  };
-  const auto every_of = [&](const IntersectorKind& kind) {
-    return asked_every(kind, mesh.faces.size(), scene_rays + arguments.rays / 2);
-  };
-  // One intersector after another, so that its trees are freed before the next one's are built.
-  std::erase_if(kinds, [&](const IntersectorKind& kind) { return every_of(kind) == 0; });
-  if (kinds.empty())
-    throw UsageError(fmt::format("{} would take too long: use fewer --rays, or fewer faces",
-                                 fmt::join(arguments.intersectors, ", ")));
-  const bool all = arguments.intersectors.empty();
-  const std::size_t comparisons = kinds.size() + (all ? 2 : 0);
-  for (const IntersectorKind& kind : kinds) {
-    const std::uint64_t every = every_of(kind);
-    compare_some(kind.name,
-                 candidates(kind, mesh, reference, analysed->seafloor.progressive,
-                            of_heights ? &of_heights->seafloor() : nullptr, scene, every,
-                            refraction, water.reference_mps),
-                 {.aimed_fan_rays = arguments.rays / 4,
-                  .aimed_rays = arguments.rays / 4,
-                  .bodies = true,
-                  .water = every == 1 ? water : BentWater{},
-                  .bent_every = bent_every});
-    if (stopped) break;
+        compare(all_.mesh(), *all_.reference, some,
+                some.empty() ? std::span<const PingBlock>() : std::span(all_.blocks), options);
+    rows_.insert(rows_.end(), more.begin(), more.end());
+    if (!stopped_) ++finished_;
   }
-  if (all && !stopped)
-    compare_some("altitudes", {},
-                 {.heights = heights(simulator, of_analysis, of_heights ? &*of_heights : nullptr),
-                  .plumb_lines = arguments.rays / 50,
-                  .bed_faces = simulator.seafloor().bed_faces});
-  if (all && !stopped) {
-    progress->report("faces", 0, 1);
-    rows.push_back({compare_faces(mesh, *analysed->seafloor.progressive, threads), "refined",
-                    "progressive_mesh", RaySource::faces, Precision::exact});
-    reached.unexplained += rows.back().count(Verdict::unexplained);
-  }
-  const double compare_s = seconds_since(start);
-  progress.reset();
 
-  print_warnings(analysed->warnings);
-  for (const AgreementRow& row : rows) print_unexplained(row, mesh.world_origin);
+  const Prepared& all_;
+  const CheckArguments& arguments_;
+  int threads_;
+  Progress& progress_;
+  AgreementProgress reached_;
+  std::string_view reached_what_;
+  bool stopped_ = false;
+  std::size_t finished_ = 0, comparisons_ = 0;
+  std::vector<AgreementRow> rows_;
+};
+
+struct CheckTimes {
+  double prepare_s, compare_s;
+};
+
+void print_comparison(const CheckArguments& arguments, const Prepared& prepared,
+                      const Comparison& comparison, const CheckTimes& times, int threads) {
+  const bool bent = prepared.water.profile != nullptr;
+  print_warnings(prepared.analysed->warnings);
+  for (const AgreementRow& row : comparison.rows())
+    print_unexplained(row, prepared.mesh().world_origin);
   if (!arguments.quiet)
     tell(
         "source scene: {} rays of {} pings, which are cast whole; half of --rays {} is the "
         "least\n",
-        scene_rays, pings_of(blocks), arguments.rays);
-  if (water.profile && !arguments.quiet)
-    tell("source bent: one in {} of the scene's rays, as the water bends them\n", bent_every);
-  if (arguments.json) {
-    nlohmann::ordered_json table = nlohmann::ordered_json::array();
-    for (const AgreementRow& row : rows) table.push_back(to_json(row));
-    const nlohmann::ordered_json json = {
-        {"scene", arguments.scene.file.string()},
-        {"seed", scene.seed},
-        {"faces", simulator.seafloor().faces},
-        {"pings", pings_of(blocks)},
-        {"reference", reference_intersector},
-        {"bent_every", water.profile ? nlohmann::ordered_json(bent_every) : nullptr},
-        {"stopped", stopped},
-        {"unexplained", reached.unexplained},
-        {"rows", table},
-        {"times_s", {{"prepare", prepare_s}, {"compare", compare_s}}},
-        {"threads", threads},
-    };
-    print_object(json);
-  } else {
-    print(csv(rows));
+        prepared.scene_rays, pings_of(prepared.blocks), arguments.rays);
+  if (bent && !arguments.quiet)
+    tell("source bent: one in {} of the scene's rays, as the water bends them\n",
+         prepared.bent_every);
+  if (!arguments.json) {
+    print(csv(comparison.rows()));
+    return;
   }
-  if (stopped)
-    throw Stopped(fmt::format(
-        "stopped on request after {} of {} comparisons{}; the table holds what was compared",
-        finished, comparisons,
-        reached.rays < reached.of  // for aimed rays the latter is an estimate
-            ? fmt::format(" and {} of {} rays of {}", reached.rays, reached.of, reached_what)
-            : ""));
-  const std::string over = report_limits(rows);
+  nlohmann::ordered_json table = nlohmann::ordered_json::array();
+  for (const AgreementRow& row : comparison.rows()) table.push_back(to_json(row));
+  print_object({
+      {"scene", arguments.scene.file.string()},
+      {"seed", prepared.scene.seed},
+      {"faces", prepared.simulator.seafloor().faces},
+      {"pings", pings_of(prepared.blocks)},
+      {"reference", reference_intersector},
+      {"bent_every", bent ? nlohmann::ordered_json(prepared.bent_every) : nullptr},
+      {"stopped", comparison.stopped()},
+      {"unexplained", comparison.unexplained()},
+      {"rows", table},
+      {"times_s", {{"prepare", times.prepare_s}, {"compare", times.compare_s}}},
+      {"threads", threads},
+  });
+}
+
+void check(const CheckArguments& arguments) {
+  kinds_of(arguments.intersectors);  // before the scene is read: throws for an unknown name
+  const int threads = refine::thread_count(arguments.threads);
+  const SignalWatch signals;
+  std::optional<Progress> progress(std::in_place, arguments.quiet);
+  Clock::time_point start = Clock::now();
+  const std::unique_ptr<const Prepared> prepared =
+      prepare(arguments, {.cache = arguments.cache,
+                          .threads = threads,
+                          .progress =
+                              [&](std::string_view stage) {
+                                progress->report(stage, 0, 1);
+                                if (SignalWatch::caught() != 0)
+                                  throw Stopped("stopped on request, before a ray was compared");
+                              },
+                          .memory = arguments.memory});
+  const double prepare_s = seconds_since(start);
+  start = Clock::now();
+  Comparison comparison(*prepared, arguments, threads, *progress);
+  comparison.run();
+  const double compare_s = seconds_since(start);
+  progress.reset();
+
+  print_comparison(arguments, *prepared, comparison, {prepare_s, compare_s}, threads);
+  if (comparison.stopped())
+    throw Stopped(fmt::format("stopped on request after {}; the table holds what was compared",
+                              comparison.reached()));
+  const std::string over = report_limits(comparison.rows());
   tell("{}", over);
-  if (reached.unexplained > 0)
+  if (comparison.unexplained() > 0)
     throw std::runtime_error(fmt::format(
         "{} differences from the reference are unexplained; the first of each row are listed above",
-        reached.unexplained));
+        comparison.unexplained()));
   if (!over.empty())
     throw std::runtime_error(
         "more differences of a class than correct arithmetic can make; they are listed above");
@@ -294,13 +366,10 @@ void check(const CheckArguments& arguments) {
 /// Replaces a number of rays, which may be written as 1e7, by its digits. Returns the fault, if
 /// any.
 std::string count_of_rays(std::string& text) {
-  const char* const end = text.data() + text.size();
-  double number = 0.0;
-  const auto [rest, error] = std::from_chars(text.data(), end, number);
-  if (error != std::errc() || rest != end || number != std::floor(number) || number < 1.0 ||
-      number > 1e12)
+  const std::optional number = number_in<double>(text);
+  if (!number || *number != std::floor(*number) || *number < 1.0 || *number > 1e12)
     return text + " is not a whole number from 1 to 1e12";
-  text = fmt::format("{:.0f}", number);
+  text = fmt::format("{:.0f}", *number);
   return "";
 }
 

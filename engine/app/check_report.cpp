@@ -1,5 +1,5 @@
 #include "check_report.h"
-#include "tell.h"
+#include "app.h"
 
 #include <cmath>
 #include <cstdio>

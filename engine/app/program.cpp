@@ -22,8 +22,6 @@
 #include <ensonify/scatter/nearest_names.h>
 
 #include "app.h"
-#include "tell.h"
-#include "terminal.h"
 
 namespace app = ensonify::engine::app;
 
@@ -64,9 +62,9 @@ std::terminate_handler end_by_fault = nullptr;
 /// an invalid write. A sanitizer's own handlers stay.
 extern "C" void end_by_library(int /*signal*/) {
   constexpr std::string_view message =
-      "ensonify: a library or ensonify itself gave up. If a line above speaks of memory, use larger "
-      "cells, a smaller area, fewer pings or fewer threads; if not, please report it. The same "
-      "command removes what it left behind\n";
+      "ensonify: stopped by a fault of ensonify or one of its libraries. If a line above names "
+      "memory, use larger cells, a smaller area, fewer pings or fewer threads; else please report "
+      "it. Run the same command again: it removes what this one left behind\n";
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, message.data(), message.size());
   ::_exit(run_failed);
 }
@@ -207,7 +205,11 @@ int run_command_line(int argc, char** argv) {
   } catch (const CLI::Success& help) {
     const int code = program.exit(help);
     std::cout.flush();
-    return std::cout ? code : failed(run_failed, "stdout cannot be written");
+    return std::cout
+               ? code
+               : failed(
+                     run_failed,
+                     "stdout: the text could not be written; check the disk, or the program that reads it");
   } catch (const CLI::ParseError& error) {
     return failed(wrong_input, fault_of(program, error));
   }

@@ -8,8 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "tell.h"
-#include "terminal.h"
+#include "app.h"
 
 namespace ensonify::engine::app {
 namespace {

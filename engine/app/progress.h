@@ -1,8 +1,9 @@
 #pragma once
 
-#include <chrono>
 #include <string>
 #include <string_view>
+
+#include <ensonify/engine/clock.h>
 
 namespace ensonify::engine::app {
 
@@ -20,7 +21,6 @@ class Progress {
               std::string_view found = {});
 
  private:
-  using Clock = std::chrono::steady_clock;
   enum class Way { none, bar, lines } way_;
   std::string stage_;
   Clock::time_point stage_began_;

@@ -12,7 +12,6 @@
 #include <ensonify/scatter/eigenray.h>
 
 #include "app.h"
-#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {

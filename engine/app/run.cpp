@@ -15,7 +15,6 @@
 
 #include "app.h"
 #include "progress.h"
-#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {

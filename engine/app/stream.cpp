@@ -15,6 +15,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/scatter/kind_named.h>
 
 #include "app.h"
@@ -124,7 +125,7 @@ class PoseSession {
         Json header = {{"ping", pings_},
                        {"t_s", pose.t_s},
                        {"sonar", sonar.name},
-                       {"side", line.side == Side::port ? "port" : "starboard"},
+                       {"side", name_of(line.side)},
                        {"beam", line.beam},
                        {"bins", sonar.bins},
                        {"bin_m", sonar.bin_m()},
@@ -156,8 +157,7 @@ class PoseSession {
     Json sonars = Json::array();
     for (const Sonar& sonar : simulator_.sonars()) {
       Json sides = Json::array();
-      for (const Side side : sides_of(sonar))
-        sides.push_back(side == Side::port ? "port" : "starboard");
+      for (const Side side : sides_of(sonar)) sides.push_back(name_of(side));
       sonars.push_back({{"name", sonar.name},
                         {"sides", sides},
                         {"range_m", sonar.range_m},
@@ -180,9 +180,7 @@ class PoseSession {
     return {all.begin(), all.end()};
   }
 
-  static void write_json(const Json& json) {
-    print(json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
-  }
+  static void write_json(const Json& json) { print(json_text(json) + "\n"); }
 
   StreamArguments arguments_;
   SessionScene source_;

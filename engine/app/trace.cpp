@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <fstream>
 #include <memory>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <ensonify/engine/number_in.h>
 #include <ensonify/engine/trace/intersector.h>
 
 #include "app.h"
@@ -100,12 +100,11 @@ class RayReader {
     for (std::size_t i = 0; i < fields.size(); ++i) {
       const std::string_view field = fields[i];
       const std::string_view digits = field.starts_with('+') ? field.substr(1) : field;
-      double& number = value[order_[i]];
-      const auto [end, error] =
-          std::from_chars(digits.data(), digits.data() + digits.size(), number);
-      if (error != std::errc() || end != digits.data() + digits.size())
+      const std::optional number = number_in<double>(digits);
+      if (!number)
         throw fault(
             fmt::format("{} is '{}', expected a number", columns[order_[i]], field.substr(0, 40)));
+      value[order_[i]] = *number;
     }
     const auto& [ox, oy, oz, dx, dy, dz, t_min, t_max] = value;
     Ray ray{{ox, oy, oz}, {dx, dy, dz}, t_min, t_max};

@@ -10,7 +10,6 @@
 #include <ensonify/scatter/sea_water.h>
 
 #include "app.h"
-#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/comparison/picture_source.h>
 #include <ensonify/engine/mosaic/image_reader.h>
 #include <ensonify/engine/mosaic/recorded_run.h>
+#include <ensonify/engine/number_in.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/scene/scene.h>
 
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 RecordedLine line_of_recording(const fs::path& file, const std::string& sonar) {
   std::vector<RecordedLine> lines = read_recording(file);
   std::size_t number = lines.size() == 1 && sonar.empty() ? 1 : 0;
-  if (!sonar.empty()) std::from_chars(sonar.data(), sonar.data() + sonar.size(), number);
+  if (!sonar.empty()) number = number_in<std::size_t>(sonar).value_or(0);
   if (number < 1 || number > lines.size())
     throw RecordingError(fmt::format(
         "{}: {}; give --sonar-a or --sonar-b a number from 1 up to {}, see recording-info",

@@ -199,24 +199,29 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
     if (!line.side(side).empty()) add_side(line, side, first, end, full_scale, samples);
 
   std::vector<LineStatistic> all;
-  const auto add = [&](std::string name, double value) { all.push_back({std::move(name), value}); };
+  const auto add = [&](std::string name, double value, CurvePart part = {}) {
+    all.push_back({std::move(name), value, part});
+  };
   const double bed_power = samples.bed_power.value();
   const auto level = [&](const Mean& power) {
     return 10.0 * std::log10(power.value() / bed_power);
   };
-  for (std::size_t i = 1; i < 16; ++i)
-    add(fmt::format("level_at_{}_to_{}_deg_db", 5 * i, 5 * i + 5),
-        level(samples.power_by_grazing[i]));
-  for (std::size_t i = 0; i < samples.power_by_range.size(); ++i)
-    add(fmt::format("level_at_{}_to_{}_percent_of_range_db", 10 * i, 10 * i + 10),
-        level(samples.power_by_range[i]));
+  for (int low = 5; low < 80; low += 5)
+    add(fmt::format("level_at_{}_to_{}_deg_db", low, low + 5),
+        level(samples.power_by_grazing[static_cast<std::size_t>(low / 5)]),
+        {StatisticCurve::level_over_grazing, low, low + 5});
+  for (int low = 0; low < 100; low += 10)
+    add(fmt::format("level_at_{}_to_{}_percent_of_range_db", low, low + 10),
+        level(samples.power_by_range[static_cast<std::size_t>(low / 10)]),
+        {StatisticCurve::level_over_range, low, low + 10});
   for (const auto& band : {std::pair{8, 14}, {14, 20}, {20, 40}, {40, 70}}) {
     const int low = band.first, high = band.second;
     const auto name = [&](std::string_view what) {
       return fmt::format("{}_at_{}_to_{}_deg", what, low, high);
     };
     const auto number = [&](auto value) { return of_blocks(samples, low, high, value); };
-    add(name("contrast"), number([](const Block& b) { return std::sqrt(b.variance) / b.mean; }));
+    add(name("contrast"), number([](const Block& b) { return std::sqrt(b.variance) / b.mean; }),
+        {StatisticCurve::contrast_over_grazing, low, high});
     add(name("skew"), number([](const Block& b) { return b.skew; }));
     add(name("kurtosis"), number([](const Block& b) { return b.kurtosis; }));
     double bright = 0.0, blocks = 0.0;
@@ -270,7 +275,8 @@ std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const Record
     all.push_back({.name = of_a[i].name,
                    .a = of_a[i].value,
                    .b = of_b[i].value,
-                   .spread = std::abs(first[i].value - second[i].value)});
+                   .spread = std::abs(first[i].value - second[i].value),
+                   .part = of_a[i].part});
   return all;
 }
 

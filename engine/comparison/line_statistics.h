@@ -8,10 +8,20 @@
 
 namespace ensonify::engine {
 
+/// The curve that a statistic is a point of.
+enum class StatisticCurve { none, level_over_grazing, level_over_range, contrast_over_grazing };
+
+/// The part of a curve that a statistic is of: degrees of grazing angle, or percent of the range.
+struct CurvePart {
+  StatisticCurve curve = StatisticCurve::none;
+  int low = 0, high = 0;
+};
+
 /// One number that says how a line looks.
 struct LineStatistic {
   std::string name;  ///< with its unit
   double value;      ///< NaN: the line cannot tell
+  CurvePart part;
 };
 
 /// The statistics of pings [first, end) of a line, always the same names in the same order. They
@@ -31,6 +41,7 @@ struct ComparedStatistic {
   std::string name;
   double a, b;
   double spread;  ///< between the halves of A's pings
+  CurvePart part;
   /// |b - a| over the spread, 0 if it is what a file's rounding makes; infinite if only the spread
   /// is 0, NaN if one of them is unknown.
   double ratio() const;

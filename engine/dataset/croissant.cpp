@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -96,7 +98,7 @@ std::string croissant_json(const Card& card, std::span<const IndexFile> files) {
   if (!card.published.empty()) json["datePublished"] = card.published;
   json["distribution"] = distribution;
   json["recordSet"] = records;
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json, 1) + "\n";
 }
 
 }  // namespace ensonify::engine

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/masks.h>
 #include <ensonify/refine/read_file.h>
@@ -17,9 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-std::string text_of(const Json& json) {
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+std::string text_of(const Json& json) { return json_text(json, 1) + "\n"; }
 
 /// Of two texts, the first line that differs.
 std::string first_difference(const std::string& written, const std::string& wanted) {

@@ -14,11 +14,13 @@
 #include <ensonify/engine/dataset/card.h>
 #include <ensonify/engine/dataset/checked_samples-inl.h>
 #include <ensonify/engine/dataset/croissant.h>
+#include <ensonify/engine/dataset/merged_files.h>
+#include <ensonify/engine/dataset/merged_layouts-inl.h>
 #include <ensonify/engine/dataset/picture_index-inl.h>
 #include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/dataset/webdataset.h>
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/png.h>
-#include <ensonify/engine/output/sha256.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/keys/dataset_options.h>
@@ -33,8 +35,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::array split_names{"train", "val", "test"};
-
 /// A text that becomes a part of a file's name.
 std::string word_of(const Json& json) {
   auto word = json.get<std::string>();
@@ -43,16 +43,11 @@ std::string word_of(const Json& json) {
   return word;
 }
 
-/// A name without its extension.
-std::string stem_of(const std::string& picture) {
-  return picture.substr(0, picture.size() - std::string(".png").size());
-}
-
 class Merge {
  public:
   Merge(const fs::path& folder, const std::function<bool(std::size_t, std::size_t)>& progress,
         const MergeOptions& options)
-      : folder_(folder), progress_(progress), options_(options) {
+      : folder_(folder), progress_(progress), options_(options), files_(folder) {
     if (!fs::exists(folder / "dataset.json"))
       throw SceneError(fmt::format(
           "{}: {}; expected a folder made by `ensonify generate`, or by `ensonify run` in several "
@@ -225,50 +220,12 @@ class Merge {
     }
   }
 
-  void write(const std::string& name, const std::string& text) {
-    refine::make_folder((folder_ / name).parent_path());
-    refine::write_file(folder_ / name, text);
-    report_.files.push_back(folder_ / name);
-    if (name.ends_with(".json") || name.ends_with(".jsonl"))
-      index_files_.push_back({name, text.size(), sha256(text)});
-  }
-
-  /// Makes a whole folder of the dataset again: fill(its place while it is made).
-  void write_folder(const std::string& name, const std::function<void(const fs::path&)>& fill) {
-    const fs::path place = folder_ / name;
-    refine::make_folder(place.parent_path());
-    const Claim claim = StagingFolder::wait_for(place, [] {});
-    StagingFolder staging(place);
-    fill(staging.path());
-    fs::remove_all(place);
-    staging.put_in_place();
-    report_.files.push_back(place);
-  }
-
-  static void stage(const fs::path& file, const std::string& text) {
-    fs::create_directories(file.parent_path());
-    refine::write_staged(file, std::as_bytes(std::span(text)));
-  }
-
-  /// Removes the temporary files that killed merges left.
-  void remove_leftovers() const {
-    for (const char* name : {"", "splits", "coco", "yolo", "yolo_segment", "pictures"}) {
-      std::error_code ignored;
-      for (const fs::directory_entry& entry : fs::directory_iterator(folder_ / name, ignored)) {
-        const std::string file = entry.path().filename().string();
-        if (file.starts_with(".") && file.ends_with(".tmp") &&
-            !file.starts_with(".dataset.json.") && entry.is_regular_file(ignored))
-          fs::remove(entry.path(), ignored);
-      }
-    }
-  }
-
   void write() {
     const Claim claim = StagingFolder::wait_for(folder_ / "merge", [] {});  // one merge at a time
-    remove_leftovers();
-    write("manifest.jsonl", manifest_);
+    files_.remove_leftovers();
+    files_.write("manifest.jsonl", manifest_);
     for (const char* split : split_names)
-      write(fmt::format("splits/{}.txt", split), splits_[split]);
+      files_.write(fmt::format("splits/{}.txt", split), splits_[split]);
     Json categories = Json::array();
     for (std::size_t i = 0; i < targets_; ++i)
       categories.push_back(
@@ -282,90 +239,25 @@ class Merge {
                            {"categories", categories},
                            {"images", index.images()},
                            {"annotations", index.annotations()}};
-        write(fmt::format("coco/{}_{}.json", group, split),
-              coco.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
+        files_.write(fmt::format("coco/{}_{}.json", group, split), json_text(coco) + "\n");
       }
     if (per_tar_ == 0) {
-      write_yolo("yolo", {"images", "labels"});
-      if (write_yolo("yolo_segment", {"images"}))
-        write_folder("yolo_segment/labels", [&](const fs::path& place) {
-          for (const auto& [of, index] : indexes_)
-            for (const IndexedPicture& picture : index.pictures())
-              if (!picture.segments.empty())  // without a file, there is nothing in the picture
-                stage(place / SampleFolders::name_of(picture.sample) /
-                          (stem_of(picture.name) + ".txt"),
-                      picture.segments);
-        });
-      write_hub();
+      const std::vector<std::string> targets(
+          card_.classes.begin(), card_.classes.begin() + static_cast<std::ptrdiff_t>(targets_));
+      write_yolo(indexes_, targets, files_, report_.warnings);
+      card_.hub = write_hub(indexes_, *stored_, files_);
     }
     if (options_.webdataset)
-      write_folder("webdataset", [&](const fs::path& place) { write_webdataset(place); });
+      files_.write_folder("webdataset", [&](const fs::path& place) { write_webdataset(place); });
     card_.samples_by_split = report_.samples_by_split;
     card_.images = report_.images;
     for (const IndexedPicture& picture : on_card_) {
       card_.pictures.push_back(fmt::format("pictures/{:06}_{}", picture.sample, picture.name));
-      write(card_.pictures.back(), stored_->content_of(picture.sample, picture.name));
+      files_.write(card_.pictures.back(), stored_->content_of(picture.sample, picture.name));
     }
-    write("README.md", card_.markdown());
-    write("croissant.json", croissant_json(card_, std::exchange(index_files_, {})));
-  }
-
-  /// The lists of one of YOLO's formats. `links` are its folders that are the samples themselves:
-  /// Ultralytics finds a list's ./images/ next to the list, and an image's labels by replacing the
-  /// last images/ with labels/. Returns false, with a warning, on a file system without links.
-  bool write_yolo(const std::string& folder, const std::vector<std::string>& links) {
-    if (!link_samples(folder, links)) return false;
-    std::string names;
-    for (std::size_t i = 0; i < targets_; ++i)
-      names += fmt::format("  {}: {}\n", i, Json(card_.classes[i]).dump());
-    for (const std::string& group : groups_) {
-      for (const char* split : split_names)
-        write(fmt::format("{}/{}_{}.txt", folder, group, split),
-              indexes_[{group, split}].yolo_list());
-      // Without a `path`, YOLO looks for the lists next to this file, in any working directory.
-      write(fmt::format("{}/{}.yaml", folder, group),
-            fmt::format("train: {0}_train.txt\nval: {0}_val.txt\ntest: {0}_test.txt\nnames:\n{1}",
-                        group, names));
-    }
-    return true;
-  }
-
-  bool link_samples(const std::string& folder, const std::vector<std::string>& links) {
-    fs::create_directories(folder_ / folder);
-    for (const std::string& name : links) {
-      const fs::path link = folder_ / folder / name;
-      if (fs::exists(link)) continue;
-      std::error_code error;
-      fs::create_directory_symlink("../samples", link, error);
-      if (!error || fs::exists(link)) continue;
-      report_.warnings.push_back(fmt::format(
-          "{}: {}: YOLO's lists need links and are left out; merge on a file system with links",
-          link.string(), error.message()));
-      return false;
-    }
-    return true;
-  }
-
-  /// hub/GROUP/SPLIT/, as the Hub's ImageFolder reads them: pictures, and metadata.jsonl next to
-  /// them. The pictures are hard links, or copies on a file system without.
-  void write_hub() {
-    write_folder("hub", [&](const fs::path& place) {
-      for (const auto& [of, index] : indexes_) {
-        const auto& [group, split] = of;
-        if (index.pictures().empty()) continue;
-        const fs::path folder = place / group / split;
-        card_.hub[group].insert(split);
-        stage(folder / "metadata.jsonl", index.hub_metadata());
-        index_files_.push_back({fmt::format("hub/{}/{}/metadata.jsonl", group, split),
-                                index.hub_metadata().size(), sha256(index.hub_metadata())});
-        for (const IndexedPicture& picture : index.pictures()) {
-          const fs::path file = folder / SampleFolders::name_in_tar(picture.sample, picture.name);
-          std::error_code error;
-          fs::create_hard_link(stored_->file(picture.sample, picture.name), file, error);
-          if (error) stage(file, stored_->content_of(picture.sample, picture.name));
-        }
-      }
-    });
+    files_.write("README.md", card_.markdown());
+    files_.write("croissant.json", croissant_json(card_, files_.index()));
+    report_.files = files_.files();
   }
 
   void write_webdataset(const fs::path& place) {
@@ -428,6 +320,7 @@ class Merge {
   std::size_t samples_ = 0, per_tar_ = 0, targets_ = 0;
   IndexClasses classes_;
   std::optional<CheckedSamples> stored_;
+  MergedFiles files_;
   MergeReport report_;
   Card card_;
   std::string manifest_;
@@ -436,10 +329,9 @@ class Merge {
   std::map<std::string, std::set<std::string>> classes_shown_;       // by split
   std::map<std::uint64_t, std::set<std::string>> splits_of_seabed_;  // by its seed
   std::set<std::string> groups_;
-  std::map<std::pair<std::string, std::string>, PictureIndex> indexes_;  // by group and split
+  PictureIndexes indexes_;
   std::map<std::string, WebRecord> records_;  // by what their files' names in tars begin with
   std::vector<IndexedPicture> on_card_;
-  std::vector<IndexFile> index_files_;  // those that croissant.json names
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/dataset/yolo_segments.h>
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
@@ -130,7 +131,7 @@ std::string PictureIndex::hub_row(const Json& image, const IndexedPicture& pictu
                     {"pixel_along_m", image.at("pixel_along_m")},
                     {"seen_from", image.at("seen_from")},
                     {"objects", {{"bbox", boxes}, {"categories", categories}, {"names", names}}}};
-  return row.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(row) + "\n";
 }
 
 }  // namespace ensonify::engine

@@ -223,9 +223,7 @@ class Products {
     };
     return {.frequency_hz = labels.sonar.frequency_hz,
             .range_m = labels.sonar.range_m,
-            .sides = sides == Sides::both   ? "both"
-                     : sides == Sides::port ? "port"
-                                            : "starboard",
+            .sides = std::string(name_of(sides)),
             .left_m = across_m(part.column),
             .right_m = across_m(part.column + part.columns),
             .first_ping = line.pings[lowest],

@@ -14,6 +14,7 @@
 
 #include <ensonify/engine/dataset/distribution.h>
 #include <ensonify/engine/dataset/recipe_reader.h>
+#include <ensonify/engine/number_in.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/scene/keys/key_text.h>
@@ -98,9 +99,8 @@ class Draws {
  private:
   double number(const std::string& key, const Distribution& d) {
     const std::string& text = value(key, d.place);
-    double number = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size()) {
+    const std::optional number = number_in<double>(text);
+    if (!number) {
       const auto its = text_.distributions.find(key);
       const bool overridden =
           its != text_.distributions.end() && its->second.place.starts_with("-D ");
@@ -108,7 +108,7 @@ class Draws {
                                    overridden ? its->second.place : d.place, key,
                                    text.empty() ? "left out" : text));
     }
-    return number;
+    return *number;
   }
 
   std::string draw(const std::string& key, const Distribution& d) {
@@ -159,10 +159,10 @@ class Draws {
   /// Multiplied by the keys of `times`, then added to those of `plus`.
   std::string adjusted(std::string drawn, const Distribution& d) {
     if ((d.times.empty() && d.plus.empty()) || drawn.empty()) return drawn;
-    double result = 0.0;
-    const auto [end, error] = std::from_chars(drawn.data(), drawn.data() + drawn.size(), result);
-    if (error != std::errc() || end != drawn.data() + drawn.size())
+    const std::optional number_drawn = number_in<double>(drawn);
+    if (!number_drawn)
       throw SceneError(fmt::format("{}: {} is drawn, expected a number here", d.place, drawn));
+    double result = *number_drawn;
     for (const std::string& key : d.times) result *= number(key, d);
     for (const std::string& key : d.plus) result += number(key, d);
     return value_text(d.kind == Distribution::Kind::whole ? std::round(result) : result);
@@ -301,6 +301,89 @@ void collect_object_labels(const RecipeText& text, std::span<const ObjectOptions
   }
 }
 
+/// Checks that the dataset's options fit each other; refuse(message) makes the exception.
+void check_options(const DatasetOptions& options, const auto& refuse) {
+  if (options.seafloors > options.samples)
+    throw refuse(
+        "'dataset.seafloors' is more than 'dataset.samples', expected at most that number");
+  const TileOptions& tiles = options.tiles;
+  if ((tiles.width_px > 0) != (tiles.height_px > 0) ||
+      (tiles.width_m > 0.0) != (tiles.height_m > 0.0) ||
+      (tiles.width_px > 0 && tiles.width_m > 0.0))
+    throw refuse("'dataset.tiles' expects width_px and height_px, or width_m and height_m");
+  const ChipOptions& chips = options.chips;
+  if (chips.size_m > 0.0 && !chips.margin.empty())
+    throw refuse("'dataset.chips' expects size_m or margin, not both");
+  if (chips.margin.size() > 2 || (chips.margin.size() == 2 && chips.margin[0] > chips.margin[1]))
+    throw refuse("'dataset.chips.margin' expects a number, [0.2], or [least, most]");
+  if (chips.backgrounds + chips.hard_negatives > 0 && !chips.any())
+    throw refuse("'dataset.chips' expects a size_px, size_m or margin");
+  const SplitOptions& split = options.split;
+  if (!(split.train + split.val + split.test > 0.0))
+    throw refuse("'dataset.split': expected a share of more than 0");
+  if (split.by.empty())
+    throw refuse("'dataset.split.by' is empty, expected seafloor, or keys of the recipe");
+  const bool by_keys =
+      std::ranges::any_of(split.by, [](const auto& key) { return key != "seafloor"; });
+  if (!by_keys && !(split.held_out_val.empty() && split.held_out_test.empty()))
+    throw refuse("'dataset.split' has held_out values, expected by = the key that has them");
+}
+
+/// The keys that are drawn once per seafloor: the seabed's, those of the split, and those that
+/// these need.
+void collect_keys_of_seafloor(DrawnKeys& keys, const SplitOptions& split) {
+  std::vector<std::string> open;
+  for (const auto& [key, distribution] : keys.distributions)
+    if (under(key, "seafloor") || under(key, "objects") || under(key, "material"))
+      open.push_back(key);
+  for (const std::string& key : split.by)
+    if (key != "seafloor") open.push_back(key);
+  while (!open.empty()) {
+    const std::string key = std::move(open.back());
+    open.pop_back();
+    if (!keys.of_seafloor.insert(key).second) continue;
+    if (const auto found = keys.distributions.find(key); found != keys.distributions.end())
+      for (std::string& needed : found->second.needs()) open.push_back(std::move(needed));
+  }
+}
+
+/// The names that labels can have: those of a sample with every table, and all that can be drawn.
+struct PossibleNames {
+  std::set<std::string> targets, grounds{"seabed"}, materials;
+};
+
+PossibleNames possible_names(const DrawnKeys& keys, Scene& scene) {
+  PossibleNames names;
+  names.materials.insert(scene.seafloor.material);
+  std::set<std::string>&targets = names.targets, &grounds = names.grounds;
+  std::set<std::string>& materials = names.materials;
+  std::vector<std::string_view> lists_of_targets;
+  for_each_list(scene,
+                [&]<class Item>(const Section<Item>& section, const std::vector<Item>& list) {
+                  if (has_instances<Item>()) lists_of_targets.push_back(section.name);
+                  if constexpr (!std::is_same_v<Item, ObjectOptions>)
+                    for (const Item& item : list) {
+                      (has_instances<Item>() ? targets : grounds).insert(item.class_name);
+                      materials.insert(item.material);
+                    }
+                });
+  for (const auto& [key, distribution] : keys.distributions) {
+    std::vector<std::string> values;
+    distribution.collect_values(values);
+    const bool of_instances = std::ranges::any_of(
+        lists_of_targets, [&whole = key](auto list) { return under(whole, list); });
+    if (key.ends_with(".class") && !under(key, "objects"))
+      for (const std::string& value : values)
+        (of_instances ? targets : grounds).insert(bare(value));
+    if (key.ends_with(".material"))
+      for (const std::string& value : values) materials.insert(bare(value));
+  }
+  collect_object_labels(keys, scene.objects, targets, grounds, materials);
+  for (std::set<std::string>* all : {&targets, &grounds, &materials}) all->erase("");
+  for (const std::string& target : targets) grounds.erase(target);
+  return names;
+}
+
 bool in_absent(const std::string& key, const auto& absent) {
   return std::ranges::any_of(absent, [&](const std::string& table) { return under(key, table); });
 }
@@ -326,48 +409,9 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
   const auto refuse = [&](std::string_view message) {
     return SceneError(fmt::format("{}: {}{}", name_, message, with_overrides(overrides_)));
   };
-  if (options_.seafloors > options_.samples)
-    throw refuse(
-        "'dataset.seafloors' is more than 'dataset.samples', expected at most that number");
-  const TileOptions& tiles = options_.tiles;
-  if ((tiles.width_px > 0) != (tiles.height_px > 0) ||
-      (tiles.width_m > 0.0) != (tiles.height_m > 0.0) ||
-      (tiles.width_px > 0 && tiles.width_m > 0.0))
-    throw refuse("'dataset.tiles' expects width_px and height_px, or width_m and height_m");
-  const ChipOptions& chips = options_.chips;
-  if (chips.size_m > 0.0 && !chips.margin.empty())
-    throw refuse("'dataset.chips' expects size_m or margin, not both");
-  if (chips.margin.size() > 2 || (chips.margin.size() == 2 && chips.margin[0] > chips.margin[1]))
-    throw refuse("'dataset.chips.margin' expects a number, [0.2], or [least, most]");
-  if (chips.backgrounds + chips.hard_negatives > 0 && !chips.any())
-    throw refuse("'dataset.chips' expects a size_px, size_m or margin");
-  const SplitOptions& split = options_.split;
-  if (!(split.train + split.val + split.test > 0.0))
-    throw refuse("'dataset.split': expected a share of more than 0");
-  if (split.by.empty())
-    throw refuse("'dataset.split.by' is empty, expected seafloor, or keys of the recipe");
-  const bool by_keys =
-      std::ranges::any_of(split.by, [](const auto& key) { return key != "seafloor"; });
-  if (!by_keys && !(split.held_out_val.empty() && split.held_out_test.empty()))
-    throw refuse("'dataset.split' has held_out values, expected by = the key that has them");
-
+  check_options(options_, refuse);
   d.renders = static_cast<std::size_t>(options_.renders);
-  // The keys that the seafloor's keys need are drawn once per seafloor, too.
-  std::vector<std::string> open;
-  for (const auto& [key, distribution] : d.distributions)
-    if (under(key, "seafloor") || under(key, "objects") || under(key, "material"))
-      open.push_back(key);
-  for (const std::string& key : split.by)
-    if (key != "seafloor") open.push_back(key);
-  while (!open.empty()) {
-    const std::string key = std::move(open.back());
-    open.pop_back();
-    if (!d.of_seafloor.insert(key).second) continue;
-    if (const auto found = d.distributions.find(key); found != d.distributions.end())
-      for (std::string& needed : found->second.needs()) open.push_back(std::move(needed));
-  }
-
-  // The names that labels can have: those of a sample with every table, and all that can be drawn.
+  collect_keys_of_seafloor(d, options_.split);
   Scene scene = with_every_table();
   if (!scene.output.class_names.empty() || !scene.output.sediment_names.empty())
     throw refuse(
@@ -375,32 +419,8 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
         "them out");
   check_slant_range(d, scene.places);
   collect_files(d, scene, files_);
-  std::set<std::string> targets, grounds{"seabed"}, materials{scene.seafloor.material};
-  std::vector<std::string_view> lists_of_targets;
-  for_each_list(scene,
-                [&]<class Item>(const Section<Item>& section, const std::vector<Item>& list) {
-                  if (has_instances<Item>()) lists_of_targets.push_back(section.name);
-                  if constexpr (!std::is_same_v<Item, ObjectOptions>)
-                    for (const Item& item : list) {
-                      (has_instances<Item>() ? targets : grounds).insert(item.class_name);
-                      materials.insert(item.material);
-                    }
-                });
-  for (const auto& [key, distribution] : d.distributions) {
-    std::vector<std::string> values;
-    distribution.collect_values(values);
-    const bool of_instances = std::ranges::any_of(
-        lists_of_targets, [&whole = key](auto list) { return under(whole, list); });
-    if (key.ends_with(".class") && !under(key, "objects"))
-      for (const std::string& value : values)
-        (of_instances ? targets : grounds).insert(bare(value));
-    if (key.ends_with(".material"))
-      for (const std::string& value : values) materials.insert(bare(value));
-  }
-  collect_object_labels(d, scene.objects, targets, grounds, materials);
-  for (std::set<std::string>* names : {&targets, &grounds, &materials}) names->erase("");
-  for (const std::string& target : targets) grounds.erase(target);
-  for (const std::string& chosen : chips.classes)
+  auto [targets, grounds, materials] = possible_names(d, scene);
+  for (const std::string& chosen : options_.chips.classes)
     if (!targets.contains(chosen))
       throw refuse(
           fmt::format("'dataset.chips.classes' names {}, which no target is; expected some of {}",

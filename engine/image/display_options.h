@@ -1,8 +1,17 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <string_view>
+
 namespace ensonify::engine {
 
 enum class Palette { grey, copper, bronze, paper, viridis };
+inline constexpr std::array<std::string_view, 5> palette_names{"grey", "copper", "bronze", "paper",
+                                                               "viridis"};
+constexpr std::string_view name_of(Palette palette) {
+  return palette_names[static_cast<std::size_t>(palette)];
+}
 
 /// How amplitude becomes brightness.
 enum class Mapping { gamma, logarithmic, equalised };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <string_view>
 #include <vector>
 
@@ -66,16 +65,12 @@ std::string graph(std::string_view title, std::string_view x_axis, std::string_v
   return svg;
 }
 
-/// The statistics whose names are `before`, two numbers with `between` and `after`: their middles
-/// and the values of both lines.
-std::array<Curve, 2> curves(const Imitation& made, std::string_view before,
-                            std::string_view after) {
+/// The statistics of a curve: the middles of their parts of it, and the values of both lines.
+std::array<Curve, 2> curves(const Imitation& made, StatisticCurve curve) {
   std::array<Curve, 2> both;
   for (const ComparedStatistic& one : made.statistics) {
-    if (!one.name.starts_with(before) || !one.name.ends_with(after)) continue;
-    int low = 0, high = 0;
-    if (std::sscanf(one.name.c_str() + before.size(), "%d_to_%d", &low, &high) != 2) continue;
-    const double middle = 0.5 * (low + high);
+    if (one.part.curve != curve) continue;
+    const double middle = 0.5 * (one.part.low + one.part.high);
     if (std::isfinite(one.a)) both[0].push_back({middle, one.a});
     if (std::isfinite(one.b)) both[1].push_back({middle, one.b});
   }
@@ -134,10 +129,11 @@ std::string imitation_page(const std::string& name, const Imitation& made) {
                        const std::array<Curve, 2>& both) {
     page += graph(title, x_axis, y_axis, both[0], both[1]);
   };
-  add("Level over grazing angle", "degrees", "dB", curves(made, "level_at_", "_deg_db"));
-  add("Level over range", "% of the range", "dB",
-      curves(made, "level_at_", "_percent_of_range_db"));
-  add("Contrast over grazing angle", "degrees", "sd / mean", curves(made, "contrast_at_", "_deg"));
+  add("Level over grazing angle", "degrees", "dB",
+      curves(made, StatisticCurve::level_over_grazing));
+  add("Level over range", "% of the range", "dB", curves(made, StatisticCurve::level_over_range));
+  add("Contrast over grazing angle", "degrees", "sd / mean",
+      curves(made, StatisticCurve::contrast_over_grazing));
   const RecordedLine real = some_pings(made.line, made.judged),
                      ours = some_pings(made.imitated, made.judged);
   add("Amplitudes of the bed", "over their mean", "%", {histogram(real), histogram(ours)});

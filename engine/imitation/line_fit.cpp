@@ -24,12 +24,16 @@ constexpr std::array low_kurtoses{"kurtosis_at_8_to_14_deg", "kurtosis_at_14_to_
 /// The numbers that the fit compares.
 struct Figures {
   std::map<std::string, double> statistics;
+  std::map<int, double> level_over_range;  // by the percent of the range where its part begins
   std::array<GrazingLevels, 2> levels;
 
   Figures(const RecordedLine& line, const RecorderSigns& recorder)
       : levels(grazing_levels_of_sides(line, recorder)) {
-    for (LineStatistic& one : line_statistics(line, 0, line.pings.size()))
+    for (const LineStatistic& one : line_statistics(line, 0, line.pings.size())) {
       statistics[one.name] = one.value;
+      if (one.part.curve == StatisticCurve::level_over_range)
+        level_over_range[one.part.low] = one.value;
+    }
   }
   double operator[](const std::string& name) const { return statistics.at(name); }
 };
@@ -248,14 +252,12 @@ class Fit {
     if (model_.range_law.from.how == Confidence::assumed || std::isnan(model_.range_slope_db))
       return;
     std::vector<double> x, y;
-    for (int tenth = 2; tenth < 10; ++tenth) {
-      const std::string name =
-          fmt::format("level_at_{}_to_{}_percent_of_range_db", 10 * tenth, 10 * tenth + 10);
-      if (const double off = real_[name] - is[name]; std::isfinite(off)) {
-        x.push_back(std::log10(model_.range_m * (0.1 * tenth + 0.05)));
+    for (const auto& [percent, level_db] : real_.level_over_range)
+      if (const double off = level_db - is.level_over_range.at(percent);
+          percent >= 20 && std::isfinite(off)) {
+        x.push_back(std::log10(model_.range_m * (0.1 * (percent / 10) + 0.05)));
         y.push_back(off);
       }
-    }
     if (x.size() < 5) return;
     const double mean_x = mean_of(x), mean_y = mean_of(y);
     double xx = 0.0, xy = 0.0;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/live/live_scene.h>
 #include <ensonify/engine/untrusted.h>
 
@@ -18,9 +19,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::array known_keys{"set", "hold", "pings_per_s", "add", "clear", "again"};
 constexpr std::string_view altitude_key = "track.altitude_m", speed_key = "track.speed_mps";
 
-std::string text_of(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
+std::string text_of(const Json& json) { return json_text(json); }
 
 double number_in(const Json& value, std::string_view what, double low, double high) {
   if (!value.is_number() || !(value.get<double>() >= low && value.get<double>() <= high))

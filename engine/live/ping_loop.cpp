@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/live/setting.h>
 #include <ensonify/engine/simulator/internals.h>
@@ -268,9 +269,7 @@ void PingLoop::report_status(bool at_rest, const MeshViewer& viewer) {
                     {"collapses", mesh->collapses},
                     {"active_faces", mesh->active_faces},
                     {"exact_faces", mesh->exact_faces}};
-  ring_.post(
-      LatestFrame::status,
-      json_frame(FrameKind::status, json.dump(-1, ' ', false, Json::error_handler_t::replace)));
+  ring_.post(LatestFrame::status, json_frame(FrameKind::status, json_text(json)));
 }
 
 }  // namespace ensonify::engine

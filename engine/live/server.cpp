@@ -20,6 +20,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/clock.h>
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -53,7 +55,6 @@ bool is_loopback(const std::string& address) {
 namespace {
 
 using namespace std::chrono_literals;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t max_request_bytes = 32 * 1024;  // request line and headers, without the body
 constexpr std::size_t max_body_bytes = 16 * 1024;
@@ -366,9 +367,7 @@ struct LiveServer::Inner {
 
   static void answer(httplib::Response& response, int status, std::string_view what) {
     response.status = status;
-    response.set_content(nlohmann::json{{"error", what}}.dump(
-                             -1, ' ', true, nlohmann::json::error_handler_t::replace),
-                         "application/json");
+    response.set_content(ascii_json_text(nlohmann::json{{"error", what}}), "application/json");
   }
 
   LiveSession& session;

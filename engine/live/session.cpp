@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/live/change.h>
 #include <ensonify/engine/live/live_scene.h>
 #include <ensonify/engine/live/mailbox.h>
@@ -106,7 +107,7 @@ std::string LiveSession::truth(std::uint64_t number, std::size_t column) const {
                  {"class", name(*line->classes, bin.class_id)},
                  {"instance", bin.instance}});
   if (region == Region::shadow) json["shadow_instance"] = bin.shadow_instance;
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json_text(json);
 }
 
 LiveSession::Watch::Watch(LiveSession& session, bool mesh) : session_(session), mesh_(mesh) {

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/scatter/sediment.h>
@@ -16,10 +17,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array palettes{
-    std::pair{"copper", Palette::copper}, std::pair{"grey", Palette::grey},
-    std::pair{"viridis", Palette::viridis}, std::pair{"bronze", Palette::bronze},
-    std::pair{"paper", Palette::paper}};
+// In the order of the page's list.
+constexpr std::array palettes{Palette::copper, Palette::grey, Palette::viridis, Palette::bronze,
+                              Palette::paper};
 
 Json colours_of(Palette palette) {
   Json colours = Json::array();
@@ -31,9 +31,7 @@ Json colours_of(Palette palette) {
 
 Json to_json(const Sonar& sonar) {
   return {{"name", sonar.name},
-          {"sides", sonar.sides == Sides::both   ? "both"
-                    : sonar.sides == Sides::port ? "port"
-                                                 : "starboard"},
+          {"sides", name_of(sonar.sides)},
           {"bins", sonar.bins},
           {"range_m", sonar.range_m},
           {"bin_m", sonar.bin_m()},
@@ -57,11 +55,8 @@ Bytes setting_frame(const LiveScene& live, const Display& display, const std::st
   const Display shown = line_display(display);
   Json sonars = Json::array();
   for (const Sonar& sonar : simulator.sonars()) sonars.push_back(to_json(sonar));
-  Json palette, colours;
-  for (const auto& [its_name, its] : palettes) {
-    if (its == display.palette) palette = its_name;
-    colours[its_name] = colours_of(its);
-  }
+  Json colours;
+  for (const Palette palette : palettes) colours[name_of(palette)] = colours_of(palette);
   std::vector<std::string> beds;
   for (const Material& material : live.scene.materials) beds.push_back(material.name);
   for (const scatter::NamedSediment& sediment : scatter::named_sediments())
@@ -71,7 +66,7 @@ Bytes setting_frame(const LiveScene& live, const Display& display, const std::st
                   {"sonars", sonars},
                   {"classes", simulator.classes()},
                   {"materials", simulator.materials()},
-                  {"palette", palette},
+                  {"palette", name_of(display.palette)},
                   {"palettes", colours},
                   {"regions", region_names},
                   {"display",
@@ -89,7 +84,7 @@ Bytes setting_frame(const LiveScene& live, const Display& display, const std::st
                     {"ripple_height_m", bed.ripples.rms_height_m},
                     {"ripple_length_m", bed.ripples.wavelength_m}}},
                   {"faces", simulator.seafloor().faces}};
-  return json_frame(FrameKind::setting, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return json_frame(FrameKind::setting, json_text(json));
 }
 
 }  // namespace ensonify::engine

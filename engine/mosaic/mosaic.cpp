@@ -97,9 +97,13 @@ class Mosaic {
     if (type_ == PixelType::label && options.overlap == Overlap::mean)
       throw std::invalid_argument(fmt::format(
           "the labels of the layer '{}' have no mean; choose another overlap", options.layer));
-    if (folders.empty() || !(options.pixel_m >= 0.0 && std::isfinite(options.pixel_m)) ||
-        options.block_px < 0)
-      throw std::invalid_argument("a mosaic needs a run, and sizes that are not negative");
+    if (folders.empty()) throw std::invalid_argument("a mosaic needs a run, at least one");
+    if (!(options.pixel_m >= 0.0 && std::isfinite(options.pixel_m)))
+      throw std::invalid_argument(
+          fmt::format("a mosaic's pixel_m is {}, expected 0 or more", options.pixel_m));
+    if (options.block_px < 0)
+      throw std::invalid_argument(
+          fmt::format("a mosaic's block_px is {}, expected 0 or more", options.block_px));
     for (const fs::path& folder : folders) add(folder);
     choose_sizes();
   }

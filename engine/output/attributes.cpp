@@ -42,7 +42,7 @@ std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageO
       {"sediment_names", origin.names.materials},
   };
   if (sonar.sides != Sides::both)
-    attributes.push_back({"sides", sonar.sides == Sides::port ? "port" : "starboard"});
+    attributes.push_back({"sides", std::string(name_of(sonar.sides))});
   if (waterfall.first_ping > 0)
     attributes.push_back({"first_ping", static_cast<int>(waterfall.first_ping)});
   BinLayers::for_each([&](std::string_view layer, auto) {

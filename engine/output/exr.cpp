@@ -22,6 +22,8 @@
 #include <OpenEXR/ImfThreading.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -85,8 +87,7 @@ Imf::Header make_header(const Waterfall& waterfall, const ImageOrigin& origin) {
     else if (const auto* real = std::get_if<double>(&value))
       header.insert(name, Imf::DoubleAttribute(*real));
     else if (const auto* texts = std::get_if<std::vector<std::string>>(&value))
-      header.insert(name, Imf::StringAttribute(nlohmann::json(*texts).dump(
-                              -1, ' ', false, nlohmann::json::error_handler_t::replace)));
+      header.insert(name, Imf::StringAttribute(json_text(nlohmann::json(*texts))));
     else
       header.insert(name, Imf::IntAttribute(std::get<int>(value)));
   }

@@ -164,7 +164,7 @@ void require_representable(const Recording& recording) {
 std::vector<std::byte> encode_jsf(std::span<const Recording> sonars) {
   for (const Recording& recording : sonars) require_representable(recording);
   if (sonars.empty() || sonars.size() > most_sonars_of_jsf)
-    throw std::invalid_argument("a JSF holds 1 to 20 sonars");
+    throw std::invalid_argument(fmt::format("a JSF holds 1 to {} sonars", most_sonars_of_jsf));
   std::vector<std::byte> file;
   PackedBytes bytes(file);
   std::vector<std::size_t> all(sonars.size());

@@ -26,6 +26,8 @@
 #include <gnu/libc-version.h>
 #endif
 
+#include <ensonify/engine/json_text.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -136,7 +138,7 @@ std::string manifest_json(const Manifest& manifest) {
         {{"folder", part.folder}, {"first_ping", part.first_ping}, {"pings", part.pings}});
   if (!manifest.verification.empty()) json["verification"] = manifest.verification;
   // Bytes that are not UTF-8 become U+FFFD here; scene_hash is of the original bytes.
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return json_text(json, 2) + "\n";
 }
 
 }  // namespace ensonify::engine

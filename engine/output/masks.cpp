@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/png.h>
 
 namespace ensonify::engine {
@@ -16,8 +17,7 @@ std::vector<std::byte> encode_png8(const Waterfall& waterfall,
   Picture picture{waterfall.columns(), waterfall.rows(), 1, {}};
   picture.pixels.assign(numbers.begin(), numbers.end());
   const nlohmann::json list = std::vector<std::string>(names.begin(), names.end());
-  return encode_png(
-      picture, {{"names", list.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace)}});
+  return encode_png(picture, {{"names", ascii_json_text(list)}});
 }
 
 std::vector<std::uint16_t> numbers_in(std::span<const std::uint16_t> pixels) {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/archive_writer.h>
 
 namespace ensonify::engine {
@@ -64,8 +65,7 @@ void encode_npz(const Waterfall& waterfall, const ImageOrigin& origin,
   for (const auto& [name, value] : image_attributes(waterfall, origin))
     std::visit([&, &key = name](const auto& v) { attributes[key] = v; }, value);
   // ASCII, so that one byte becomes one character of a NumPy string (UTF-32).
-  const std::string text =
-      attributes.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
+  const std::string text = ascii_json_text(attributes);
   const std::u32string characters(text.begin(), text.end());
   zip.add("attributes.npy",
           npy(fmt::format("<U{}", characters.size()), "()", std::as_bytes(std::span(characters))));

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -54,7 +56,7 @@ Json target_json(const TargetRecord& record, std::size_t rows, std::size_t colum
     json["layer"] = record.layer;
   }
   json["range_m"] = target.range_m;
-  json["side"] = target.side == Side::port ? "port" : "starboard";
+  json["side"] = name_of(target.side);
   json["ping"] = target.ping;
   json["contrast_db"] = target.contrast_db ? Json(*target.contrast_db) : Json(nullptr);
   json["body"] = outline_json(target.body, rows, columns);
@@ -77,9 +79,7 @@ Json geometry_json(const ImageGeometry& geometry) {
           {"heading_deg", turned_deg(pose.heading_rad)}};
 }
 
-std::string text_of(const Json& json) {
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+std::string text_of(const Json& json) { return json_text(json, 1) + "\n"; }
 
 }  // namespace
 

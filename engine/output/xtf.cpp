@@ -64,9 +64,8 @@ void add_file_header(PackedBytes& bytes, std::span<const Recording> sonars) {
   for (std::size_t channel = 0; channel < 2 * sonars.size(); ++channel) {
     const Recording& recording = sonars[channel / 2];
     add_channel_info(bytes, channel,
-                     !alone             ? std::string_view(recording.name)
-                     : channel % 2 == 0 ? "port"
-                                        : "starboard",
+                     alone ? name_of(channel % 2 == 0 ? Side::port : Side::starboard)
+                           : std::string_view(recording.name),
                      recording);
   }
 }
@@ -160,7 +159,7 @@ void add_packet(PackedBytes& bytes, std::span<const Recording> sonars, const Son
 
 std::vector<std::byte> encode_xtf(std::span<const Recording> sonars) {
   if (sonars.empty() || sonars.size() > most_sonars_of_xtf)
-    throw std::invalid_argument("an XTF holds one to three sonars");
+    throw std::invalid_argument(fmt::format("an XTF holds 1 to {} sonars", most_sonars_of_xtf));
   std::vector<std::byte> file;
   PackedBytes bytes(file);
   add_file_header(bytes, sonars);

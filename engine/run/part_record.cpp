@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
@@ -100,7 +101,7 @@ std::string part_json(const PartRecord& record) {
       {"warnings", record.warnings},
       {"files", files},
   };
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json, 1) + "\n";
 }
 
 PartRecord read_part_json(const std::filesystem::path& file) {

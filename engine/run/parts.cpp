@@ -49,6 +49,11 @@ std::string RunParts::number(std::size_t part) const {
 
 std::string RunParts::folder(std::size_t part) const { return "part_" + number(part); }
 
+std::filesystem::path RunParts::file(std::size_t part, const std::string& sonar,
+                                     std::string_view ending) const {
+  return std::filesystem::path(folder(part)) / fmt::format("{}_{}{}", sonar, number(part), ending);
+}
+
 std::size_t pings_per_part(const OutputOptions& output, std::span<const Sonar> sonars,
                            std::size_t pings) {
   if (output.pings_per_file > 0)

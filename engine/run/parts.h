@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/scene/scene.h>
@@ -27,6 +29,9 @@ class RunParts {
   /// The number of a part in names, from 0001.
   std::string number(std::size_t part) const;
   std::string folder(std::size_t part) const;  ///< part_0001
+  /// The path of a sonar's file in the run's folder: part_0001/SONAR_0001.png.
+  std::filesystem::path file(std::size_t part, const std::string& sonar,
+                             std::string_view ending) const;
 
  private:
   std::vector<std::size_t> first_pings_;

@@ -85,13 +85,9 @@ void count(const ScenePings& pings, PartRecord& record) {
 }
 
 std::map<std::string, std::uint64_t> verification_of(const ScenePings& pings) {
-  const AgreementCounts& found = pings.verified;
-  std::map<std::string, std::uint64_t> counts = {
-      {"pings", pings.verified_pings},    {"rays", found.rays},
-      {"coarse", found.coarse},           {"overlap", found.overlap},
-      {"wrong_index", found.wrong_index}, {"wrong_run", found.wrong_run}};
-  for (std::size_t i = 0; i < verdict_names.size(); ++i)
-    counts[verdict_names[i]] = found.verdicts[i];
+  std::map<std::string, std::uint64_t> counts = {{"pings", pings.verified_pings}};
+  for_each_count(pings.verified,
+                 [&](const char* name, std::uint64_t count) { counts[name] = count; });
   return counts;
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/schema.h>
@@ -70,7 +71,7 @@ std::string plan_json(const RunPlan& plan) {
                      {"input_files", plan.files},
                      {"pings", plan.parts.pings()},
                      {"first_pings", plan.parts.first_pings()}};
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json, 2) + "\n";
 }
 
 std::string hash_of(const RunPlan& plan) { return xxh128(plan_json(plan)); }

@@ -15,7 +15,7 @@
 #include <fmt/ranges.h>
 
 #include <ensonify/engine/output/staging.h>
-#include <ensonify/engine/run/join.h>
+#include <ensonify/engine/run/join_pictures.h>
 #include <ensonify/engine/run/whole_run.h>
 #include <ensonify/refine/atomic_file.h>
 
@@ -219,20 +219,11 @@ class SeveralParts {
     run_.picture.written(start);
   }
 
-  /// The counts of this share's parts_.
+  /// The counts of this share's parts.
   PartRecord share_record() const {
     const Shard& share = run_.control.shard;
-    const std::size_t first = share.begin(parts_.count()), end = share.end(parts_.count());
-    PartRecord sum{.counts = {{"pings", 0}}};  // a share may have no part
-    for (std::size_t part = first; part < end; ++part) {
-      PartRecord record = read_part_json(run_.folder / parts_.folder(part) / "part.json");
-      for (FileRecord& file : record.files) file.name = parts_.folder(part) + "/" + file.name;
-      if (part == first)
-        sum = std::move(record);
-      else
-        sum += record;
-    }
-    return sum;
+    return sum_of_parts(run_.folder, parts_, share.begin(parts_.count()),
+                        share.end(parts_.count()));
   }
 
   RunState& run_;

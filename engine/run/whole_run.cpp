@@ -8,7 +8,8 @@
 
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/run/join.h>
+#include <ensonify/engine/run/join_pictures.h>
+#include <ensonify/engine/run/join_targets.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/refine/atomic_file.h>
 
@@ -16,17 +17,27 @@ namespace ensonify::engine {
 
 namespace fs = std::filesystem;
 
+PartRecord sum_of_parts(const fs::path& folder, const RunParts& parts, std::size_t first,
+                        std::size_t end) {
+  PartRecord sum{.counts = {{"pings", 0}}};
+  for (std::size_t part = first; part < end; ++part) {
+    const std::string its = parts.folder(part);
+    PartRecord record = read_part_json(folder / its / "part.json");
+    for (FileRecord& file : record.files) file.name = its + "/" + file.name;
+    if (part == first)
+      sum = std::move(record);
+    else
+      sum += record;
+  }
+  return sum;
+}
+
 std::vector<std::string> warnings_of(const PartRecord& run, const std::string& intersector) {
   std::vector<std::string> warnings;
   if (!run.verification.empty()) {
     AgreementCounts found;
-    found.rays = run.verification.at("rays");
-    found.coarse = run.verification.at("coarse");
-    found.overlap = run.verification.at("overlap");
-    found.wrong_index = run.verification.at("wrong_index");
-    found.wrong_run = run.verification.at("wrong_run");
-    for (std::size_t i = 0; i < verdict_names.size(); ++i)
-      found.verdicts[i] = run.verification.at(verdict_names[i]);
+    for_each_count(
+        found, [&](const char* name, std::uint64_t& count) { count = run.verification.at(name); });
     for (const Limit& limit : limits(RaySource::scene, intersector_kind(intersector).precision))
       if (exceeds(limit, found))
         warnings.push_back(fmt::format(
@@ -70,19 +81,13 @@ std::string manifest_of(const PartRecord& run, const RunPlan& plan,
 PartRecord finish_run(const fs::path& folder, const RunPlan& plan,
                       const std::function<void()>& waiting) {
   const RunParts& parts = plan.parts;
-  PartRecord whole;
+  PartRecord whole = sum_of_parts(folder, parts, 0, parts.count());
   std::vector<ManifestPart> listed;
   std::vector<FileRecord> files;
   for (std::size_t part = 0; part < parts.count(); ++part) {
     const std::string its = parts.folder(part);
-    PartRecord record = read_part_json(folder / its / "part.json");
-    listed.push_back({its, record.pings.first, record.pings.count});
-    for (FileRecord& file : record.files) file.name = its + "/" + file.name;
-    record.files.push_back(record_of(folder, its + "/part.json"));
-    if (part == 0)
-      whole = std::move(record);
-    else
-      whole += record;
+    listed.push_back({its, parts.range(part).first, parts.range(part).count});
+    files.push_back(record_of(folder, its + "/part.json"));
   }
   for (const auto& [sonar, visibility] : whole.object_visibility) {
     const std::string picture = sonar + ".png", targets = sonar + "_targets.json";

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -9,9 +10,16 @@
 
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/run/part_record.h>
+#include <ensonify/engine/run/parts.h>
 #include <ensonify/engine/run/run_plan.h>
 
 namespace ensonify::engine {
+
+/// What the parts [first, end) of a run made, from their part.json; no pings if there are none. The
+/// names of files begin with the part's folder. Throws std::runtime_error as read_part_json() and
+/// PartRecord::operator+=.
+PartRecord sum_of_parts(const std::filesystem::path& folder, const RunParts& parts,
+                        std::size_t first, std::size_t end);
 
 /// Warnings that follow from a whole run's counts.
 std::vector<std::string> warnings_of(const PartRecord& run, const std::string& intersector);

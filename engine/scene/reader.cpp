@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -12,6 +11,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <ensonify/engine/number_in.h>
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/name_check.h>
 #include <ensonify/engine/scene/checks/seabed_check.h>
@@ -292,14 +292,13 @@ class Reader {
       throw fault(node, fmt::format("'{}' is {}, expected tables, [[{}]]", section.name,
                                     description(node), section.name));
     for (const auto& [number, table] : *numbered) {
-      std::size_t i = 0;
-      const std::string_view digits = number.str();
-      const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), i);
-      if (error != std::errc() || end != digits.data() + digits.size() || i >= list.size())
-        throw fault(number, fmt::format("the scene has no {} {}; it has {}, numbered from 0",
-                                        list_item(section.name), printable(digits), list.size()));
-      const std::string path = fmt::format("{}.{}", section.name, i);
-      read_keys(section, list[i], expect_table(table, path), path);
+      const std::optional i = number_in<std::size_t>(number.str());
+      if (!i || *i >= list.size())
+        throw fault(number,
+                    fmt::format("the scene has no {} {}; it has {}, numbered from 0",
+                                list_item(section.name), printable(number.str()), list.size()));
+      const std::string path = fmt::format("{}.{}", section.name, *i);
+      read_keys(section, list[*i], expect_table(table, path), path);
     }
   }
   static std::string_view list_item(std::string_view section) {
@@ -431,7 +430,9 @@ std::string read_scene_text(const fs::path& file) {
   const auto refuse = [&](std::string_view why) {
     return SceneError(fmt::format("{}: {}", file.string(), why));
   };
-  if (!fs::exists(status)) throw refuse(error ? error.message() : "No such file or directory");
+  if (status.type() == fs::file_type::not_found)
+    throw refuse("there is no such file; give the path of a scene file");
+  if (!fs::exists(status)) throw refuse(error.message());
   if (!fs::is_regular_file(status))
     throw refuse(fs::is_directory(status) ? "is a folder, expected a scene file"
                                           : "expected a regular file");

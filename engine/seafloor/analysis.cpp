@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/progressive_mesh_file.h>
@@ -59,19 +60,18 @@ std::string about(const Seafloor& seafloor) {
                         {"middle_m", to_json(feature.middle_m)},
                         {"size_m", to_json(feature.size_m)},
                         {"label", to_json(feature.label)}});
-  return Json{{"vertices", seafloor.vertices},
-              {"faces", seafloor.faces},
-              {"bed_faces", seafloor.bed_faces},
-              {"mean_bed_m", seafloor.mean_bed_m},
-              {"utm_zone", seafloor.utm_zone},
-              {"labels", labels},
-              {"classes", seafloor.classes},
-              {"materials", seafloor.materials},
-              {"objects", objects},
-              {"features", features},
-              {"repairs", seafloor.repairs},
-              {"warnings", seafloor.warnings}}
-      .dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json_text(Json{{"vertices", seafloor.vertices},
+                        {"faces", seafloor.faces},
+                        {"bed_faces", seafloor.bed_faces},
+                        {"mean_bed_m", seafloor.mean_bed_m},
+                        {"utm_zone", seafloor.utm_zone},
+                        {"labels", labels},
+                        {"classes", seafloor.classes},
+                        {"materials", seafloor.materials},
+                        {"objects", objects},
+                        {"features", features},
+                        {"repairs", seafloor.repairs},
+                        {"warnings", seafloor.warnings}});
 }
 
 /// Reads that text. Throws Json::exception, or std::out_of_range for numbers that contradict one

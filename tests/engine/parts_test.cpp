@@ -13,7 +13,8 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/output/png.h>
-#include <ensonify/engine/run/join.h>
+#include <ensonify/engine/run/join_pictures.h>
+#include <ensonify/engine/run/join_targets.h>
 #include <ensonify/engine/run/parts.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/ping_all.h>
@@ -237,7 +238,8 @@ TEST_CASE("parts whose pictures have another width or number of rows are not put
   CHECK_NOTHROW(join_pictures(folder.path(), parts, 2, "a"));
 }
 
-TEST_CASE("outlines that leave their picture, or have half a corner, are not put together") {
+TEST_CASE(
+    "outlines that leave their picture, or have an odd number of coordinates, are not put together") {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder / "part_0001");
   const auto joined = [&](const std::string& outline) {

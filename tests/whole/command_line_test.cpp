@@ -83,7 +83,8 @@ TEST_CASE("Help goes to stdout, and a wrong command line gets one message and ex
   check_refused(run_program(folder.path(), {"run", "s.toml", "--fast"}), 2, "--fast");
   check_refused(run_program(folder.path(), {"run", "s.toml", "--threads", "0"}), 2, "--threads");
   check_refused(run_program(folder.path(), {"dump-default", "everything"}), 2, "everything");
-  check_refused(run_program(folder.path(), {"run", "none.toml"}), 2, "none.toml: No such file");
+  check_refused(run_program(folder.path(), {"run", "none.toml"}), 2,
+                "none.toml: there is no such file; give the path of a scene file");
   CHECK(fs::is_empty(folder.path()));
 }
 
@@ -219,7 +220,10 @@ TEST_CASE("The default scene, the key table and the intersectors are printed") {
   CHECK(run_program(folder.path(), {"intersectors"}).out.find("brute_force ") != std::string::npos);
   const Outcome full = run_program(folder.path(), {"schema"}, {}, {}, "/dev/full");
   CHECK(full.code == 1);
-  CHECK(full.err == "ensonify: stdout: not all of the output could be written\n");
+  CHECK(
+      full.err ==
+      "ensonify: stdout: not all of the output could be written; check the disk, or the program that "
+      "reads it\n");
 }
 
 TEST_CASE("A run writes its files, reports on stderr, and as JSON on stdout when asked") {

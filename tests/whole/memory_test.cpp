@@ -61,7 +61,7 @@ TEST_CASE("a library that ends the process by a signal does so with a message an
                                      kill(process, number);
                                    });
     CHECK(ended.code == 1);
-    CHECK(ended.err.find("gave up") != std::string::npos);
+    CHECK(ended.err.find("stopped by a fault") != std::string::npos);
   }
 }
 

@@ -25,6 +25,7 @@
 #include <ensonify/engine/run.h>
 
 #include "support/catch.h"
+#include "support/dark_bed.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
 
@@ -37,25 +38,7 @@ using ensonify::engine::Overlap, ensonify::engine::Positions;
 namespace {
 
 // A dark level bed, 20 m down; the sonar is 8 m above it.
-const std::string level_bed = R"(version = 1
-speckle = false
-[sea]
-sound_speed_mps = 1500
-[seafloor]
-extent_east_m = 80
-extent_north_m = 80
-cell_m = 1
-depth_m = 20
-material = "dark"
-[seafloor.fractal]
-height_at_1m_m = 0
-[material.dark]
-model = "lambert"
-lambert_mu_db = -70
-[material.bright]
-model = "lambert"
-lambert_mu_db = -5
-[track]
+const std::string level_bed = ensonify::tests::dark_bed + R"([track]
 pings = 150
 speed_mps = 2
 ping_interval_s = 0.1

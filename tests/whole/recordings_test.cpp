@@ -18,6 +18,7 @@
 #include <ogr_spatialref.h>
 
 #include "support/catch.h"
+#include "support/dark_bed.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
 
@@ -29,25 +30,7 @@ namespace {
 constexpr double degree = std::numbers::pi / 180.0;
 
 // A dark level bed, 20 m down, with a bright ball on it.
-const std::string level_bed = R"(version = 1
-speckle = false
-[sea]
-sound_speed_mps = 1500
-[seafloor]
-extent_east_m = 80
-extent_north_m = 80
-cell_m = 1
-depth_m = 20
-material = "dark"
-[seafloor.fractal]
-height_at_1m_m = 0
-[material.dark]
-model = "lambert"
-lambert_mu_db = -70
-[material.bright]
-model = "lambert"
-lambert_mu_db = -5
-[[objects]]
+const std::string level_bed = ensonify::tests::dark_bed + R"([[objects]]
 shape = "sphere"
 diameter_m = 0.2
 material = "bright"

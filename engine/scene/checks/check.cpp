@@ -56,10 +56,12 @@ void check_track(const Scene& scene, const auto& require) {
 
 constexpr std::size_t max_elements = 256;  // of an array with weights
 
+std::string sonar_key(const Sonar& sonar, std::string_view name) {
+  return fmt::format("sonar.{}.{}", sonar.name, name);
+}
+
 void check_shading(const Sonar& sonar, const auto& require) {
-  const auto key = [&](std::string_view name) {
-    return fmt::format("sonar.{}.{}", sonar.name, name);
-  };
+  const auto key = [&](std::string_view name) { return sonar_key(sonar, name); };
   const auto weights = [&](ShadingKind kind, const std::vector<double>& given, bool receiver) {
     const std::string_view prefix = receiver ? "receive_" : "";
     const std::string weights_key = key(fmt::format("{}shading_weights", prefix));
@@ -93,14 +95,8 @@ void check_shading(const Sonar& sonar, const auto& require) {
 
 constexpr std::size_t max_objects = max_labels - 1;  // 0 is no object
 
-}  // namespace
-
-void check_scene(const Scene& scene,
-                 const std::function<std::string(std::string_view key)>& place) {
-  const auto require = [&](bool holds, std::string_view key, const auto& message) {
-    if (!holds) throw SceneError(fmt::format("{}: {}", place(key), message()));
-  };
-
+/// The files that the bed is made of.
+void check_bed_files(const Scene& scene, const auto& require) {
   const SeafloorOptions& bed = scene.seafloor;
   const auto file_of_kind = [&](SeafloorKind kind, std::string_view name, const InputFile& file) {
     const std::string key = fmt::format("seafloor.{}", name);
@@ -123,6 +119,9 @@ void check_scene(const Scene& scene,
   require(bed.kind != SeafloorKind::progressive || scene.objects.empty(), "objects.0", [] {
     return "a progressive mesh takes no more objects: put them into the scene that is analysed";
   });
+}
+
+void check_objects(const Scene& scene, const auto& require) {
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     if (const auto fault = fault_of(scene.objects[i], fmt::format("objects.{}", i)))
       require(false, fault->key, [&] { return fault->message; });
@@ -132,26 +131,26 @@ void check_scene(const Scene& scene,
     return fmt::format("the scene has {} objects, expected at most {}, since labels have 16 bits",
                        count_of(scene.objects), max_objects);
   });
-  const auto material = [&](const std::string& name, const std::string& key) {
-    try {
-      for (const Sonar& sonar : scene.sonars)
-        backscatter_of(material_named(name, scene.materials), sonar.frequency_hz, 1500.0, 0.0);
-    } catch (const std::invalid_argument& error) {
-      throw SceneError(fmt::format("{}: '{}': {}", place(key), key, error.what()));
-    }
-  };
-  material(bed.material, "seafloor.material");
+}
+
+void check_materials(const Scene& scene, const auto& require,
+                     const std::function<std::string(std::string_view)>& place) {
+  check_material(scene, scene.seafloor.material, "seafloor.material", place);
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
-    material(scene.objects[i].material, fmt::format("objects.{}.material", i));
+    check_material(scene, scene.objects[i].material, fmt::format("objects.{}.material", i), place);
   for (const Material& own : scene.materials) {
     const bool from_file = own.model == "table";
     const std::string key = fmt::format("material.{}.{}", own.name, from_file ? "table" : "model");
     require(from_file || own.table.empty(), key, [&] {
       return fmt::format("'material.{0}.table' needs material.{0}.model = \"table\"", own.name);
     });
-    material(own.name,
-             from_file || own.model == "gsab" ? key : fmt::format("material.{}.like", own.name));
+    check_material(
+        scene, own.name,
+        from_file || own.model == "gsab" ? key : fmt::format("material.{}.like", own.name), place);
   }
+}
+
+void check_sea(const Scene& scene, const auto& require) {
   require(scene.sea.profile.empty() || !scene.sea.sound_speed_mps, "sea.sound_speed_mps", [] {
     return "'sea.sound_speed_mps' and 'sea.profile' are both given, expected one of them";
   });
@@ -160,134 +159,139 @@ void check_scene(const Scene& scene,
             return "'sea.refraction' is on, and there is no cast to refract by: give its file as "
                    "sea.profile, or leave it \"off\"";
           });
-  if (bed.kind == SeafloorKind::fractal) {
-    require(bed.cell_m <= bed.extent_east_m && bed.cell_m <= bed.extent_north_m, "seafloor.cell_m",
-            [&] {
-              return fmt::format("'seafloor.cell_m' is {}, longer than the seabed of {} x {} m",
-                                 bed.cell_m, bed.extent_east_m, bed.extent_north_m);
-            });
-    const double points = bed.extent_east_m / bed.cell_m * (bed.extent_north_m / bed.cell_m);
-    require(points <= max_grid_points, "seafloor.cell_m", [&] {
-      return fmt::format(
-          "a seabed of {} x {} m in cells of {} m has {:.2g} points, expected at most "
-          "{:.3g}: make the cells larger or the seabed smaller",
-          bed.extent_east_m, bed.extent_north_m, bed.cell_m, points, max_grid_points);
-    });
-    require(bed.ripples.rms_height_m == 0.0 || bed.cell_m <= bed.ripples.wavelength_m / 4.0,
-            "seafloor.ripples.wavelength_m", [&] {
-              return fmt::format(
-                  "ripples of {} m need cells of {} m or less, and seafloor.cell_m is {}",
-                  bed.ripples.wavelength_m, bed.ripples.wavelength_m / 4.0, bed.cell_m);
-            });
-  }
+}
 
-  check_seabed(scene, place);
-  require(scene.output.png_bits == 8 || scene.output.png_bits == 16, "output.png_bits", [&] {
-    return fmt::format("'output.png_bits' is {}, expected 8 or 16", scene.output.png_bits);
+void check_fractal(const SeafloorOptions& bed, const auto& require) {
+  require(bed.cell_m <= bed.extent_east_m && bed.cell_m <= bed.extent_north_m, "seafloor.cell_m",
+          [&] {
+            return fmt::format("'seafloor.cell_m' is {}, longer than the seabed of {} x {} m",
+                               bed.cell_m, bed.extent_east_m, bed.extent_north_m);
+          });
+  const double points = bed.extent_east_m / bed.cell_m * (bed.extent_north_m / bed.cell_m);
+  require(points <= max_grid_points, "seafloor.cell_m", [&] {
+    return fmt::format(
+        "a seabed of {} x {} m in cells of {} m has {:.2g} points, expected at most "
+        "{:.3g}: make the cells larger or the seabed smaller",
+        bed.extent_east_m, bed.extent_north_m, bed.cell_m, points, max_grid_points);
+  });
+  require(bed.ripples.rms_height_m == 0.0 || bed.cell_m <= bed.ripples.wavelength_m / 4.0,
+          "seafloor.ripples.wavelength_m", [&] {
+            return fmt::format(
+                "ripples of {} m need cells of {} m or less, and seafloor.cell_m is {}",
+                bed.ripples.wavelength_m, bed.ripples.wavelength_m / 4.0, bed.cell_m);
+          });
+}
+
+void check_images(const OutputOptions& output, const auto& require) {
+  require(output.png_bits == 8 || output.png_bits == 16, "output.png_bits", [&] {
+    return fmt::format("'output.png_bits' is {}, expected 8 or 16", output.png_bits);
   });
 
   std::string known_layers;
   std::size_t found = 0;
   BinLayers::for_each([&](std::string_view layer, auto) {
     known_layers += fmt::format("{}{}", known_layers.empty() ? "" : ", ", layer);
-    found += std::ranges::count(scene.output.encoding.layers, layer) > 0;
+    found += std::ranges::count(output.encoding.layers, layer) > 0;
   });
-  require(found == scene.output.encoding.layers.size(), "output.layers", [&] {
+  require(found == output.encoding.layers.size(), "output.layers", [&] {
     return fmt::format(
         "'output.layers' names a layer twice or one that does not exist, expected "
         "names of {}",
         known_layers);
   });
 
-  for (const auto& [key, names] :
-       {std::pair("output.class_names", &scene.output.class_names),
-        std::pair("output.sediment_names", &scene.output.sediment_names)})
+  for (const auto& [key, names] : {std::pair("output.class_names", &output.class_names),
+                                   std::pair("output.sediment_names", &output.sediment_names)})
     for (const std::string& name : *names)
       require(std::ranges::count(*names, name) == 1, key, [&, &which = key] {
         return fmt::format("'{}' names \"{}\" twice, expected each once", which, name);
       });
+}
 
-  const double sound_speed_mps =
-      scene.sea.sound_speed_mps.value_or(scatter::sound_speed_mps(scene.sea.water, 0.0));
-  for (const Sonar& sonar : scene.sonars) {
-    const auto key = [&](std::string_view name) {
-      return fmt::format("sonar.{}.{}", sonar.name, name);
-    };
-    require(sonar.sector_low_rad < sonar.sector_high_rad, key("sector_high_deg"), [&] {
-      return fmt::format("'{}' is {:.6g}, expected more than sector_low_deg, which is {:.6g}",
-                         key("sector_high_deg"), sonar.sector_high_rad / degree,
-                         sonar.sector_low_rad / degree);
-    });
-    require(sonar.sector_high_rad - sonar.sector_low_rad < 180.0 * degree, key("sector_high_deg"),
-            [&] {
-              return fmt::format(
-                  "'{}' is {:.6g}, expected less than 180 degrees above sector_low_deg, "
-                  "which is {:.6g}",
-                  key("sector_high_deg"), sonar.sector_high_rad / degree,
-                  sonar.sector_low_rad / degree);
-            });
-    const double beamwidth_deg = sonar.vertical.beamwidth_rad / degree;
-    require(beamwidth_deg == 0.0 || beamwidth_deg > narrowest_vertical_deg * (1.0 - 1e-9),
-            key("vertical_beamwidth_deg"), [&] {
-              return fmt::format(
-                  "'{}' is {:.6g}, expected 0 (the same in all directions) or at least {}: a "
-                  "narrower beam is finer than the simulator's table of directions",
-                  key("vertical_beamwidth_deg"), beamwidth_deg, narrowest_vertical_deg);
-            });
-    require(sonar.planes % 2 == 0, key("planes"), [&] {
-      return fmt::format("'{}' is {}, expected an even number", key("planes"), sonar.planes);
-    });
-    const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
-    const auto long_enough = [&](double length_m, std::string_view name) {
-      require(length_m >= wavelength_m, key(name), [&] {
-        return fmt::format("'{}' is {}, expected a wavelength or more, {:.4g} m at {} Hz",
-                           key(name), length_m, wavelength_m, sonar.frequency_hz);
+void check_beam(const Sonar& sonar, double sound_speed_mps, const auto& require) {
+  const auto key = [&](std::string_view name) { return sonar_key(sonar, name); };
+  require(sonar.sector_low_rad < sonar.sector_high_rad, key("sector_high_deg"), [&] {
+    return fmt::format("'{}' is {:.6g}, expected more than sector_low_deg, which is {:.6g}",
+                       key("sector_high_deg"), sonar.sector_high_rad / degree,
+                       sonar.sector_low_rad / degree);
+  });
+  require(
+      sonar.sector_high_rad - sonar.sector_low_rad < 180.0 * degree, key("sector_high_deg"), [&] {
+        return fmt::format(
+            "'{}' is {:.6g}, expected less than 180 degrees above sector_low_deg, "
+            "which is {:.6g}",
+            key("sector_high_deg"), sonar.sector_high_rad / degree, sonar.sector_low_rad / degree);
       });
-    };
-    long_enough(sonar.array_length_m, "array_length_m");
-    long_enough(sonar.receive_length_m(), "receive_array_length_m");
-    check_shading(sonar, require);
-    require(sonar.pulse.bandwidth_hz <= sonar.frequency_hz, key("bandwidth_hz"), [&] {
-      return fmt::format("'{}' is {}, expected at most frequency_hz, which is {}",
-                         key("bandwidth_hz"), sonar.pulse.bandwidth_hz, sonar.frequency_hz);
+  const double beamwidth_deg = sonar.vertical.beamwidth_rad / degree;
+  require(beamwidth_deg == 0.0 || beamwidth_deg > narrowest_vertical_deg * (1.0 - 1e-9),
+          key("vertical_beamwidth_deg"), [&] {
+            return fmt::format(
+                "'{}' is {:.6g}, expected 0 (the same in all directions) or at least {}: a "
+                "narrower beam is finer than the simulator's table of directions",
+                key("vertical_beamwidth_deg"), beamwidth_deg, narrowest_vertical_deg);
+          });
+  require(sonar.planes % 2 == 0, key("planes"), [&] {
+    return fmt::format("'{}' is {}, expected an even number", key("planes"), sonar.planes);
+  });
+  const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
+  const auto long_enough = [&](double length_m, std::string_view name) {
+    require(length_m >= wavelength_m, key(name), [&] {
+      return fmt::format("'{}' is {}, expected a wavelength or more, {:.4g} m at {} Hz", key(name),
+                         length_m, wavelength_m, sonar.frequency_hz);
     });
-    require(sonar.pulse.kind == PulseKind::cw ||
-                sonar.pulse.transmitted_length_s() * sonar.pulse.bandwidth_hz >= 1.0 - 1e-9,
-            key("pulse_length_s"), [&] {
-              return fmt::format(
-                  "'{}' is {}, shorter than a sweep can be with {}, which is {}; expected at least "
-                  "{:.3g} s",
-                  key("pulse_length_s"), sonar.pulse.length_s, key("bandwidth_hz"),
-                  sonar.pulse.bandwidth_hz, 1.0 / sonar.pulse.bandwidth_hz);
-            });
-    const Sonar sampled = sonar.sampled(sound_speed_mps);
-    const std::string bins_key = key(sonar.sample_rate_hz > 0.0 ? "sample_rate_hz" : "bins");
-    require(sampled.bins <= max_bins, bins_key, [&] {
-      return fmt::format("'{}' is {}: {} bins over {} m, expected at most {}", bins_key,
-                         sonar.sample_rate_hz, sampled.bins, sonar.range_m, max_bins);
-    });
-    const std::string pulse_key =
-        key(sonar.pulse.kind == PulseKind::cw && sonar.pulse.length_s > 0.0 ? "pulse_length_s"
-                                                                            : "bandwidth_hz");
-    const double pulse_m = sonar.pulse.cell_m(sound_speed_mps);
-    const double reach_m = 0.5 * sound_speed_mps * (sonar.pulse.end_s() - sonar.pulse.begin_s());
-    require(reach_m <= max_bins_in_pulse * sampled.bin_m(), bins_key, [&] {
-      return fmt::format(
-          "'{}' makes bins of {:.3g} m, and a pulse of {:.3g} m with its side lobes spans more "
-          "than {} of them; expected longer bins or a shorter pulse ({})",
-          bins_key, sampled.bin_m(), reach_m, max_bins_in_pulse, pulse_key);
-    });
-    require(pulse_m <= sonar.range_m, pulse_key, [&] {
-      return fmt::format("'{}' makes a pulse of {:.3g} m, longer than range_m, which is {}",
-                         pulse_key, pulse_m, sonar.range_m);
-    });
-    require(double(sonar.planes) * sonar.elevations <= max_rays, key("elevations"), [&] {
-      return fmt::format("{} planes of {} elevations are {:.2g} rays, expected at most {:.0e}",
-                         sonar.planes, sonar.elevations, double(sonar.planes) * sonar.elevations,
-                         max_rays);
-    });
-  }
-  check_track(scene, require);
+  };
+  long_enough(sonar.array_length_m, "array_length_m");
+  long_enough(sonar.receive_length_m(), "receive_array_length_m");
+  check_shading(sonar, require);
+}
+
+void check_pulse(const Sonar& sonar, double sound_speed_mps, const auto& require) {
+  const auto key = [&](std::string_view name) { return sonar_key(sonar, name); };
+  require(sonar.pulse.bandwidth_hz <= sonar.frequency_hz, key("bandwidth_hz"), [&] {
+    return fmt::format("'{}' is {}, expected at most frequency_hz, which is {}",
+                       key("bandwidth_hz"), sonar.pulse.bandwidth_hz, sonar.frequency_hz);
+  });
+  require(sonar.pulse.kind == PulseKind::cw ||
+              sonar.pulse.transmitted_length_s() * sonar.pulse.bandwidth_hz >= 1.0 - 1e-9,
+          key("pulse_length_s"), [&] {
+            return fmt::format(
+                "'{}' is {}, shorter than a sweep can be with {}, which is {}; expected at least "
+                "{:.3g} s",
+                key("pulse_length_s"), sonar.pulse.length_s, key("bandwidth_hz"),
+                sonar.pulse.bandwidth_hz, 1.0 / sonar.pulse.bandwidth_hz);
+          });
+  const Sonar sampled = sonar.sampled(sound_speed_mps);
+  const std::string bins_key = key(sonar.sample_rate_hz > 0.0 ? "sample_rate_hz" : "bins");
+  require(sampled.bins <= max_bins, bins_key, [&] {
+    return fmt::format("'{}' is {}: {} bins over {} m, expected at most {}", bins_key,
+                       sonar.sample_rate_hz, sampled.bins, sonar.range_m, max_bins);
+  });
+  const std::string pulse_key =
+      key(sonar.pulse.kind == PulseKind::cw && sonar.pulse.length_s > 0.0 ? "pulse_length_s"
+                                                                          : "bandwidth_hz");
+  const double pulse_m = sonar.pulse.cell_m(sound_speed_mps);
+  const double reach_m = 0.5 * sound_speed_mps * (sonar.pulse.end_s() - sonar.pulse.begin_s());
+  require(reach_m <= max_bins_in_pulse * sampled.bin_m(), bins_key, [&] {
+    return fmt::format(
+        "'{}' makes bins of {:.3g} m, and a pulse of {:.3g} m with its side lobes spans more "
+        "than {} of them; expected longer bins or a shorter pulse ({})",
+        bins_key, sampled.bin_m(), reach_m, max_bins_in_pulse, pulse_key);
+  });
+  require(pulse_m <= sonar.range_m, pulse_key, [&] {
+    return fmt::format("'{}' makes a pulse of {:.3g} m, longer than range_m, which is {}",
+                       pulse_key, pulse_m, sonar.range_m);
+  });
+}
+
+void check_rays(const Sonar& sonar, const auto& require) {
+  require(double(sonar.planes) * sonar.elevations <= max_rays, sonar_key(sonar, "elevations"), [&] {
+    return fmt::format("{} planes of {} elevations are {:.2g} rays, expected at most {:.0e}",
+                       sonar.planes, sonar.elevations, double(sonar.planes) * sonar.elevations,
+                       max_rays);
+  });
+}
+
+void check_artefacts(const Scene& scene, const auto& require) {
   const double farthest_m =
       std::ranges::max(scene.sonars, {}, [](const Sonar& sonar) { return sonar.range_m; }).range_m;
   require(scene.artefacts.interference_range_m < farthest_m, "artefacts.interference_range_m", [&] {
@@ -296,6 +300,9 @@ void check_scene(const Scene& scene,
         "the longest is {} m",
         scene.artefacts.interference_range_m, farthest_m);
   });
+}
+
+void check_recordings(const Scene& scene, const auto& require) {
   const std::size_t most_sonars = scene.output.xtf ? most_sonars_of_xtf : most_sonars_of_jsf;
   require(!scene.output.one_recording || scene.sonars.size() <= most_sonars, "output.one_recording",
           [&] {
@@ -310,6 +317,32 @@ void check_scene(const Scene& scene,
                 "'output.start_time' is {}, expected a time as \"2025-06-01T12:00:00Z\"",
                 toml_string(scene.output.start_time));
           });
+}
+
+}  // namespace
+
+void check_scene(const Scene& scene,
+                 const std::function<std::string(std::string_view key)>& place) {
+  const auto require = [&](bool holds, std::string_view key, const auto& message) {
+    if (!holds) throw SceneError(fmt::format("{}: {}", place(key), message()));
+  };
+  check_bed_files(scene, require);
+  check_objects(scene, require);
+  check_materials(scene, require, place);
+  check_sea(scene, require);
+  if (scene.seafloor.kind == SeafloorKind::fractal) check_fractal(scene.seafloor, require);
+  check_seabed(scene, place);
+  check_images(scene.output, require);
+  const double sound_speed_mps =
+      scene.sea.sound_speed_mps.value_or(scatter::sound_speed_mps(scene.sea.water, 0.0));
+  for (const Sonar& sonar : scene.sonars) {
+    check_beam(sonar, sound_speed_mps, require);
+    check_pulse(sonar, sound_speed_mps, require);
+    check_rays(sonar, require);
+  }
+  check_track(scene, require);
+  check_artefacts(scene, require);
+  check_recordings(scene, require);
   if (scene.track.kind == TrackKind::line)
     check_pings(scene, scene.track.pings, place("track.pings"));
 }

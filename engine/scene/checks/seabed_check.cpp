@@ -99,6 +99,18 @@ std::vector<std::string> materials_of(const SeafloorOptions& bed) {
 
 }  // namespace
 
+void check_material(const Scene& scene, std::string_view material, const std::string& key,
+                    const std::function<std::string(std::string_view key)>& place) {
+  constexpr double sound_speed_mps = 1500.0;  // any: only the names and ranges are checked
+  try {
+    for (const Sonar& sonar : scene.sonars)
+      backscatter_of(material_named(material, scene.materials), sonar.frequency_hz, sound_speed_mps,
+                     0.0);
+  } catch (const std::invalid_argument& error) {
+    throw SceneError(fmt::format("{}: '{}': {}", place(key), key, error.what()));
+  }
+}
+
 void check_seabed(const Scene& scene,
                   const std::function<std::string(std::string_view key)>& place) {
   const SeafloorOptions& bed = scene.seafloor;
@@ -121,14 +133,7 @@ void check_seabed(const Scene& scene,
                         name, layer.area.on, fmt::join(materials, ", "));
                   });
     if (layer.material.empty()) return;
-    try {
-      for (const Sonar& sonar : scene.sonars)
-        backscatter_of(material_named(layer.material, scene.materials), sonar.frequency_hz, 1500.0,
-                       0.0);
-    } catch (const std::invalid_argument& error) {
-      throw SceneError(
-          fmt::format("{}: '{}.material': {}", place(name + ".material"), name, error.what()));
-    }
+    check_material(scene, layer.material, name + ".material", place);
   });
   for (std::size_t i = 0; i < bed.seabed.patches.size(); ++i)
     for (const auto& [text, name] : {std::pair(&bed.seabed.patches[i].material, "material"),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,6 +12,8 @@ namespace ensonify::engine {
 
 /// Names of samples have six digits.
 inline constexpr int max_samples = 999999;
+
+inline constexpr std::array split_names{"train", "val", "test"};
 
 /// Which samples are for training, validation and test.
 struct SplitOptions {

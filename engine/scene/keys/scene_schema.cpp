@@ -544,7 +544,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::display, &Display::smoothing_px)},
            {"palette", "", {}, "Colours; paper is grey with strong echoes dark.",
             at(&Scene::display, &Display::palette),
-            {"grey", "copper", "bronze", "paper", "viridis"}},
+            {palette_names.begin(), palette_names.end()}},
        }},
       {"output",
        "Which files a run writes in addition to NAME.png, NAME_pings.csv and manifest.json.",

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <limits>
 
 #include <fmt/format.h>
+
+#include <ensonify/engine/number_in.h>
 
 namespace ensonify::engine {
 namespace {
@@ -141,12 +142,10 @@ class CsvReader {
   double number(std::string_view field, std::string_view column) const {
     const std::string_view digits =
         field.starts_with('+') && !field.starts_with("+-") ? field.substr(1) : field;
-    double value = 0.0;
-    const char* end = digits.data() + digits.size();
-    const auto read = std::from_chars(digits.data(), end, value);
-    if (read.ec != std::errc() || read.ptr != end || !std::isfinite(value))
+    const std::optional value = number_in<double>(digits);
+    if (!value || !std::isfinite(*value))
       fail(fmt::format("{} is {}, expected a number such as 12.5", column, quoted(field)));
-    return value;
+    return *value;
   }
 
   std::string_view text_;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/input_file.h>
@@ -11,6 +12,8 @@
 namespace ensonify::engine {
 
 enum class Side { port, starboard };
+
+constexpr std::string_view name_of(Side side) { return side == Side::port ? "port" : "starboard"; }
 
 /// One-way power pattern of a line array as a function of the angle psi from its broadside plane.
 struct LineArray {

@@ -3,6 +3,7 @@
 #include <array>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/sonar/instrument/beam_pattern.h>
@@ -15,6 +16,11 @@ namespace ensonify::engine {
 
 /// The sides of an instrument.
 enum class Sides { both, port, starboard };
+
+constexpr std::string_view name_of(Sides sides) {
+  return sides == Sides::both ? "both"
+                              : name_of(sides == Sides::port ? Side::port : Side::starboard);
+}
 
 /// One instrument: one line array per side, which looks to port or to starboard.
 struct Sonar {

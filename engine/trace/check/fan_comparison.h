@@ -39,6 +39,17 @@ struct AgreementCounts {
   AgreementCounts& operator+=(const AgreementCounts& other);
 };
 
+/// Calls f(name, count) for the counts that a run's manifest has of its verification.
+template <class Counts, class F>
+void for_each_count(Counts& counts, F&& f) {
+  f("rays", counts.rays);
+  f("coarse", counts.coarse);
+  f("overlap", counts.overlap);
+  f("wrong_index", counts.wrong_index);
+  f("wrong_run", counts.wrong_run);
+  for (std::size_t i = 0; i < verdict_names.size(); ++i) f(verdict_names[i], counts.verdicts[i]);
+}
+
 /// Compares the answers of one intersector with the reference's and counts the verdicts. An answer
 /// is also unexplained if Hit::index does not lead to the face; if the run that the echo gets does
 /// not match the hit; and, unless the intersector computes in float, if its bits differ from those

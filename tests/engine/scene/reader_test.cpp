@@ -623,7 +623,7 @@ TEST_CASE("A scene file that cannot be one is refused by name") {
   TemporaryFolder folder;
   const auto error = [&](const fs::path& file) { return error_of([&] { read_scene(file); }); };
   CHECK(error(folder / "none.toml") ==
-        (folder / "none.toml").string() + ": No such file or directory");
+        (folder / "none.toml").string() + ": there is no such file; give the path of a scene file");
   CHECK(error(folder.path()) == folder.path().string() + ": is a folder, expected a scene file");
   CHECK(error("/dev/zero") == "/dev/zero: expected a regular file");
   REQUIRE(mkfifo((folder / "fifo").c_str(), 0600) == 0);

@@ -1,4 +1,4 @@
-#include <ensonify/engine/run/join.h>
+#include <ensonify/engine/run/join_targets.h>
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,6 @@
 #include <complex>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -14,12 +13,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/output/png.h>
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/targets_json.h>
+#include <ensonify/engine/run/join_pictures.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/engine/untrusted.h>
-#include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/scatter/decibel.h>
 
@@ -29,58 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t max_rows = 30000;
 constexpr std::size_t max_columns = 1 << 20;  // more than any scene's
-
-fs::path file_of(const fs::path& folder, const RunParts& parts, std::size_t part,
-                 const std::string& sonar, std::string_view extension) {
-  return folder / parts.folder(part) / fmt::format("{}_{}{}", sonar, parts.number(part), extension);
-}
-
-Picture picture_of(const fs::path& file) {
-  const std::string content = refine::read_file(file);
-  try {
-    return decode_png(std::as_bytes(std::span(content)));
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(fmt::format("{}: {}; remove the part's folder and run it again",
-                                         file.string(), error.what()));
-  }
-}
-
-/// Averages rows of pixels by groups.
-class RowMeans {
- public:
-  RowMeans(const PngFormat& format, std::size_t group, std::size_t first_group)
-      : format_(format),
-        group_(group),
-        left_(first_group),
-        sums_(format.width * static_cast<std::size_t>(format.channels)) {}
-
-  /// Calls finished(row) whenever a group is complete.
-  template <class Finished>
-  void add(const std::uint8_t* row, Finished&& finished) {
-    const bool wide = format_.bits == 16;
-    for (std::size_t i = 0; i < sums_.size(); ++i)
-      sums_[i] += wide ? 256u * row[2 * i] + row[2 * i + 1] : row[i];
-    ++added_;
-    if (--left_ > 0) return;
-    std::vector<std::uint8_t> mean;
-    for (std::uint64_t& sum : sums_) {
-      const std::uint64_t value = (sum + added_ / 2) / added_;
-      if (wide) mean.push_back(static_cast<std::uint8_t>(value >> 8));
-      mean.push_back(static_cast<std::uint8_t>(value & 0xff));
-      sum = 0;
-    }
-    added_ = 0;
-    left_ = group_;
-    finished(mean);
-  }
-
- private:
-  PngFormat format_;
-  std::size_t group_, left_, added_ = 0;
-  std::vector<std::uint64_t> sums_;
-};
 
 /// Pixels [begin, end) of a picture, counted column by column from the top.
 struct PixelRun {
@@ -108,7 +56,8 @@ class JoinedOutline {
     std::vector<std::vector<std::size_t>> polygons;
     whole_numbers(outline.at("polygons")).get_to(polygons);
     for (std::vector<std::size_t>& polygon : polygons) {
-      if (polygon.size() % 2 != 0) throw std::runtime_error("a polygon with half a corner");
+      if (polygon.size() % 2 != 0)
+        throw std::runtime_error("a polygon with an odd number of coordinates");
       for (std::size_t i = 0; i < polygon.size(); i += 2) {
         if (polygon[i] > columns_ || polygon[i + 1] > rows_)
           throw std::runtime_error("a polygon outside its picture");
@@ -251,7 +200,7 @@ class JoinedTarget {
       ping_ += area_px * target.at("ping").get<double>();
       if (target.contains("aspect_deg"))
         aspect_ += std::polar(area_px, target.at("aspect_deg").get<double>() * degree);
-      port_px_ += target.at("side").get<std::string>() == "port" ? area_px : 0.0;
+      port_px_ += target.at("side").get<std::string>() == name_of(Side::port) ? area_px : 0.0;
       if (const Json& db = target.at("contrast_db"); !db.is_null()) {
         contrast_px_ += area_px;
         contrast_ += area_px * scatter::from_db(db.get<double>());
@@ -260,7 +209,7 @@ class JoinedTarget {
     Json json() const {
       Json json = largest_;
       json["range_m"] = range_m_ / area_px_;
-      json["side"] = 2.0 * port_px_ > area_px_ ? "port" : "starboard";
+      json["side"] = name_of(2.0 * port_px_ > area_px_ ? Side::port : Side::starboard);
       json["ping"] = ping_ / area_px_;
       if (json.contains("aspect_deg")) json["aspect_deg"] = turned_deg(std::arg(aspect_));
       json["contrast_db"] =
@@ -281,55 +230,13 @@ class JoinedTarget {
 
 }  // namespace
 
-std::size_t pings_per_row(std::size_t pings) { return (pings + max_rows - 1) / max_rows; }
-
-void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t finished_parts,
-                   const std::string& sonar) {
-  std::size_t beams = 0, rows = 0, group = 1;
-  PngFormat first;  // of the part that is read first
-  refine::NewFile file(folder / (sonar + ".png"));
-  std::unique_ptr<PngWriter> writer;
-  std::unique_ptr<RowMeans> means;
-  // The newest ping is on top. Groups are counted from the oldest ping, so the first may be short.
-  for (std::size_t part = finished_parts; part-- > 0;) {
-    const fs::path its_file = file_of(folder, parts, part, sonar, ".png");
-    const Picture picture = picture_of(its_file);
-    if (!writer) {
-      beams = picture.height / parts.range(part).count;
-      first = {picture.width, picture.height, picture.channels, picture.bits};
-    }
-    if (beams == 0 || picture.height != beams * parts.range(part).count ||
-        picture.width != first.width || picture.channels != first.channels ||
-        picture.bits != first.bits)
-      throw std::runtime_error(
-          fmt::format("{}: its size does not fit its pings and the other parts' pictures; remove "
-                      "the part's folder and run it again",
-                      its_file.string()));
-    if (!writer) {
-      rows = beams * parts.range(part).end();
-      group = pings_per_row(beams * parts.pings());
-      const PngFormat format{picture.width, (rows + group - 1) / group, picture.channels,
-                             picture.bits};
-      writer = std::make_unique<PngWriter>(
-          format, [&](std::span<const std::byte> bytes) { file.write(bytes); });
-      means = std::make_unique<RowMeans>(format, group, rows % group > 0 ? rows % group : group);
-    }
-    const std::size_t row_bytes = picture.pixels.size() / picture.height;
-    for (std::size_t row = 0; row < picture.height; ++row)
-      means->add(&picture.pixels[row * row_bytes],
-                 [&](const std::vector<std::uint8_t>& mean) { writer->add_rows(mean); });
-  }
-  writer->finish();
-  file.commit();
-}
-
 std::string join_targets(const fs::path& folder, const RunParts& parts, const std::string& sonar,
                          std::span<const ObjectVisibility> visibility) {
   std::map<std::uint32_t, JoinedTarget> targets;
   Json whole;
   std::size_t beams = 1;
   for (std::size_t part = 0; part < parts.count(); ++part) {
-    const fs::path file = file_of(folder, parts, part, sonar, "_targets.json");
+    const fs::path file = folder / parts.file(part, sonar, "_targets.json");
     try {
       const std::string text = refine::read_file(file);
       require_shallow_json(text);
@@ -358,7 +265,7 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
   }
   Json& list = whole["targets"] = Json::array();
   for (const auto& [instance, target] : targets) list.push_back(target.json(visibility));
-  return whole.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(whole, 1) + "\n";
 }
 
 }  // namespace ensonify::engine

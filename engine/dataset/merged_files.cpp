@@ -1,0 +1,54 @@
+#include <ensonify/engine/dataset/merged_files.h>
+
+#include <span>
+#include <system_error>
+
+#include <ensonify/engine/output/sha256.h>
+#include <ensonify/engine/output/staging.h>
+#include <ensonify/refine/atomic_file.h>
+
+namespace ensonify::engine {
+
+namespace fs = std::filesystem;
+
+void MergedFiles::write(const std::string& name, const std::string& text) {
+  refine::make_folder((folder_ / name).parent_path());
+  refine::write_file(folder_ / name, text);
+  files_.push_back(folder_ / name);
+  if (name.ends_with(".json") || name.ends_with(".jsonl")) add_to_index(name, text);
+}
+
+void MergedFiles::write_folder(const std::string& name,
+                               const std::function<void(const fs::path&)>& fill) {
+  const fs::path place = folder_ / name;
+  refine::make_folder(place.parent_path());
+  const Claim claim = StagingFolder::wait_for(place, [] {});
+  StagingFolder staging(place);
+  fill(staging.path());
+  fs::remove_all(place);
+  staging.put_in_place();
+  files_.push_back(place);
+}
+
+void MergedFiles::stage(const fs::path& file, const std::string& text) {
+  fs::create_directories(file.parent_path());
+  refine::write_staged(file, std::as_bytes(std::span(text)));
+}
+
+void MergedFiles::add_to_index(const std::string& name, const std::string& text) {
+  index_.push_back({name, text.size(), sha256(text)});
+}
+
+void MergedFiles::remove_leftovers() const {
+  for (const char* name : {"", "splits", "coco", "yolo", "yolo_segment", "pictures"}) {
+    std::error_code ignored;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_ / name, ignored)) {
+      const std::string file = entry.path().filename().string();
+      if (file.starts_with(".") && file.ends_with(".tmp") && !file.starts_with(".dataset.json.") &&
+          entry.is_regular_file(ignored))
+        fs::remove(entry.path(), ignored);
+    }
+  }
+}
+
+}  // namespace ensonify::engine

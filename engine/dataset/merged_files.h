@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <ensonify/engine/dataset/croissant.h>
+
+namespace ensonify::engine {
+
+/// Writes what a merge adds to a dataset's folder, and lists it. Functions throw std::system_error.
+class MergedFiles {
+ public:
+  explicit MergedFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  /// `name` is relative to the dataset's folder.
+  void write(const std::string& name, const std::string& text);
+  /// Makes a whole folder of the dataset again: fill(its place while it is made).
+  void write_folder(const std::string& name,
+                    const std::function<void(const std::filesystem::path&)>& fill);
+  /// Writes a file into a folder that is being made.
+  static void stage(const std::filesystem::path& file, const std::string& text);
+  /// Lists a file of the dataset's index that lies in a folder.
+  void add_to_index(const std::string& name, const std::string& text);
+  /// Removes the temporary files that killed merges left.
+  void remove_leftovers() const;
+
+  const std::filesystem::path& folder() const { return folder_; }
+  /// What was written.
+  const std::vector<std::filesystem::path>& files() const { return files_; }
+  /// Those that croissant.json names.
+  const std::vector<IndexFile>& index() const { return index_; }
+
+ private:
+  std::filesystem::path folder_;
+  std::vector<std::filesystem::path> files_;
+  std::vector<IndexFile> index_;
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,103 @@
+#include <ensonify/engine/dataset/merged_layouts-inl.h>
+
+#include <system_error>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/dataset/sample_folder.h>
+#include <ensonify/engine/scene/keys/dataset_options.h>
+
+namespace ensonify::engine {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A name without its extension.
+std::string stem_of(const std::string& picture) {
+  return picture.substr(0, picture.size() - std::string(".png").size());
+}
+
+/// Makes links in one of YOLO's folders to the samples. Returns false, with a warning, if the file
+/// system has none.
+bool link_samples(const fs::path& folder, const std::vector<std::string>& links,
+                  std::vector<std::string>& warnings) {
+  fs::create_directories(folder);
+  for (const std::string& name : links) {
+    const fs::path link = folder / name;
+    if (fs::exists(link)) continue;
+    std::error_code error;
+    fs::create_directory_symlink("../samples", link, error);
+    if (!error || fs::exists(link)) continue;
+    warnings.push_back(fmt::format(
+        "{}: {}: YOLO's lists need links and are left out; merge on a file system with links",
+        link.string(), error.message()));
+    return false;
+  }
+  return true;
+}
+
+/// The lists in one of YOLO's folders.
+void write_lists(const std::string& folder, const PictureIndexes& indexes,
+                 const std::vector<std::string>& classes, MergedFiles& files) {
+  std::string names;
+  for (std::size_t i = 0; i < classes.size(); ++i)
+    names += fmt::format("  {}: {}\n", i, nlohmann::ordered_json(classes[i]).dump());
+  std::set<std::string> groups;
+  for (const auto& [of, index] : indexes) groups.insert(of.first);
+  for (const std::string& group : groups) {
+    for (const char* split : split_names)
+      if (const auto index = indexes.find({group, split}); index != indexes.end())
+        files.write(fmt::format("{}/{}_{}.txt", folder, group, split), index->second.yolo_list());
+    // Without a `path`, YOLO looks for the lists next to this file, in any working directory.
+    files.write(
+        fmt::format("{}/{}.yaml", folder, group),
+        fmt::format("train: {0}_train.txt\nval: {0}_val.txt\ntest: {0}_test.txt\nnames:\n{1}",
+                    group, names));
+  }
+}
+
+}  // namespace
+
+// Ultralytics finds a list's ./images/ next to the list, and an image's labels by replacing the
+// last images/ with labels/.
+void write_yolo(const PictureIndexes& indexes, const std::vector<std::string>& classes,
+                MergedFiles& files, std::vector<std::string>& warnings) {
+  if (link_samples(files.folder() / "yolo", {"images", "labels"}, warnings))
+    write_lists("yolo", indexes, classes, files);
+  if (!link_samples(files.folder() / "yolo_segment", {"images"}, warnings)) return;
+  write_lists("yolo_segment", indexes, classes, files);
+  files.write_folder("yolo_segment/labels", [&](const fs::path& place) {
+    for (const auto& [of, index] : indexes)
+      for (const IndexedPicture& picture : index.pictures())
+        if (!picture.segments.empty())  // without a file, there is nothing in the picture
+          MergedFiles::stage(
+              place / SampleFolders::name_of(picture.sample) / (stem_of(picture.name) + ".txt"),
+              picture.segments);
+  });
+}
+
+std::map<std::string, std::set<std::string>> write_hub(const PictureIndexes& indexes,
+                                                       const CheckedSamples& samples,
+                                                       MergedFiles& files) {
+  std::map<std::string, std::set<std::string>> hub;
+  files.write_folder("hub", [&](const fs::path& place) {
+    for (const auto& [of, index] : indexes) {
+      if (index.pictures().empty()) continue;
+      const fs::path name = fs::path("hub") / of.first / of.second;
+      const fs::path folder = place / of.first / of.second;
+      hub[of.first].insert(of.second);
+      MergedFiles::stage(folder / "metadata.jsonl", index.hub_metadata());
+      files.add_to_index((name / "metadata.jsonl").string(), index.hub_metadata());
+      for (const IndexedPicture& picture : index.pictures()) {
+        const fs::path file = folder / SampleFolders::name_in_tar(picture.sample, picture.name);
+        std::error_code error;
+        fs::create_hard_link(samples.file(picture.sample, picture.name), file, error);
+        if (error) MergedFiles::stage(file, samples.content_of(picture.sample, picture.name));
+      }
+    }
+  });
+  return hub;
+}
+
+}  // namespace ensonify::engine

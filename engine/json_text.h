@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+namespace ensonify::engine {
+
+/// nlohmann's JSON as UTF-8 text: on one line, or with this indent of each level. What is not valid
+/// UTF-8 in it, such as a file's name, becomes U+FFFD instead of an exception.
+template <typename Json>
+std::string json_text(const Json& json, int indent = -1) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+/// The same on one line, with other characters than ASCII as \u and four digits.
+template <typename Json>
+std::string ascii_json_text(const Json& json) {
+  return json.dump(-1, ' ', true, Json::error_handler_t::replace);
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,51 @@
+#pragma once
+
+// The Python module: what simulate.h and run.h offer, with NumPy arrays over the same memory. Each
+// source adds one part of it.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <ensonify/engine/session_keys.h>
+#include <ensonify/engine/simulate.h>
+
+namespace ensonify::python {
+
+namespace py = pybind11;
+namespace fs = std::filesystem;
+using namespace engine;
+
+/// The keys of a mapping with their values as TOML. `name` stands for it in messages.
+std::vector<KeyValue> key_values(const py::handle& keys, std::string_view name);
+
+/// The scene that a path or a mapping gives, with keys changed.
+SessionScene scene_of(const py::object& given, const py::object& keys, const fs::path& data);
+
+/// The folder for analysed seafloors: this one, or the default.
+fs::path cache_of(const std::optional<fs::path>& cache);
+
+/// A line that Python owns.
+struct Line {
+  std::string sonar;
+  EchoLine line;
+
+  std::string_view side() const { return name_of(line.side); }
+};
+
+std::vector<std::string> layer_names();
+
+void add_pose(py::module_& module);
+/// EchoLine, Image and images().
+void add_results(py::module_& module);
+void add_recordings(py::module_& module);
+void add_simulator(py::module_& module);
+
+}  // namespace ensonify::python

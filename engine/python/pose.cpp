@@ -1,0 +1,146 @@
+#include "module.h"
+
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/units.h>
+
+namespace ensonify::python {
+namespace {
+
+using Triple = std::array<double, 3>;
+
+Triple triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Eigen::Vector3d vector(const Triple& t) { return {t[0], t[1], t[2]}; }
+
+Pose make_pose(double x_m, double y_m, double z_m, double t_s, double roll_deg, double pitch_deg,
+               double heading_deg, const Triple& velocity_mps, const Triple& rates_degps) {
+  return {.t_s = t_s,
+          .position = {x_m, y_m, z_m},
+          .roll_rad = roll_deg * degree,
+          .pitch_rad = pitch_deg * degree,
+          .heading_rad = heading_deg * degree,
+          .velocity_mps = vector(velocity_mps),
+          .roll_rate_radps = rates_degps[0] * degree,
+          .pitch_rate_radps = rates_degps[1] * degree,
+          .heading_rate_radps = rates_degps[2] * degree};
+}
+
+Triple rates_degps(const Pose& pose) {
+  return {pose.roll_rate_radps / degree, pose.pitch_rate_radps / degree,
+          pose.heading_rate_radps / degree};
+}
+
+/// All numbers of a pose, to pickle and to compare it.
+using PoseNumbers = std::array<double, 13>;
+PoseNumbers numbers_of(const Pose& p) {
+  return {p.t_s,
+          p.position.x(),
+          p.position.y(),
+          p.position.z(),
+          p.roll_rad,
+          p.pitch_rad,
+          p.heading_rad,
+          p.velocity_mps.x(),
+          p.velocity_mps.y(),
+          p.velocity_mps.z(),
+          p.roll_rate_radps,
+          p.pitch_rate_radps,
+          p.heading_rate_radps};
+}
+Pose pose_of(const PoseNumbers& n) {
+  return {.t_s = n[0],
+          .position = {n[1], n[2], n[3]},
+          .roll_rad = n[4],
+          .pitch_rad = n[5],
+          .heading_rad = n[6],
+          .velocity_mps = {n[7], n[8], n[9]},
+          .roll_rate_radps = n[10],
+          .pitch_rate_radps = n[11],
+          .heading_rate_radps = n[12]};
+}
+
+/// As it would be written, without what is 0.
+std::string text_of(const Pose& pose) {
+  // Twelve digits hide the rounding between degrees and radians.
+  const auto joined = [](const Triple& t) {
+    return fmt::format("{:.12g}, {:.12g}, {:.12g}", t[0], t[1], t[2]);
+  };
+  std::string text = "Pose(" + joined(triple(pose.position));
+  for (const auto& [name, value] : {std::pair{"t_s", pose.t_s},
+                                    {"roll_deg", pose.roll_rad / degree},
+                                    {"pitch_deg", pose.pitch_rad / degree},
+                                    {"heading_deg", pose.heading_rad / degree}})
+    if (value != 0.0) text += fmt::format(", {}={:.12g}", name, value);
+  for (const auto& [name, value] :
+       {std::pair{"velocity_mps", triple(pose.velocity_mps)}, {"rates_degps", rates_degps(pose)}})
+    if (value != Triple{}) text += fmt::format(", {}=({})", name, joined(value));
+  return text + ")";
+}
+
+}  // namespace
+
+void add_pose(py::module_& module) {
+  py::class_<Pose>(
+      module, "Pose",
+      R"(Pose(x_m, y_m, z_m, *, t_s=0.0, roll_deg=0.0, pitch_deg=0.0, heading_deg=0.0, velocity_mps=(0.0, 0.0, 0.0), rates_degps=(0.0, 0.0, 0.0))
+--
+
+Where a vehicle or an object is and how it is turned, at a time.
+
+The world is in local metres: x east, y north, z up, and the sea surface is z = 0, so that 12 m deep
+is z_m=-12. Heading turns clockwise from north, then pitch lifts the nose, then roll lowers the
+starboard side; all in degrees. velocity_mps is the velocity (east, north, up) in m/s, and
+rates_degps the rates of (roll, pitch, heading) in degrees per second; an echo is received on the
+move. From north-east-down (NED) coordinates: x_m = east, y_m = north, z_m = -down, velocity_mps =
+(v_east, v_north, -v_down); roll, pitch, heading and their rates are the same. Every argument is
+also an attribute that can be set. Poses compare by value, and pickle.)")
+      .def(py::init(&make_pose), py::arg("x_m"), py::arg("y_m"), py::arg("z_m"), py::kw_only(),
+           py::arg("t_s") = 0.0, py::arg("roll_deg") = 0.0, py::arg("pitch_deg") = 0.0,
+           py::arg("heading_deg") = 0.0, py::arg("velocity_mps") = Triple{},
+           py::arg("rates_degps") = Triple{})
+      .def_readwrite("t_s", &Pose::t_s, "Time, s.")
+      .def_property(
+          "x_m", [](const Pose& p) { return p.position.x(); },
+          [](Pose& p, double to) { p.position.x() = to; }, "East, local metres.")
+      .def_property(
+          "y_m", [](const Pose& p) { return p.position.y(); },
+          [](Pose& p, double to) { p.position.y() = to; }, "North, local metres.")
+      .def_property(
+          "z_m", [](const Pose& p) { return p.position.z(); },
+          [](Pose& p, double to) { p.position.z() = to; },
+          "Up, metres; 0 at the sea surface, negative below.")
+      .def_property(
+          "position_m", [](const Pose& p) { return py::tuple(py::cast(triple(p.position))); },
+          [](Pose& p, const Triple& to) { p.position = vector(to); }, "(x_m, y_m, z_m)")
+      .def_property(
+          "roll_deg", [](const Pose& p) { return p.roll_rad / degree; },
+          [](Pose& p, double to) { p.roll_rad = to * degree; }, "Degrees, starboard side down.")
+      .def_property(
+          "pitch_deg", [](const Pose& p) { return p.pitch_rad / degree; },
+          [](Pose& p, double to) { p.pitch_rad = to * degree; }, "Degrees, nose up.")
+      .def_property(
+          "heading_deg", [](const Pose& p) { return p.heading_rad / degree; },
+          [](Pose& p, double to) { p.heading_rad = to * degree; }, "Degrees, clockwise from north.")
+      .def_property(
+          "velocity_mps", [](const Pose& p) { return py::tuple(py::cast(triple(p.velocity_mps))); },
+          [](Pose& p, const Triple& to) { p.velocity_mps = vector(to); },
+          "Velocity (east, north, up), m/s.")
+      .def_property(
+          "rates_degps", [](const Pose& p) { return py::tuple(py::cast(rates_degps(p))); },
+          [](Pose& p, const Triple& to) {
+            p.roll_rate_radps = to[0] * degree;
+            p.pitch_rate_radps = to[1] * degree;
+            p.heading_rate_radps = to[2] * degree;
+          },
+          "Rates of (roll, pitch, heading), degrees per second.")
+      .def("__repr__", &text_of)
+      .def(
+          "__eq__", [](const Pose& a, const Pose& b) { return numbers_of(a) == numbers_of(b); },
+          py::is_operator(), py::arg("other"))
+      .def(py::pickle(&numbers_of, &pose_of));
+}
+
+}  // namespace ensonify::python

@@ -1,0 +1,246 @@
+#include "module.h"
+
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/scene/checks/extrapolation.h>
+
+namespace ensonify::python {
+namespace {
+
+/// A table of three columns, each number as a T. `kinds` are the letters of NumPy's kinds that it
+/// may have, and `what` says so. An empty list is a table without rows.
+template <class T>
+py::array_t<T> table_of(const py::object& given, std::string_view name, std::string_view kinds,
+                        std::string_view what) {
+  const auto array = py::array::ensure(given);
+  const bool rows = array && array.size() > 0;
+  if (!array || (rows && kinds.find(array.dtype().kind()) == kinds.npos))
+    throw py::type_error(
+        fmt::format("{} are {}, expected an array of {}", name,
+                    array ? "of " + py::str(array.dtype()).cast<std::string>() : "no array", what));
+  if (!rows) return py::array_t<T>(std::vector<py::ssize_t>{0, 3});
+  if (array.ndim() != 2 || array.shape(1) != 3)
+    throw py::value_error(fmt::format("{} have other than three columns of {}", name, what));
+  return py::array_t<T, py::array::c_style | py::array::forcecast>(array);
+}
+
+/// A Simulator for Python's threads: one of them at a time is inside, without the interpreter's
+/// lock.
+class Session {
+ public:
+  Session(const py::object& scene, const py::object& keys, const fs::path& data,
+          const std::optional<fs::path>& cache, int threads)
+      : source_(scene_of(scene, keys, data)) {
+    const Scene read = source_.with();
+    materials_ = read.materials;
+    const py::gil_scoped_release unlocked;
+    simulator_ = std::make_unique<Simulator>(
+        read, Preparation{.cache = cache_of(cache), .threads = threads, .progress = [](auto) {
+                            const py::gil_scoped_acquire locked;
+                            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+                          }});
+  }
+
+  /// Calls f(simulator) with no other thread inside, and the interpreter free.
+  template <class F>
+  auto alone(F&& f) {
+    const py::gil_scoped_release unlocked;
+    const std::lock_guard guard(mutex_);
+    return f(*simulator_);
+  }
+
+  std::vector<Line> ping(const Pose& pose, std::optional<std::uint64_t> number) {
+    std::string warning;
+    std::vector<Line> lines = alone([&](Simulator& simulator) {
+      const std::size_t warnings = simulator.warnings().size();
+      if (number)
+        simulator.ping_numbered(pose, *number);
+      else
+        simulator.ping(pose);
+      if (simulator.warnings().size() > warnings) warning = simulator.warnings().back();
+      std::vector<EchoLine> lines = simulator.take_lines();
+      std::vector<Line> owned;
+      auto next = lines.begin();
+      for (const Sonar& sonar : simulator.sonars())
+        for (int i = 0; i < static_cast<int>(sides_of(sonar).size()) * sonar.beams; ++i)
+          owned.push_back({sonar.name, std::move(*next++)});
+      return owned;
+    });
+    if (!warning.empty() && PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0)
+      throw py::error_already_set();
+    return lines;
+  }
+
+  void set(const py::object& keys) {
+    const std::vector<KeyValue> changes = key_values(keys, "keys");
+    alone([&](Simulator& simulator) { set_sonars(simulator, source_, changes); });
+  }
+
+  std::vector<std::string> warnings() {
+    return alone([&](Simulator& simulator) {
+      return Extrapolation(simulator.sonars(), simulator.materials(), materials_)
+          .behind(simulator.warnings());
+    });
+  }
+
+  std::uint32_t add_mesh(const py::object& vertices, const py::object& faces, const Pose& pose,
+                         const std::string& material, const std::string& class_name) {
+    MovingObject object;
+    object.material = material;
+    object.class_name = class_name;
+    const auto places = table_of<float>(vertices, "vertices", "fiu", "real numbers, in metres");
+    for (py::ssize_t i = 0; i < places.shape(0); ++i)
+      object.mesh.positions.emplace_back(places.at(i, 0), places.at(i, 1), places.at(i, 2));
+    // A signed number of 64 bits, in which one that is too large for a vertex stays so.
+    const auto corners = table_of<std::int64_t>(faces, "faces", "iu", "whole numbers, of vertices");
+    for (py::ssize_t i = 0; i < corners.shape(0); ++i) {
+      refine::Face& face = object.mesh.faces.emplace_back();
+      for (py::ssize_t k = 0; k < 3; ++k) {
+        const std::int64_t corner = corners.at(i, k);
+        if (corner < 0 || corner >= places.shape(0))
+          throw refine::MeshError(fmt::format("face {} has vertex {}, but the mesh has {} vertices",
+                                              i, corner, places.shape(0)));
+        face[static_cast<std::size_t>(k)] = static_cast<std::uint32_t>(corner);
+      }
+    }
+    return alone([&](Simulator& simulator) { return simulator.add(std::move(object), pose); });
+  }
+
+  std::uint32_t add(const py::object& keys, const Pose& pose) {
+    MovingObject object =
+        object_of(key_values(keys, "the object"), "the object", {".", source_.paths().data_folder});
+    return alone([&](Simulator& simulator) { return simulator.add(std::move(object), pose); });
+  }
+
+ private:
+  SessionScene source_;              // under mutex_, once there is a simulator
+  std::vector<Material> materials_;  // the scene's own
+  std::unique_ptr<Simulator> simulator_;
+  std::mutex mutex_;
+};
+
+std::vector<std::string> copied(std::span<const std::string> names) {
+  return {names.begin(), names.end()};
+}
+
+}  // namespace
+
+void add_simulator(py::module_& module) {
+  py::class_<Session>(module, "Simulator",
+                      R"(Simulator(scene, *, keys=None, data='', cache=None, threads=0)
+--
+
+A scene made ready, to be pinged from any pose.
+
+scene: a scene file's path, or a dict of the same keys. keys: changes to it, as
+{"sea.temperature_c": 4}. data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the
+folder for analysed seafloors (default: ~/.cache/ensonify). threads: how many make the scene ready
+(0: one per core).
+
+Any thread may call it; one is inside at a time, and others wait. The interpreter is free
+meanwhile. Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or
+its files, ValueError for a wrong number of threads, TypeError for a value that no scene holds.)")
+      .def(py::init<const py::object&, const py::object&, const fs::path&,
+                    const std::optional<fs::path>&, int>(),
+           py::arg("scene"), py::kw_only(), py::arg("keys") = py::none(), py::arg("data") = "",
+           py::arg("cache") = py::none(), py::arg("threads") = 0)
+      .def("ping", &Session::ping, py::arg("pose"), py::arg("number") = py::none(),
+           R"(ping(self, pose, number=None)
+--
+
+One ping of every sonar, the vehicle being at a pose, sent at pose.t_s.
+
+Returns a list of EchoLines: the sides of the first sonar (port, then starboard, of those it has),
+then of the next. `number` selects the random numbers: the same number and pose give the same ping
+again. Without one it is the session's next, from 0. Raises ValueError for a pose that is not
+finite, that lies beyond 1e8 m, that turns faster than a million degrees per second, that puts a
+sonar above the sea surface (z_m >= 0) or below the bed, or that is as fast as sound. Warns, once,
+of a pose out of reach of the seafloor.)")
+      .def("set", &Session::set, py::arg("keys"), R"(set(self, keys)
+--
+
+Changes sonars' keys from the next ping on, as {"sonar.sidescan.range_m": 40}.
+
+Raises SceneError (a ValueError) for another key, or a value that a scene refuses; then nothing is
+changed.)")
+      .def("add", &Session::add, py::arg("object"), py::arg("pose"), R"(add(self, object, pose)
+--
+
+Puts an object into the scene, and returns its instance number.
+
+object: a dict of the keys of a scene's [[objects]], as {"shape": "barrel"}. The pose places the
+middle of its bounds: z up, y where the heading points. Raises SceneError for wrong keys, ValueError
+for a pose that is not finite or lies beyond 1e8 m.)")
+      .def("add_mesh", &Session::add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("pose"),
+           py::kw_only(), py::arg("material") = "fouled steel", py::arg("class_name") = "object",
+           R"(add_mesh(self, vertices, faces, pose, *, material='fouled steel', class_name='object')
+--
+
+Puts a mesh into the scene, and returns its instance number.
+
+vertices: (n, 3) metres, z up, y where the pose's heading points. faces: (m, 3) numbers of vertices.
+Both sides of a face scatter. Raises ValueError for other shapes or an unknown material, TypeError
+for faces of other than whole numbers or vertices of other than real ones, MeshError for a vertex
+that is not there, not finite or beyond 1e8 m.)")
+      .def(
+          "move",
+          [](Session& self, std::uint32_t instance, const Pose& pose) {
+            self.alone([&](Simulator& simulator) { simulator.move(instance, pose); });
+          },
+          py::arg("instance"), py::arg("pose"), R"(move(self, instance, pose)
+--
+
+Moves an object that was added; the scene's own are fixed. Raises ValueError for an instance that is
+not there.)")
+      .def(
+          "remove",
+          [](Session& self, std::uint32_t instance) {
+            self.alone([&](Simulator& simulator) { simulator.remove(instance); });
+          },
+          py::arg("instance"), R"(remove(self, instance)
+--
+
+Removes an object that was added. Raises ValueError for an instance that is not there.)")
+      .def(
+          "altitude_m",
+          [](Session& self, const Pose& pose) {
+            return self.alone(
+                [&](Simulator& simulator) { return simulator.altitude_m(pose.position); });
+          },
+          py::arg("pose"), R"(altitude_m(self, pose)
+--
+
+The height over the bed straight below a pose, metres; objects are looked through. Negative below
+the bed, NaN over a hole and off the seafloor.)")
+      .def(
+          "track",
+          [](Session& self) {
+            return self.alone([](Simulator& simulator) { return simulator.track(); });
+          },
+          R"(track(self)
+--
+
+The vehicle's Pose at each ping of the scene's own track, a list. Raises SceneError for a track that
+leaves the seafloor or the water.)")
+      .def_property_readonly(
+          "classes",
+          [](Session& self) {
+            return self.alone([](Simulator& s) { return copied(s.classes()); });
+          },
+          "What the numbers of the layer `class` mean.")
+      .def_property_readonly(
+          "materials",
+          [](Session& self) {
+            return self.alone([](Simulator& s) { return copied(s.materials()); });
+          },
+          "What the numbers of the layer `sediment` mean.")
+      .def_property_readonly(
+          "warnings", &Session::warnings,
+          "What should be known of the scene: repairs of meshes, models outside their range.");
+}
+
+}  // namespace ensonify::python
