@@ -59,9 +59,10 @@ std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {
     if (of_starboard > 0) lay(&Sides::starboard, line.starboard);
     line.format = format_;
     if (skipped_bytes_ > 0)
-      line.warnings.push_back(
-          fmt::format("{} bytes between its packets are no packet; skipped", skipped_bytes_));
-    if (cut_off_) line.warnings.emplace_back("its last packet is cut off; left out");
+      line.warnings.push_back(fmt::format("{}: {} bytes between its packets are no packet; skipped",
+                                          name, skipped_bytes_));
+    if (cut_off_)
+      line.warnings.push_back(fmt::format("{}: its last packet is cut off; left out", name));
     lines.push_back(std::move(line));
   }
   if (lines.empty())

@@ -47,7 +47,7 @@ struct RecordedLine {
   std::size_t samples = 0;  ///< per row and side: of the longest ping
   /// Amplitudes as recorded, one row per ping, near to far; empty: the line has no such side.
   std::vector<float> port, starboard;
-  std::vector<std::string> warnings;  ///< what was left out
+  std::vector<std::string> warnings;  ///< what was left out or is doubtful; each names its file
 
   const std::vector<float>& side(Side which) const {
     return which == Side::port ? port : starboard;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <limits>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -40,6 +42,40 @@ std::vector<std::byte> bytes_of(const fs::path& file, std::uintmax_t most) {
   return bytes;
 }
 
+/// Some recorders do not move the date at midnight: times that fall by a day go on.
+void pass_midnight(std::vector<RecordedPing>& pings) {
+  constexpr double day_s = 86400.0, most_step_s = 7200.0;
+  double added_s = 0.0;
+  std::optional<double> before_s;
+  for (RecordedPing& ping : pings) {
+    if (!ping.t_s) continue;
+    if (before_s) {
+      const double step_s = *ping.t_s + added_s - *before_s;
+      if (step_s >= -day_s && step_s <= most_step_s - day_s)
+        added_s += day_s;
+      else if (added_s > 0.0 && step_s >= day_s - most_step_s)  // the date has moved at last
+        added_s -= day_s;
+    }
+    *ping.t_s += added_s;
+    before_s = ping.t_s;
+  }
+}
+
+void warn_of_times(RecordedLine& line, std::string_view name) {
+  double latest_s = -std::numeric_limits<double>::infinity();
+  std::size_t back = 0;
+  for (const RecordedPing& ping : line.pings)
+    if (ping.t_s) {
+      back += *ping.t_s < latest_s;
+      latest_s = std::max(latest_s, *ping.t_s);
+    }
+  if (back > 0)
+    line.warnings.push_back(
+        fmt::format("{}: {} of {} pings have times before those of earlier pings; a track leaves "
+                    "them out, and an imitation makes all times even",
+                    name, back, line.pings.size()));
+}
+
 void append(RecordedLine& line, RecordedLine next) {
   const auto widen = [](RecordedLine& one, std::size_t samples) {
     for (std::vector<float>* side : {&one.port, &one.starboard}) {
@@ -64,6 +100,7 @@ void append(RecordedLine& line, RecordedLine next) {
   join(line.port, next.port);
   join(line.starboard, next.starboard);
   line.pings.insert(line.pings.end(), next.pings.begin(), next.pings.end());
+  pass_midnight(line.pings);
   line.warnings.insert(line.warnings.end(), next.warnings.begin(), next.warnings.end());
 }
 
@@ -83,7 +120,12 @@ std::vector<RecordedLine> parse_recording(std::span<const std::byte> bytes, std:
       std::ranges::find_if(formats, [&](const Format& format) { return format.is(bytes); });
   if (found == formats.end())
     throw RecordingError(fmt::format("{}: is no recording, expected an XTF or a JSF file", name));
-  return found->parse(bytes, name);
+  std::vector<RecordedLine> lines = found->parse(bytes, name);
+  for (RecordedLine& line : lines) {
+    pass_midnight(line.pings);
+    warn_of_times(line, name);
+  }
+  return lines;
 }
 
 std::vector<RecordedLine> read_recording(const fs::path& file) {

@@ -2,6 +2,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+
+#include <fmt/format.h>
 
 #include <ensonify/engine/recording/formats.h>
 #include <ensonify/engine/recording/line_builder.h>
@@ -15,13 +18,14 @@ constexpr std::size_t file_header = 1024, first_channel_info = 256, channel_info
                       ping_header = 256, channel_header = 64;
 constexpr std::uint16_t xtf_magic = 0xFACE;
 
-enum class SampleFormat { u8, u16, i16, i32, f32, unknown };
+enum class SampleFormat { u8, u16, i16, u32, i32, f32, unknown };
 
 std::size_t bytes_of(SampleFormat format) {
   switch (format) {
     case SampleFormat::u8: return 1;
     case SampleFormat::u16:
     case SampleFormat::i16: return 2;
+    case SampleFormat::u32:
     case SampleFormat::i32:
     case SampleFormat::f32: return 4;
     case SampleFormat::unknown: break;
@@ -50,7 +54,7 @@ double beam_rad(const RecordingBytes& info, std::size_t offset) {
 SampleFormat sample_format(const RecordingBytes& info) {
   const bool bipolar = info.at<std::uint16_t>(4) == 0;
   switch (info.at<std::uint8_t>(74)) {
-    case 2: return SampleFormat::i32;
+    case 2: return bipolar ? SampleFormat::i32 : SampleFormat::u32;
     case 3: return bipolar ? SampleFormat::i16 : SampleFormat::u16;
     case 5: return SampleFormat::f32;
     case 8: return SampleFormat::u8;
@@ -60,7 +64,7 @@ SampleFormat sample_format(const RecordingBytes& info) {
   switch (info.at<std::uint16_t>(6)) {
     case 1: return SampleFormat::u8;
     case 2: return bipolar ? SampleFormat::i16 : SampleFormat::u16;
-    case 4: return SampleFormat::i32;
+    case 4: return bipolar ? SampleFormat::i32 : SampleFormat::u32;
     default: return SampleFormat::unknown;
   }
 }
@@ -71,12 +75,12 @@ float sample_at(const RecordingBytes& bytes, SampleFormat format, std::size_t i)
     case SampleFormat::u8: return bytes.at<std::uint8_t>(offset);
     case SampleFormat::u16: return bytes.at<std::uint16_t>(offset);
     case SampleFormat::i16: return std::abs(static_cast<float>(bytes.at<std::int16_t>(offset)));
+    case SampleFormat::u32: return static_cast<float>(bytes.at<std::uint32_t>(offset));
     case SampleFormat::i32: return std::abs(static_cast<float>(bytes.at<std::int32_t>(offset)));
     case SampleFormat::f32: break;
     case SampleFormat::unknown: return 0.0f;
   }
-  const float value = bytes.at<float>(offset);
-  return std::isfinite(value) ? std::abs(value) : 0.0f;
+  return std::abs(bytes.at<float>(offset));
 }
 
 std::optional<double> time_s(const RecordingBytes& ping) {
@@ -126,6 +130,33 @@ RecordedPing ping_of(const RecordingBytes& header, bool geographic) {
   return ping;
 }
 
+/// Whether positions that the file says are metres can only be longitudes and latitudes: as metres
+/// the vehicle would hardly move.
+bool looks_geographic(const RecordedLine& line) {
+  constexpr double most_moved = 1.0;
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(INFINITY), high = -low;
+  for (const RecordedPing& ping : line.pings)
+    if (ping.place_m) {
+      low = low.cwiseMin(*ping.place_m);
+      high = high.cwiseMax(*ping.place_m);
+    }
+  const double moved = (high - low).maxCoeff();
+  return moved > 0.0 && moved < most_moved && low.x() >= -180.0 && high.x() <= 180.0 &&
+         low.y() >= -90.0 && high.y() <= 90.0;
+}
+
+void take_as_degrees(RecordedLine& line, std::string_view name) {
+  for (RecordedPing& ping : line.pings)
+    if (ping.place_m) {
+      ping.place = GeographicPlace{ping.place_m->y() * degree, ping.place_m->x() * degree};
+      ping.place_m.reset();
+    }
+  line.warnings.push_back(
+      fmt::format("{}: its header says that positions are metres, but they look like degrees; read "
+                  "as longitudes and latitudes",
+                  name));
+}
+
 class XtfReader {
  public:
   explicit XtfReader(std::span<const std::byte> bytes) : file_(bytes) {
@@ -168,7 +199,10 @@ class XtfReader {
         read_ping(file_.part(place, size), geographic);
       place += size;
     }
-    return lines_.finish(name);
+    std::vector<RecordedLine> lines = lines_.finish(name);
+    for (RecordedLine& line : lines)
+      if (looks_geographic(line)) take_as_degrees(line, name);
+    return lines;
   }
 
  private:
@@ -208,7 +242,7 @@ class XtfReader {
         line.peak_detector = header.at<std::uint16_t>(2) == keeps_largest;
         ping.range_m = range_m(header, speed_mps);
         lines_.add(channel.line, ping, channel.side,
-                   near_to_far(packet.part(at), channel, samples));
+                   near_to_far(packet.part(at), channel, samples, weight_of(header)));
       }
       at += samples * bytes;
     }
@@ -230,12 +264,21 @@ class XtfReader {
     return std::isfinite(range_m) && range_m > 0.0 ? range_m : 0.0;
   }
 
+  /// Of the ping's samples: an amplitude is sample x 2^-weight.
+  static int weight_of(const RecordingBytes& header) {
+    constexpr int most = 31;  // beyond, the field holds something else
+    const int weight = header.at<std::int16_t>(58);
+    return std::abs(weight) <= most ? weight : 0;
+  }
+
   static std::vector<float> near_to_far(const RecordingBytes& bytes, const Channel& channel,
-                                        std::size_t samples) {
+                                        std::size_t samples, int weight) {
     std::vector<float> values(samples);
-    for (std::size_t i = 0; i < samples; ++i)
+    for (std::size_t i = 0; i < samples; ++i) {
+      const float amplitude = std::ldexp(sample_at(bytes, channel.format, i), -weight);
       values[channel.side == Side::port ? samples - 1 - i : i] =
-          sample_at(bytes, channel.format, i);
+          std::isfinite(amplitude) ? amplitude : 0.0f;
+    }
     return values;
   }
 

@@ -71,6 +71,7 @@ class TrackBuilder {
   void read() {
     const NavigationLog log = read_track(track_, ground_.frame);
     const std::string name = track_.file.name;
+    flight_.warnings = log.warnings;
     if (const std::size_t repeated = log.repeated_places();
         track_.smooth_s == 0.0 && 5 * repeated > log.t_s.size())
       flight_.warnings.push_back(fmt::format(

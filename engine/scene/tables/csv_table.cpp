@@ -120,6 +120,9 @@ class CsvReader {
         fail(fmt::format("column {} appears twice, expected it once", heading));
     }
     width_ = fields_.size();
+    for (std::size_t i = 0; i < width_; ++i)
+      if (std::ranges::find(place_, i) == place_.end())
+        table_.unknown_.push_back(quoted(fields_[i]));
   }
 
   void read_row(std::string_view line) {

@@ -44,6 +44,8 @@ class CsvTable {
   double at(std::size_t row, std::size_t column) const {
     return values_[row * has_.size() + column];
   }
+  /// The headings of columns that the reader did not ask for, quoted for a message.
+  const std::vector<std::string>& unknown() const { return unknown_; }
   /// An error about a row, for the reader to throw.
   SceneError fault(std::size_t row, std::string_view what) const;
 
@@ -55,6 +57,7 @@ class CsvTable {
   std::vector<bool> has_;
   std::vector<double> values_;  // row by row; 0 in columns that are not there
   std::vector<int> lines_;      // of the rows
+  std::vector<std::string> unknown_;
 };
 
 }  // namespace ensonify::engine

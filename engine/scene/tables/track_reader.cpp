@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -58,13 +59,14 @@ const PingColumn* recorded_column(std::string_view name) {
 
 /// The navigation of a recording's first line: its pings with a place and a time that is after all
 /// before. A column that one of them lacks is left out.
-CsvTable navigation_table(const std::filesystem::path& file) {
+CsvTable navigation_table(const std::filesystem::path& file, std::vector<std::string>& warnings) {
   RecordedLine line;
   try {
     line = std::move(read_recording(file).front());
   } catch (const RecordingError& error) {
     throw SceneError(error.what());
   }
+  warnings = line.warnings;
   std::vector<const RecordedPing*> pings;
   std::vector<int> numbers;
   for (std::size_t i = 0; i < line.pings.size(); ++i) {
@@ -105,6 +107,7 @@ class TrackReader {
     log_.pitch_rad = angles(pitch_deg);
     log_.heading_rad = angles(heading_deg);
     read_places();
+    warn_of_other_names();
     for (double& x : log_.x_m) x += track_.middle_east_m;
     for (double& y : log_.y_m) y += track_.middle_north_m;
     if (table_.has(z_m)) {
@@ -216,6 +219,36 @@ class TrackReader {
     }
   }
 
+  /// Of columns that go by another name, where the track lacks that column.
+  void warn_of_other_names() {
+    struct Name {
+      std::string_view begin;
+      TrackColumn column;
+    };
+    constexpr std::array<Name, 8> names{{{"'z", z_m},
+                                         {"'depth", depth_m},
+                                         {"'alt", altitude_m},
+                                         {"'roll", roll_deg},
+                                         {"'pitch", pitch_deg},
+                                         {"'head", heading_deg},
+                                         {"'hdg", heading_deg},
+                                         {"'yaw", heading_deg}}};
+    const bool has_height = table_.has(z_m) || table_.has(depth_m) || table_.has(altitude_m);
+    for (const std::string& quoted : table_.unknown()) {
+      std::string lower = quoted;
+      std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+      for (const Name& name : names) {
+        const bool height = name.column < roll_deg;
+        if (table_.has(name.column) || (height && has_height) || !lower.starts_with(name.begin))
+          continue;
+        if (name.column == z_m && std::isalpha(static_cast<unsigned char>(lower[2]))) continue;
+        log_.warnings.push_back(
+            fmt::format("{}: its column {} is not read; if it is {}, name it so", name_, quoted,
+                        track_columns[name.column].name));
+      }
+    }
+  }
+
   std::function<MapPlace(const GeographicPlace&)> map_for(
       const std::vector<double>& latitude_deg, const std::vector<double>& longitude_deg) {
     if (track_.origin_latitude_rad && track_.origin_longitude_rad)
@@ -264,9 +297,12 @@ NavigationLog parse_track(std::string_view text, std::string_view name, const Tr
 
 NavigationLog read_track(const TrackOptions& track, const LocalFrame& frame) {
   const std::filesystem::path& file = track.file.path;
-  const CsvTable table =
-      is_recording(file) ? navigation_table(file) : CsvTable::read(file, "pose", track_columns);
-  return TrackReader(table, file.string(), track, frame).read();
+  std::vector<std::string> warnings;
+  const CsvTable table = is_recording(file) ? navigation_table(file, warnings)
+                                            : CsvTable::read(file, "pose", track_columns);
+  NavigationLog log = TrackReader(table, file.string(), track, frame).read();
+  log.warnings.insert(log.warnings.begin(), warnings.begin(), warnings.end());
+  return log;
 }
 
 }  // namespace ensonify::engine

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <ensonify/engine/seafloor/bed/geographic.h>
@@ -19,6 +20,7 @@ struct NavigationLog {
   std::vector<double> roll_rad, pitch_rad;
   std::vector<double> heading_rad;        ///< if empty, the course is used
   std::optional<GeographicPlace> origin;  ///< where x_m = y_m = 0, if the places tell
+  std::vector<std::string> warnings;      ///< of its file
 
   /// The number of rows that repeat the place of the row before.
   std::size_t repeated_places() const;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -179,7 +180,10 @@ TEST_CASE("XTF samples of every format are amplitudes") {
         std::vector{1.0f, 40000.0f});
   CHECK(parse(xtf_of<std::int16_t>({1, -40}, 3, true)).front().starboard ==
         std::vector{1.0f, 40.0f});
-  CHECK(parse(xtf_of<std::int32_t>({-70000}, 2)).front().starboard == std::vector{70000.0f});
+  CHECK(parse(xtf_of<std::int32_t>({-70000}, 2, true)).front().starboard == std::vector{70000.0f});
+  for (const int format : {0, 2})
+    CHECK(parse(xtf_of<std::uint32_t>({3000000000}, format)).front().starboard ==
+          std::vector{3e9f});
   CHECK(parse(xtf_of<float>({0.5f, NAN}, 5)).front().starboard == std::vector{0.5f, 0.0f});
   // An old file has no format, but bytes per sample.
   CHECK(parse(xtf_of<std::uint8_t>({3}, 0)).front().starboard == std::vector{3.0f});
@@ -191,6 +195,17 @@ TEST_CASE("XTF samples of every format are amplitudes") {
   CHECK_FALSE(line.pings.front().place);
   CHECK_FALSE(line.pings.front().heading_rad);
   CHECK_FALSE(line.pings.front().altitude_m);
+}
+
+TEST_CASE("an XTF sample is scaled by its channel's weight") {
+  std::string bytes = xtf_of<std::uint16_t>({4, 40000}, 3);
+  const auto samples = [&](std::int16_t weight) {
+    put(bytes, 1024 + 256 + 58, weight);
+    return parse(bytes).front().starboard;
+  };
+  CHECK(samples(2) == std::vector{1.0f, 10000.0f});
+  CHECK(samples(-3) == std::vector{32.0f, 320000.0f});
+  CHECK(samples(-9000) == std::vector{4.0f, 40000.0f});  // is no weight
 }
 
 TEST_CASE("an analytic JSF sample is the magnitude of its two numbers, scaled by the weight") {
@@ -234,6 +249,69 @@ TEST_CASE("a latitude beyond the poles is no place") {
   }
 }
 
+TEST_CASE("positions of an XTF that are metres by its header and can only be degrees are degrees") {
+  const auto line_of = [](double x, double y, double step) {
+    const Recording written = tests::small_recording();
+    std::string bytes = tests::as_text(encode_xtf({&written, 1}));
+    put<std::uint16_t>(bytes, 164, 0);  // metres
+    const std::size_t packet = (bytes.size() - 1024) / 3;
+    for (std::size_t i = 0; i < 3; ++i) {
+      put<double>(bytes, 1024 + i * packet + 160, y + step * static_cast<double>(i));
+      put<double>(bytes, 1024 + i * packet + 168, x);
+    }
+    return parse(bytes).front();
+  };
+  const RecordedLine line = line_of(-69.0, 42.0, 1e-5);
+  REQUIRE(line.pings[2].place);
+  CHECK_FALSE(line.pings[2].place_m);
+  CHECK(line.pings[2].place->latitude_rad == Approx(42.00002 * degree).epsilon(1e-12));
+  CHECK(line.pings[2].place->longitude_rad == Approx(-69.0 * degree).epsilon(1e-12));
+  REQUIRE(line.warnings.size() == 1);
+  CHECK_THAT(line.warnings.front(), Catch::StartsWith("r: ") && Catch::Contains("degrees"));
+  for (const RecordedLine& other : {line_of(-69.0, 42.0, 2.0), line_of(500000.0, 42.0, 1e-3)}) {
+    CHECK(other.pings[2].place_m);
+    CHECK(other.warnings.empty());
+  }
+}
+
+TEST_CASE("times go on over midnight, and those that step back are counted") {
+  const Recording written = tests::small_recording();
+  constexpr int day_s = 86400;
+  // The writer sorts its pings, so the times are put in afterwards.
+  const auto with_times = [&](std::array<int, 3> times_s) {
+    std::string bytes = tests::as_text(encode_xtf({&written, 1}));
+    const std::size_t packet = (bytes.size() - 1024) / 3;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t at = 1024 + i * packet;
+      put<std::uint16_t>(bytes, at + 14, 1970);
+      const int fields[] = {1,  // January
+                            1 + times_s[i] / day_s,
+                            times_s[i] / 3600 % 24,
+                            times_s[i] / 60 % 60,
+                            times_s[i] % 60,
+                            0};
+      for (std::size_t k = 0; k < 6; ++k)
+        put<std::uint8_t>(bytes, at + 16 + k, static_cast<std::uint8_t>(fields[k]));
+    }
+    return bytes;
+  };
+  for (const int late_s : {0, day_s}) {  // the date does not move, or a ping late
+    const RecordedLine line = parse(with_times({day_s - 1, 1, 2 + late_s})).front();
+    CHECK(line.pings[1].t_s.value() == day_s + 1);
+    CHECK(line.pings[2].t_s.value() == day_s + 2);
+    CHECK(line.warnings.empty());
+  }
+  const RecordedLine line = parse(with_times({5, 2, 6})).front();
+  CHECK(line.pings[1].t_s.value() == 2);
+  REQUIRE(line.warnings.size() == 1);
+  CHECK_THAT(line.warnings.front(), Catch::StartsWith("r: 1 of 3 pings have times before"));
+  const tests::TemporaryFolder folder;
+  const std::vector<std::filesystem::path> files = {folder / "a.xtf", folder / "b.xtf"};
+  tests::write_text(files[0], with_times({day_s - 1, 1, 2}));
+  tests::write_text(files[1], with_times({3, 4, 5}));
+  CHECK(read_recordings(files).front().pings[5].t_s.value() == day_s + 5);
+}
+
 TEST_CASE("what is no recording is refused, and says so") {
   CHECK(error_of("") == "r: is no recording, expected an XTF or a JSF file");
   CHECK(error_of("t_s,x_m\n0,0\n").starts_with("r: is no recording"));
@@ -267,10 +345,10 @@ TEST_CASE("damaged packets are left out, with a warning") {
   RecordedLine line = parse(junk).front();
   CHECK(line.pings.size() == 3);
   CHECK(line.warnings ==
-        std::vector<std::string>{"9 bytes between its packets are no packet; skipped"});
+        std::vector<std::string>{"r: 9 bytes between its packets are no packet; skipped"});
   line = parse(file.substr(0, file.size() - 10)).front();
   CHECK(line.pings.size() == 2);
-  CHECK(line.warnings == std::vector<std::string>{"its last packet is cut off; left out"});
+  CHECK(line.warnings == std::vector<std::string>{"r: its last packet is cut off; left out"});
 }
 
 TEST_CASE("a ping that claims too many samples does not fill the memory") {

@@ -1,6 +1,9 @@
 #include <ensonify/engine/scene/tables/track_reader.h>
 
+#include <cstring>
 #include <numbers>
+
+#include <fmt/format.h>
 
 #include "support/catch.h"
 #include "support/data.h"
@@ -102,6 +105,21 @@ TEST_CASE("the table of a run is a track, also over holes, where it has no altit
         "t.csv:3: altitude_m is empty, expected a number");
 }
 
+TEST_CASE("a column of a track that goes by another name is warned of") {
+  const auto warnings = [](const std::string& columns) {
+    return parsed("t_s,x_m,y_m," + columns + "\n0,0,0,1,1\n").warnings;
+  };
+  for (const char* name : {"heading", "Heading_deg", "heading_rad", "yaw", "HDG"})
+    CHECK(warnings(std::string("z_m,") + name) ==
+          std::vector<std::string>{fmt::format(
+              "t.csv: its column '{}' is not read; if it is heading_deg, name it so", name)});
+  CHECK(warnings("Roll,Depth").size() == 2);
+  CHECK(warnings("Z,pitch_rad").size() == 2);
+  CHECK(warnings("speed,zone").empty());
+  CHECK(warnings("z_m,altitude").empty());               // it has a height
+  CHECK(warnings("heading_deg,heading_sigma").empty());  // it has a heading
+}
+
 TEST_CASE("an error in a track names its line") {
   CHECK(error_of("x_m,y_m\n0,0\n").starts_with("t.csv: no column of times in the header row"));
   CHECK(error_of("t_s,x_m\n0,0\n") == "t.csv: there is a column x_m and no y_m, expected both");
@@ -134,6 +152,17 @@ TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {
     CHECK(log.altitude_m == std::vector{7.25, 7.25});
     CHECK(log.heading_rad[1] == Approx(102.0 * degree).margin(1e-4));
   }
+  std::string back = tests::as_text(encode_jsf({&recording, 1}));
+  const std::size_t last = back.size() / 3 * 2;
+  for (const std::size_t at : {last, last + back.size() / 6}) {  // the last ping's messages
+    const std::int32_t unix_s = 1709251190;
+    std::memcpy(back.data() + at + 16, &unix_s, sizeof unix_s);
+  }
+  tests::write_text(folder / "line", back);
+  const NavigationLog log =
+      read_track({.kind = TrackKind::file, .file = {"line", folder / "line"}}, {});
+  REQUIRE(log.warnings.size() == 1);
+  CHECK_THAT(log.warnings.front(), Catch::Contains("1 of 3 pings have times before"));
   for (NavPing& ping : recording.pings) ping.place = {};
   tests::write_text(folder / "line", tests::as_text(encode_xtf({&recording, 1})));
   try {
