@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -15,6 +16,7 @@
 #include <fmt/format.h>
 #include <gdal_alg.h>
 
+#include <ensonify/engine/seafloor/bed/unit_of_length.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -28,20 +30,105 @@ constexpr int closed_cells = 2;  // from one with soundings
 
 using Sounding = std::array<double, 3>;
 
-/// The first three numbers of a line.
-std::optional<Sounding> sounding_of(std::string_view line) {
+constexpr std::string_view blanks = " \t\r";
+
+std::string_view without_blanks(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
+  return text.substr(0, text.find_last_not_of(blanks) + 1);
+}
+
+/// Where a line has its x, y and z.
+struct Columns {
+  std::array<std::size_t, 3> place{0, 1, 2};
+  char separator = '\0';  ///< none: any of blanks, commas and semicolons
+};
+
+std::vector<std::string_view> fields_of(std::string_view line, char separator) {
+  std::vector<std::string_view> fields;
+  line = without_blanks(line);
+  const auto ends = [&](char c) {
+    return separator ? c == separator : std::string_view(" \t,;").find(c) != std::string_view::npos;
+  };
+  for (bool more = !line.empty(); more;) {
+    const auto length = static_cast<std::size_t>(std::ranges::find_if(line, ends) - line.begin());
+    fields.push_back(without_blanks(line.substr(0, length)));
+    line.remove_prefix(length);
+    more = !line.empty();
+    if (!separator) line = without_blanks(line);
+    if (more && ends(line.front())) line.remove_prefix(1);
+    if (!separator) line = without_blanks(line);
+  }
+  return fields;
+}
+
+std::optional<Sounding> sounding_of(std::string_view line, const Columns& columns) {
+  const std::vector<std::string_view> fields = fields_of(line, columns.separator);
   Sounding sounding{};
-  for (double& value : sounding) {
-    const std::size_t begin = line.find_first_not_of(" \t,;\r");
-    if (begin == line.npos) return std::nullopt;
-    line.remove_prefix(begin + (line[begin] == '+'));
-    const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), value);
-    if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
-    line.remove_prefix(static_cast<std::size_t>(end - line.data()));
-    if (!line.empty() && std::string_view(" \t,;\r").find(line.front()) == line.npos)
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (columns.place[i] >= fields.size()) return std::nullopt;
+    std::string_view field = fields[columns.place[i]];
+    field.remove_prefix(field.starts_with('+'));
+    const auto [end, error] =
+        std::from_chars(field.data(), field.data() + field.size(), sounding[i]);
+    if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(sounding[i]))
       return std::nullopt;
   }
   return sounding;
+}
+
+/// Whether numbers have commas for points: then commas do not separate.
+bool has_decimal_commas(std::string_view line) {
+  const bool clear = line.find_first_of(";\t") != line.npos;
+  std::size_t with = 0, fields = 0;
+  for (std::string_view rest = without_blanks(line); !rest.empty() && fields < 3; ++fields) {
+    const std::string_view field = rest.substr(0, rest.find_first_of(clear ? ";\t" : " "));
+    const std::size_t comma = without_blanks(field).find(',');
+    with += comma != field.npos && comma + 1 < without_blanks(field).size();
+    rest.remove_prefix(std::min(field.size() + 1, rest.size()));
+    if (!clear) rest = without_blanks(rest);
+  }
+  return clear ? with > 0 : with == 3;
+}
+
+/// What a header calls x, y or z, without its unit of metres; 3: degrees; unset: another name.
+std::optional<std::size_t> meaning_of(std::string_view word) {
+  std::string name(word);
+  std::erase_if(name, [](char c) { return c == '"' || c == '\''; });
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::size_t end = std::min(name.find_first_of(" _(["), name.size());
+  std::string unit = name.substr(end);
+  std::erase_if(unit,
+                [](char c) { return std::string_view(" _()[]").find(c) != std::string::npos; });
+  if (!is_metre(unit) && !unit.starts_with("deg")) return std::nullopt;
+  constexpr std::array<std::array<std::string_view, 7>, 4> names{
+      {{"x", "east", "easting"},
+       {"y", "north", "northing"},
+       {"z", "height", "elevation", "elev", "up", "depth", "altitude"},
+       {"lon", "long", "longitude", "lat", "latitude"}}};
+  name.resize(end);
+  for (std::size_t i = 0; i < names.size() && !name.empty(); ++i)
+    if (std::ranges::find(names[i], name) != names[i].end()) return i;
+  return std::nullopt;
+}
+
+/// The columns that a header names; unset if it names other things, so that their order is unknown.
+/// Three or fewer names, none of which stands in another's place, are x, y and z.
+std::optional<Columns> columns_of(std::string_view header) {
+  Columns columns;
+  for (const char separator : {';', '\t', ','})
+    if (!columns.separator && header.find(separator) != header.npos) columns.separator = separator;
+  const std::vector<std::string_view> words = fields_of(header, columns.separator);
+  std::array<std::optional<std::size_t>, 4> found;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    if (const auto meaning = meaning_of(words[i]); meaning && !found[*meaning]) found[*meaning] = i;
+  if (found[0] && found[1] && found[2]) {
+    columns.place = {*found[0], *found[1], *found[2]};
+    return columns;
+  }
+  for (std::size_t i = 0; i < 3; ++i)
+    if (found[i] && *found[i] != i) return std::nullopt;
+  if (found[3] || words.size() > 3) return std::nullopt;
+  return Columns{};
 }
 
 /// Lines that say something, without a byte-order mark.
@@ -71,28 +158,45 @@ class Lines {
 
 bool are_soundings(const std::filesystem::path& file) {
   Lines lines(file);
-  for (int tried = 0; tried < 2 && lines.next(); ++tried)
-    if (sounding_of(lines.line())) return true;
-  return false;
+  if (!lines.next()) return false;
+  if (sounding_of(lines.line(), {})) return true;
+  const Columns columns = columns_of(lines.line()).value_or(Columns{});
+  return lines.next() && (sounding_of(lines.line(), columns) || sounding_of(lines.line(), {}));
 }
 
 Soundings::Soundings(const std::filesystem::path& file, double cell_m)
     : file_(file), cell_m_(cell_m) {
   Lines lines(file);
-  for (bool first = true; lines.next(); first = false)
-    if (const std::optional<Sounding> sounding = sounding_of(lines.line())) {
-      if (!(std::abs((*sounding)[2]) <= most_height_m))
-        refuse_soundings(file, fmt::format("line {}: a height of {} m; if it marks a missing one, "
-                                           "remove the line",
-                                           lines.number(), (*sounding)[2]));
+  Columns place;
+  for (bool first = true; lines.next(); first = false) {
+    const auto refuse = [&](const std::string& what) {
+      refuse_soundings(file, fmt::format("line {}: {}", lines.number(), what));
+    };
+    if (has_decimal_commas(lines.line()))
+      refuse("has commas inside its fields; write the numbers with points");
+    if (const std::optional<Sounding> sounding = sounding_of(lines.line(), place)) {
+      const double z_m = (*sounding)[2];
+      if (!(std::abs(z_m) <= most_height_m) || std::abs(z_m) == usual_missing_m)
+        refuse(fmt::format("a height of {} m; if it marks a missing one, remove the line", z_m));
       x_m_.push_back((*sounding)[0]);
       y_m_.push_back((*sounding)[1]);
-      z_m_.push_back((*sounding)[2]);
-    } else if (!first) {  // the first may have the columns' names
-      refuse_soundings(
-          file, fmt::format("line {}: '{}' does not begin with three numbers, expected x y z",
-                            lines.number(), lines.line().substr(0, 40)));
+      z_m_.push_back(z_m);
+    } else if (first) {  // it may have the columns' names
+      const std::optional<Columns> named = columns_of(lines.line());
+      if (!named)
+        refuse(
+            fmt::format("'{}' does not name columns x, y and z (or easting, northing, depth) in "
+                        "metres; name them so, or begin the line with # if x, y and z come first",
+                        lines.line().substr(0, 40)));
+      place = *named;
+    } else {
+      refuse(place.separator
+                 ? fmt::format("'{}' has no numbers x y z where the first line names them",
+                               lines.line().substr(0, 40))
+                 : fmt::format("'{}' does not begin with three numbers, expected x y z",
+                               lines.line().substr(0, 40)));
     }
+  }
   if (!lines.at_end()) refuse_soundings(file, "cannot be read to its end; check the disk");
   const auto [west, east] = std::ranges::minmax(x_m_);
   const auto [south, north] = std::ranges::minmax(y_m_);

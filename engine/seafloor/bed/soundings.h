@@ -10,6 +10,9 @@ namespace ensonify::engine {
 /// Beyond the deepest trench and the highest peak: larger values mark missing heights.
 inline constexpr double most_height_m = 12000.0;
 
+/// Plus or minus, it marks missing heights also where nothing declares it.
+inline constexpr double usual_missing_m = 9999.0;
+
 /// Whether a file begins with a line of three numbers, after comments (#) and one line of names.
 bool are_soundings(const std::filesystem::path& file);
 
@@ -19,8 +22,10 @@ bool are_soundings(const std::filesystem::path& file);
 class Soundings {
  public:
   /// Reads lines of x (east), y (north) and z (up) in metres, separated by blanks, commas or
-  /// semicolons; further columns are ignored. Throws refine::MeshError for a line that is none or
-  /// whose height is beyond most_height_m, and if the grid would have fewer than 2 x 2 cells or
+  /// semicolons; further columns are ignored. A first line may name the columns, in any order
+  /// (easting, northing, depth ...). Throws refine::MeshError for a line that is none or
+  /// whose height is beyond most_height_m or marks a missing one, for names or decimal commas that
+  /// leave the columns unknown, and if the grid would have fewer than 2 x 2 cells or
   /// more than 1000 for each sounding.
   Soundings(const std::filesystem::path& file, double cell_m);
 

@@ -29,9 +29,11 @@
 #include <ogr_spatialref.h>
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/bed/netcdf_axes.h>
 #include <ensonify/engine/seafloor/bed/npy_grid.h>
 #include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/engine/seafloor/bed/soundings.h>
+#include <ensonify/engine/seafloor/bed/unit_of_length.h>
 #include <ensonify/engine/seafloor/bed/variable_resolution.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/refine/triangle_mesh.h>
@@ -42,6 +44,7 @@ namespace {
 // Only formats that keep the heights in one file: others (WMS) can name other files and hosts. A
 // VRT is opened after all that it names was looked at.
 constexpr std::array<const char*, 5> drivers = {"GTiff", "BAG", "AAIGrid", "netCDF", nullptr};
+constexpr double most_cells = 1073741824.0;  // 2^30
 constexpr std::array<const char*, 2> vrt_driver = {"VRT", nullptr};
 
 std::string wkt_of(const OGRSpatialReference& reference) {
@@ -63,6 +66,8 @@ constexpr std::string_view hdf5_signature = "\x89HDF\r\n\x1a\n";
 bool is_mosaic(const std::filesystem::path& file) { return begins_with(file, "<VRTDataset"); }
 
 bool has_refinements(GDALDataset& dataset) {
+  // GDAL copies the item into what it makes of a BAG.
+  if (std::string_view(dataset.GetDriverName()) != "BAG") return false;
   const char* const found = dataset.GetMetadataItem("HAS_SUPERGRIDS");
   return found && std::string_view(found) == "TRUE";
 }
@@ -213,9 +218,10 @@ class SurveyReader {
                       GDT_Float64, sizeof(double), step, nullptr) != CE_None ||
         !gdal_error_.empty())
       fail_with_gdal(
-          fmt::format("rows {} to {} of {} cannot be read; the file is truncated or "
-                      "damaged",
-                      first_line + 1, first_line + rows, field_.rows));
+          fmt::format("{} of {} cannot be read; the file is truncated or damaged",
+                      rows == 1 ? fmt::format("row {}", first_line + 1)
+                                : fmt::format("rows {} to {}", first_line + 1, first_line + rows),
+                      field_.rows));
   }
 
   /// The file's heights.
@@ -224,12 +230,21 @@ class SurveyReader {
       resolution_->read(VariableResolution::What::height, window, z_m);
     else
       read_band(band(), window, z_m);
+    if (masked_) make_holes(window, z_m);
     const auto columns = static_cast<std::size_t>(window.columns);
     for (int row = 0; row < window.rows; ++row) {
       const int in_grid = window.first_row + row;
       to_heights(z_m.subspan(static_cast<std::size_t>(row) * columns, columns),
                  transform_[5] < 0.0 ? field_.rows - 1 - in_grid : in_grid, window.first_column);
     }
+  }
+
+  /// Where the file's mask or transparency hides its heights.
+  void make_holes(const Window& window, std::span<double> z_m) {
+    std::vector<double> mask(z_m.size());
+    read_band(*band().GetMaskBand(), window, mask);
+    for (std::size_t i = 0; i < mask.size(); ++i)
+      if (mask[i] == 0.0) z_m[i] = std::numeric_limits<double>::quiet_NaN();
   }
 
   /// The uncertainties of the file's heights; where it has none, no positive number.
@@ -302,6 +317,12 @@ class SurveyReader {
     if (is_text()) check_text();
     int has_scale = 0, has_offset = 0;
     nodata_ = band().GetNoDataValue(&has_nodata_);
+    declares_nodata_ = has_nodata_ != 0;
+    if (is_text() && !has_nodata_) {  // as ESRI has it
+      has_nodata_ = 1;
+      nodata_ = -usual_missing_m;
+    }
+    masked_ = (band().GetMaskFlags() & (GMF_PER_DATASET | GMF_ALPHA)) != 0;
     scale_ = band().GetScale(&has_scale);
     offset_ = band().GetOffset(&has_offset);
     if (!has_scale) scale_ = 1.0;
@@ -454,11 +475,19 @@ class SurveyReader {
     check_points(field_.columns, field_.rows);
   }
   void check_points(double columns, double rows) const {
-    if (columns * rows > 1073741824.0)
-      fail(
-          fmt::format("has {} x {} cells, more than 2^30; make it coarser with gdalwarp -tr or cut "
-                      "a part out with gdal_translate -projwin",
-                      columns, rows));
+    if (columns * rows > most_cells)
+      fail(fmt::format("has {} x {} cells, more than 2^30; {}", columns, rows,
+                       how_to_make_smaller(columns * rows)));
+  }
+
+  std::string how_to_make_smaller(double cells) const {
+    if (!resolution_)
+      return "make it coarser with gdalwarp -tr or cut a part out with gdal_translate -projwin";
+    const double cell_m = resolution_->cell_m() * std::ceil(std::sqrt(cells / most_cells));
+    return fmt::format(
+        "make a coarser GeoTIFF with gdal_translate -oo MODE=RESAMPLED_GRID -oo RESX={0} -oo "
+        "RESY={0}",
+        cell_m);
   }
 
   [[noreturn]] void fail_without_reference() const {
@@ -475,7 +504,9 @@ class SurveyReader {
     if (!std::all_of(transform_.begin(), transform_.end(),
                      [](double x) { return std::isfinite(x); }) ||
         !(east_step > 0.0) || north_step == 0.0)
-      fail(fmt::format("has cells of {} x {} m, expected positive sizes", east_step, north_step));
+      fail(fmt::format("has cells of {} x {} m, expected positive sizes; {}", east_step, north_step,
+                       east_step < 0.0 ? "make it north-up with gdalwarp"
+                                       : "give it the right corners with gdal_translate -a_ullr"));
     if (std::abs(turn_1) * field_.rows > 1e-3 * east_step ||
         std::abs(turn_2) * field_.columns > 1e-3 * std::abs(north_step))
       fail("is a grid rotated against north; make it north-up with gdalwarp");
@@ -485,6 +516,10 @@ class SurveyReader {
     const OGRSpatialReference* reference = dataset_->GetSpatialRef();
     if (!reference && !proj_message_.empty()) fail_without_reference();
     if (reference && reference->IsGeographic()) fail(fmt::format("is in degrees; {}", cure));
+    if (std::string_view(dataset_->GetDriverName()) == "netCDF")
+      if (const char* const variable = band.GetMetadataItem("NETCDF_VARNAME"))
+        if (const std::string fault = fault_of_netcdf_axes(file_, variable); !fault.empty())
+          fail(fault);
     if (reference && std::abs(reference->GetLinearUnits() - 1.0) > 1e-9)
       fail(fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), cure));
     constexpr double most_off = 0.05;  // of a length; that of maps of a continent is smaller
@@ -496,16 +531,23 @@ class SurveyReader {
       fail(fmt::format("has map metres that are {:.2f} m on Earth, as Mercator's; {}", *scale,
                        cure));
     // A grid without a reference that looks like longitudes and latitudes.
-    if (!reference && east_step < 0.005 && std::abs(north_step) < 0.005 && west >= -180.0 &&
-        west + east_step * field_.columns <= 360.0 && std::abs(north) <= 90.0)
+    // 30 seconds are no size in metres.
+    const bool seconds =
+        east_step < 0.1 && is_whole(3600.0 * east_step) && !is_whole(1000.0 * east_step);
+    if (!reference && (east_step < 0.005 || seconds) && std::abs(north_step) < 0.1 &&
+        west >= -180.0 && west + east_step * field_.columns <= 360.0 && std::abs(north) <= 90.0)
       fail(fmt::format(
           "seems to be in degrees, with cells of {}; {}. If they are metres, declare that with "
           "gdal_translate -a_srs",
           east_step, cure));
     const std::string unit = band.GetUnitType();
-    if (unit.find("ft") != std::string::npos || unit.find("oot") != std::string::npos ||
-        unit.find("eet") != std::string::npos)
+    if (!is_metre(unit))
       fail(fmt::format("has heights in '{}'; convert them to metres with gdal_calc.py", unit));
+  }
+
+  /// Within what is left of a size that a file prints with few digits.
+  static bool is_whole(double number) {
+    return number > 0.5 && std::abs(number - std::round(number)) < 1e-4 * number;
   }
 
   // GDAL reads words as zeros and accepts a short last line, so each number is checked and counted
@@ -573,19 +615,15 @@ class SurveyReader {
       read_raw({0, 0, field_.columns, field_.rows}, field_.z_m);
       return scatter_all();
     }
+    const bool from_north = transform_[5] < 0.0;
     // Memory grows with the rows that were read, not with the size in the header.
     for (int line = 0; line < field_.rows; ++line) {
       const std::size_t begin = field_.z_m.size();
       field_.z_m.resize(begin + static_cast<std::size_t>(field_.columns));
-      double* const row = field_.z_m.data() + begin;
-      if (band().RasterIO(GF_Read, 0, line, field_.columns, 1, row, field_.columns, 1, GDT_Float64,
-                          0, 0, nullptr) != CE_None ||
-          !gdal_error_.empty())
-        fail_with_gdal(fmt::format("row {} of {} cannot be read; the file is truncated or damaged",
-                                   line + 1, field_.rows));
-      to_heights({row, static_cast<std::size_t>(field_.columns)}, line, 0);
+      read_raw({0, from_north ? field_.rows - 1 - line : line, field_.columns, 1},
+               std::span(field_.z_m).subspan(begin));
     }
-    if (transform_[5] < 0.0)  // the file's first row is the northern one
+    if (from_north)  // the file's first row is the northern one
       for (int south = 0, north = field_.rows - 1; south < north; ++south, --north)
         std::swap_ranges(field_.z_m.data() + field_.index(0, south),
                          field_.z_m.data() + field_.index(0, south) + field_.columns,
@@ -601,13 +639,23 @@ class SurveyReader {
       const bool hole = !std::isfinite(raw) ||
                         (has_nodata_ && std::abs(raw - nodata_) <= 1e-6 * std::abs(nodata_));
       const double height = scale_ * raw + offset_;
-      if (!hole && !(std::abs(height) <= most_height_m))
-        fail(fmt::format(
-            "row {}, column {}: a height of {} m; if it marks missing data, declare it with "
-            "gdal_edit.py -a_nodata",
-            line + 1, static_cast<std::size_t>(first_column) + i + 1, height));
+      const bool suspect = !declares_nodata_ && std::abs(raw) == usual_missing_m;
+      if (!hole && (suspect || !(std::abs(height) <= most_height_m)))
+        fail(fmt::format("row {}, column {}: a height of {} m; if it marks missing data, {}",
+                         line + 1, static_cast<std::size_t>(first_column) + i + 1, height,
+                         how_to_declare(raw)));
       row[i] = hole ? std::numeric_limits<double>::quiet_NaN() : height - water_level_m_;
     }
+  }
+
+  std::string how_to_declare(double missing) const {
+    const std::string_view driver = dataset_->GetDriverName();
+    if (driver == "AAIGrid")
+      return fmt::format("declare it in the header, with a line NODATA_value {}", missing);
+    if (needs_cell_) return "make it NaN";
+    if (driver == "GTiff") return fmt::format("declare it with gdal_edit.py -a_nodata {}", missing);
+    return fmt::format("make a GeoTIFF that declares it, with gdal_translate -a_nodata {}",
+                       missing);
   }
 
   /// HDF5 is not safe for threads. GDAL has a lock of its own, which VariableResolution cannot
@@ -642,6 +690,7 @@ class SurveyReader {
   std::mutex mutex_;  // of read_window()
   bool prepared_ = false;
   int has_nodata_ = 0;
+  bool declares_nodata_ = false, masked_ = false;
   double nodata_ = 0.0, scale_ = 1.0, offset_ = 0.0;
   double bytes_ = 0.0;
   std::unique_ptr<GDALDataset> dataset_;

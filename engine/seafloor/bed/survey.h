@@ -32,12 +32,14 @@ struct SurveyFile {
 /// this machine. A BAG of variable resolution is read on a grid of its finest cells, with linear
 /// interpolation between coarser ones. Of several bands it takes the first that is
 /// named elevation, depth, height or bathymetry (and not its uncertainty, error or deviation), or
-/// else the first. NODATA and non-finite heights become holes. Grid points are the centres of the
+/// else the first. NODATA (in a text grid -9999 if none is declared), non-finite heights and those
+/// under a mask become holes. Grid points are the centres of the
 /// raster's pixels. The world origin is the grid's middle at the height of the water level, which
 /// is given in the survey's vertical datum. Throws refine::MeshError for a file that cannot be
 /// opened, is truncated, promises more cells than its size can hold, is rotated, is in degrees or
-/// in feet, or has no whole cell; and, if heights scatter, for one without a band that is named
-/// uncertainty, deviation or error. Neither reads nor writes .aux.xml files.
+/// in another unit than metres, has heights of 9999 m that no NODATA value explains, or has no
+/// whole cell; and, if heights scatter, for one without a band that is named uncertainty, deviation
+/// or error. Neither reads nor writes .aux.xml files.
 Heightfield read_survey(const SurveyFile& file, double water_level_m,
                         const SurveyScatter& scatter = {});
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -213,6 +214,26 @@ TEST_CASE("GeoTIFFs that are truncated, have a wrong header or lack blocks are r
   CHECK(has(error_of(folder, sparse.bytes(), "grid.tif"), "blocks without data"));
 }
 
+TEST_CASE("Heights of 9999 m mark missing ones where no NODATA value is declared") {
+  const TemporaryFolder folder;
+  std::string bare = text_grid(rows_4x3);
+  const std::string nodata = "NODATA_value -9999\n";
+  bare.erase(bare.find(nodata), nodata.size());
+  CHECK(std::isnan(read(folder, bare).at(2, 1)));  // ESRI's default
+  Tiff tiff = tiff_4x3();
+  for (const float missing : {-9999.0f, 9999.0f}) {
+    tiff.heights[6] = missing;
+    CHECK(has(error_of(folder, tiff.bytes(), "grid.tif"),
+              "row 2, column 3: a height of " + std::to_string(static_cast<int>(missing)) +
+                  " m; if it marks missing data, declare it with gdal_edit.py -a_nodata " +
+                  std::to_string(static_cast<int>(missing))));
+  }
+  tiff.nodata = "-32768";
+  CHECK(read(folder, tiff.bytes(), 0.0, "grid.tif").at(2, 1) == 9999.0);
+  CHECK(has(error_of(folder, text_grid("-1 -2 -3 -4\n-5 -6 99999 -8\n-9 -10 -11 -12\n")),
+            "with a line NODATA_value 99999"));
+}
+
 TEST_CASE("Grids that are rotated, in degrees or in feet are refused with the cure") {
   const TemporaryFolder folder;
   Tiff turned = tiff_4x3();
@@ -220,7 +241,8 @@ TEST_CASE("Grids that are rotated, in degrees or in feet are refused with the cu
   CHECK(has(error_of(folder, turned.bytes(), "grid.tif"), "gdalwarp"));
   Tiff mirrored = tiff_4x3();
   mirrored.transform = {500000, -1, 0, 4000000, 0, -1};
-  CHECK(has(error_of(folder, mirrored.bytes(), "grid.tif"), "expected positive sizes"));
+  CHECK(has(error_of(folder, mirrored.bytes(), "grid.tif"),
+            "expected positive sizes; make it north-up with"));
   Tiff degrees = tiff_4x3();
   degrees.geographic = true;
   degrees.epsg = 4326;
@@ -238,6 +260,13 @@ TEST_CASE("Grids that are rotated, in degrees or in feet are refused with the cu
   mercator.transform = {-7870000, 1, 0, 5300000, 0, -1};  // 43 degrees north
   CHECK(has(error_of(folder, mercator.bytes(), "grid.tif"), "map metres that are 0.73 m on Earth"));
   CHECK(has(error_of(folder, bare), "seems to be in degrees"));
+  const auto with_cell = [&](const std::string& cell) {
+    std::string text = bare;
+    text.replace(text.find("0.0008333"), 9, cell);
+    return error_of(folder, text);
+  };
+  CHECK(has(with_cell("0.0166667"), "seems to be in degrees"));  // a minute
+  for (const char* const cell : {"0.01", "0.02", "0.05", "0.025"}) CHECK(with_cell(cell).empty());
 }
 
 TEST_CASE("A file next to a survey does not change it") {
@@ -397,6 +426,146 @@ TEST_CASE("Of several bands the one with the name of heights is read, or else th
   CHECK(with_bands("Depth uncertainty", "depth") == of_heights.z_m);
   CHECK(with_bands("elevation", "bathymetry") == of_other.z_m);
   CHECK(with_bands("", "") == of_other.z_m);
+}
+
+namespace {
+
+/// A VRT of heights.tif, with more elements in its band or after it.
+std::string vrt_of_heights(const std::string& in_band, const std::string& after = {}) {
+  return "<VRTDataset rasterXSize=\"4\" rasterYSize=\"3\"><SRS>EPSG:32619</SRS>"
+         "<GeoTransform>500000, 1, 0, 4000000, 0, -1</GeoTransform>"
+         "<VRTRasterBand dataType=\"Float32\" band=\"1\">" +
+         in_band +
+         "<SimpleSource><SourceFilename relativeToVRT=\"1\">heights.tif</SourceFilename>"
+         "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand>" +
+         after + "</VRTDataset>";
+}
+
+}  // namespace
+
+TEST_CASE("Heights in another unit than metres are refused") {
+  const TemporaryFolder folder;
+  write_text(folder / "heights.tif", tiff_4x3().bytes());
+  const auto error_for = [&](const std::string& unit) {
+    return error_of(folder, vrt_of_heights("<UnitType>" + unit + "</UnitType>"), "bed.vrt");
+  };
+  for (const char* const unit : {"m", "M", "metre", "Meters"}) CHECK(error_for(unit).empty());
+  for (const char* const unit : {"cm", "dm", "km", "fathom", "FT", "US survey foot"})
+    CHECK(has(error_for(unit), "has heights in '" + std::string(unit) +
+                                   "'; convert them to metres with gdal_calc.py"));
+}
+
+TEST_CASE("Heights that a mask or an alpha band hides are holes") {
+  const TemporaryFolder folder;
+  write_text(folder / "heights.tif", tiff_4x3().bytes());
+  Tiff mask = tiff_4x3();
+  mask.heights.assign(12, 255.0f);
+  mask.heights[2] = 0.0f;
+  write_text(folder / "mask.tif", mask.bytes());
+  const auto band = [](const std::string& attributes, const std::string& colour) {
+    return "<VRTRasterBand dataType=\"Byte\"" + attributes + ">" + colour +
+           "<SimpleSource><SourceFilename relativeToVRT=\"1\">mask.tif</SourceFilename>"
+           "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand>";
+  };
+  for (const std::string& hides : {"<MaskBand>" + band("", "") + "</MaskBand>",
+                                   band(" band=\"2\"", "<ColorInterp>Alpha</ColorInterp>")}) {
+    const Heightfield field = read(folder, vrt_of_heights("", hides), 0.0, "bed.vrt");
+    CHECK(valid_share(field) == Approx(11.0 / 12.0));
+    CHECK(std::isnan(field.at(2, 2)));
+    CHECK(field.at(3, 2) == -4.0);
+    std::vector<double> window(2);
+    survey_tiles(folder / "bed.vrt", 0.0)(2, 2, 2, 1, window, {});
+    CHECK(std::isnan(window[0]));
+    CHECK(window[1] == -4.0);
+  }
+}
+
+namespace {
+
+/// A coordinate of a netCDF file, with its text attributes.
+struct NetCdfAxis {
+  std::string name;
+  std::vector<double> values;
+  std::vector<std::pair<std::string, std::string>> attributes;
+};
+
+/// A netCDF file in the classic format, of a variable z over two axes in this order. Its heights
+/// are -1, -2, ...
+std::string netcdf(const std::array<NetCdfAxis, 2>& axes) {
+  const auto word = [](std::size_t value) {
+    std::string bytes;
+    for (const int shift : {24, 16, 8, 0}) bytes += static_cast<char>(value >> shift & 0xff);
+    return bytes;
+  };
+  const auto text = [&](const std::string& value) {
+    std::string bytes = word(value.size()) + value;
+    bytes.resize((bytes.size() + 3) / 4 * 4);
+    return bytes;
+  };
+  std::string data;
+  const auto number = [&](double value) {
+    const auto bits = std::bit_cast<std::uint64_t>(value);
+    data += word(bits >> 32) + word(bits & 0xffffffff);
+  };
+  constexpr std::size_t dimension = 10, variable = 11, attribute = 12, character = 2, real = 6;
+  std::string header = std::string("CDF\1", 4) + word(0) + word(dimension) + word(2);
+  for (const NetCdfAxis& axis : axes) header += text(axis.name) + word(axis.values.size());
+  header += word(0) + word(0) + word(variable) + word(3);
+  std::vector<std::string> variables;  // up to the place of their values
+  std::vector<std::size_t> begins;
+  for (const std::size_t i : {0u, 1u}) {
+    std::string its = text(axes[i].name) + word(1) + word(i);
+    its += axes[i].attributes.empty() ? word(0) : word(attribute);
+    its += word(axes[i].attributes.size());
+    for (const auto& [name, value] : axes[i].attributes)
+      its += text(name) + word(character) + text(value);
+    variables.push_back(its + word(real) + word(8 * axes[i].values.size()));
+    begins.push_back(data.size());
+    for (const double value : axes[i].values) number(value);
+  }
+  const std::size_t cells = axes[0].values.size() * axes[1].values.size();
+  variables.push_back(text("z") + word(2) + word(0) + word(1) + word(0) + word(0) + word(real) +
+                      word(8 * cells));
+  begins.push_back(data.size());
+  for (std::size_t i = 1; i <= cells; ++i) number(-static_cast<double>(i));
+  std::size_t header_bytes = header.size();
+  for (const std::string& its : variables) header_bytes += its.size() + 4;
+  for (std::size_t i = 0; i < 3; ++i) header += variables[i] + word(header_bytes + begins[i]);
+  return header + data;
+}
+
+}  // namespace
+
+TEST_CASE("A netCDF grid has its axes in order, in metres and with equal steps, or is refused") {
+  const TemporaryFolder folder;
+  const std::pair<std::string, std::string> east{"standard_name", "projection_x_coordinate"},
+      north{"standard_name", "projection_y_coordinate"};
+  const NetCdfAxis x{"x", {500000, 500002, 500004, 500006}, {{"units", "m"}, east}};
+  const NetCdfAxis y{"y", {4000000, 4000001, 4000002}, {{"units", "Metre"}, north}};
+  const Heightfield field = read(folder, netcdf({y, x}), 0.0, "grid.nc");
+  CHECK(field.columns == 4);
+  CHECK(field.cell_east_m == 2.0);
+  CHECK(field.at(3, 0) == -4.0);
+  CHECK(field.at(0, 1) == -5.0);
+  CHECK(field.world_origin.x() == 500003.0);
+  const auto fault = [&](const NetCdfAxis& first, const NetCdfAxis& second) {
+    return error_of(folder, netcdf({first, second}), "grid.nc");
+  };
+  CHECK(has(fault(x, y), "has 'y' in the place of its x dimension; expected the order y, x"));
+  NetCdfAxis named = x, other = y;  // by its standard name, whatever it is called
+  named.name = "a";
+  other.name = "b";
+  CHECK(fault(other, named).empty());
+  CHECK(has(fault(named, other), "expected the order y, x"));
+  NetCdfAxis gap = x;
+  gap.values = {500000, 500002, 500006, 500008};
+  CHECK(has(fault(y, gap), "unequal steps in its coordinate 'x', the largest after 500002"));
+  NetCdfAxis kilometres = x;
+  kilometres.values = {500, 501, 502, 503};
+  kilometres.attributes = {{"units", "km"}, east};
+  CHECK(has(fault(y, kilometres), "has its coordinate 'x' in 'km', expected metres"));
+  const NetCdfAxis lon{"lon", {-69.0, -68.5, -68.0, -67.5}, {}}, lat{"lat", {42.0, 42.5, 43.0}, {}};
+  CHECK(has(fault(lat, lon), "has its coordinate 'lon' in degrees"));
 }
 
 TEST_CASE("A VRT mosaic that names other hosts, other mosaics or functions is refused") {
@@ -600,6 +769,36 @@ TEST_CASE("faults of soundings are named with their line") {
   fault(good, "fewer than 2 x 2 cells", 10.0);
   fault("0 0 -5\n1 1 -6\n2 2 -7\n3 3 -8\n", "on one line");
   fault(good + "2 2 99999\n", "line 5: a height of 99999 m");
+}
+
+TEST_CASE("the first line of soundings names their columns, in any order") {
+  const TemporaryFolder folder;
+  const auto read_text = [&](const std::string& text) {
+    write_text(folder / "a.txt", text);
+    return read_survey({folder / "a.txt", 1.0}, 0.0);
+  };
+  const Heightfield expected = read_text("0 0 -5\n3 0 -6\n0 5 -7\n3 5 -8\n");
+  for (const std::string text :
+       {"northing,easting,depth\n0,0,-5\n0,3,-6\n5,0,-7\n5,3,-8\n",
+        "id;X (m);Y (m);Z (m)\nA 1;0;0;-5\n;3;0;-6\nc;0;5;-7\nd;3;5;-8\n",
+        "\"Depth_m\"\tEast\tNorth\n-5\t0\t0\n-6\t3\t0\n-7\t0\t5\n-8\t3\t5\n",
+        "a b c\n0 0 -5\n3 0 -6\n0 5 -7\n3 5 -8\n"}) {
+    CAPTURE(text);
+    const Heightfield field = read_text(text);
+    CHECK(field.columns == expected.columns);
+    CHECK(field.rows == expected.rows);
+    CHECK(field.at(1, 1) == Approx(expected.at(1, 1)));
+  }
+  const auto fault = [&](const std::string& text, const std::string& part) {
+    CHECK(has(error_with_cell(folder, text, "a.txt", 1.0), part));
+  };
+  for (const char* const header :
+       {"id,east,north", "a,b,c,d", "lon,lat,depth", "x,y,depth_ft,z_ft"})
+    fault(header + std::string("\n0,0,-5,1\n3,0,-6,1\n0,5,-7,1\n"), "line 1: '");
+  fault("x;y;z\n0,5;0;-5\n", "line 2: has commas inside its fields");
+  fault("0,5 1,5 -5,5\n3 0 -6\n", "line 1: has commas inside its fields");
+  fault("x,y,z\n0,0,-5\n3,,-6\n", "line 3: '3,,-6' has no numbers x y z where the first line");
+  fault("0 0 -9999\n3 0 -6\n0 3 -7\n", "line 1: a height of -9999 m");
 }
 
 TEST_CASE("real soundings on a grid are those that their surveyors' grid has") {

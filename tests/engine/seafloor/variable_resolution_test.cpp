@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -258,4 +259,25 @@ TEST_CASE("A mosaic of BAGs of variable resolution is refused: it would have the
 </SimpleSource></VRTRasterBand></VRTDataset>)");
   CHECK_THROWS_WITH(read_survey(folder / "m.vrt", 0.0),
                     Catch::Contains("a.bag") && Catch::Contains("ensonify seafloor"));
+}
+
+TEST_CASE("A GeoTIFF that GDAL made of a BAG of variable resolution is an ordinary grid") {
+  const TemporaryFolder folder;
+  Resolution resolution;
+  resolution.fill(2.0f);
+  write_bag(folder / "a.bag", resolution, plane);
+  const auto close = [](GDALDataset* open) { GDALClose(open); };
+  const std::unique_ptr<GDALDataset, decltype(close)> bag(
+      GDALDataset::Open((folder / "a.bag").c_str()), close);
+  REQUIRE(bag);
+  REQUIRE(std::string(bag->GetMetadataItem("HAS_SUPERGRIDS")) == "TRUE");
+  const std::unique_ptr<GDALDataset, decltype(close)> copy(
+      GetGDALDriverManager()->GetDriverByName("GTiff")->CreateCopy(
+          (folder / "a.tif").c_str(), bag.get(), FALSE, nullptr, nullptr, nullptr),
+      close);
+  REQUIRE(copy);
+  copy->FlushCache();
+  const Heightfield field = read_survey(folder / "a.tif", 0.0);
+  CHECK(field.columns == coarse_columns);
+  CHECK(field.at(0, 0) == -10.0);
 }
