@@ -11,6 +11,7 @@
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/number_in.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
@@ -165,6 +166,7 @@ Scene scene_with(Scene scene, std::string surface, std::string_view intersector)
 
 std::unique_ptr<Prepared> prepare(const CheckArguments& arguments, const Preparation& how) {
   const Scene read = arguments.scene.read();
+  require_at_once(read.seafloor);
   // The tree of this simulator is the reference: a second one, of the scene's intersector, would
   // only take memory.
   auto all = std::make_unique<Prepared>(

@@ -1,4 +1,5 @@
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/session_keys.h>
 
 #include <unistd.h>
@@ -91,7 +92,7 @@ class PoseSession {
   static Scene for_stream(Scene scene) {
     // The number of pings is unknown, so the analysis may not pay off; with a static tree a ping
     // costs least.
-    if (scene.run.surface == "auto") scene.run.surface = "static";
+    if (scene.run.surface == "auto" && !needs_tiles(scene.seafloor)) scene.run.surface = "static";
     return scene;
   }
 

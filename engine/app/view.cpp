@@ -9,6 +9,7 @@
 #include <ensonify/engine/image/ping_rendering.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
@@ -37,6 +38,7 @@ void view_scene(const ViewArguments& arguments) {
     throw UsageError(
         fmt::format("{}: a view is written as PNG, expected FILE.png", arguments.file.string()));
   Scene scene = arguments.scene.read();
+  require_at_once(scene.seafloor);
   // The simulator only makes the seafloor and aims the fans; this builds no tree to trace with.
   scene.run.surface = "static";
   scene.run.intersector = "brute_force";

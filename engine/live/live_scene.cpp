@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 
 namespace ensonify::engine {
 namespace {
@@ -71,7 +72,7 @@ Pose LiveScene::pose_at(double along) const {
 
 Scene as_watched(Scene scene) {
   // With a static tree a ping costs least; the drawn mesh is separate (mesh_preview.h).
-  if (scene.run.surface == "auto") scene.run.surface = "static";
+  if (scene.run.surface == "auto" && !needs_tiles(scene.seafloor)) scene.run.surface = "static";
   return scene;
 }
 

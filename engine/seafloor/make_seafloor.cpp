@@ -16,6 +16,7 @@
 #include <ensonify/engine/seafloor/bed/detail_in_windows.h>
 #include <ensonify/engine/seafloor/bed/generated_tiles.h>
 #include <ensonify/engine/seafloor/bed/relief_fields.h>
+#include <ensonify/engine/seafloor/bed/soundings.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed/tessellate.h>
 #include <ensonify/engine/seafloor/bed_height.h>
@@ -93,14 +94,18 @@ void refuse_land(std::span<const double> z_m, double depth_m) {
         highest, depth_m));
 }
 
-void refuse_all_land(const SeafloorOptions& options, double lowest_m, double highest_m) {
-  if (lowest_m < 0.0) return;
+/// `under_water` is the share of the points.
+void refuse_all_land(const SeafloorOptions& options, double lowest_m, double highest_m,
+                     double under_water) {
+  constexpr double least = 1e-3;  // fewer are wrong heights
+  if (lowest_m < 0.0 && under_water > least) return;
   throw refine::MeshError(fmt::format(
-      "{}: the whole survey lies above the sea surface: its heights are {:.2f} to {:.2f} m and "
+      "{}: the whole survey lies above the sea surface{}: its heights are {:.2f} to {:.2f} m and "
       "the water level is {:.2f} m; set water_level_m, or change the sign of depths that count "
       "downwards",
-      options.survey.path.string(), lowest_m + options.water_level_m,
-      highest_m + options.water_level_m, options.water_level_m));
+      options.survey.path.string(),
+      lowest_m < 0.0 ? fmt::format(", but for {:.2g} % of its points", 100.0 * under_water) : "",
+      lowest_m + options.water_level_m, highest_m + options.water_level_m, options.water_level_m));
 }
 
 SurveyFile survey_of(const SeafloorOptions& options) {
@@ -115,12 +120,15 @@ Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed) {
   Heightfield field =
       read_survey(survey_of(options), options.water_level_m, scatter_of(options, seed));
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+  double points = 0.0, under_water = 0.0;
   for (const double z : field.z_m)
     if (!std::isnan(z)) {
+      points += 1.0;
+      under_water += z < 0.0;
       lowest = std::min(lowest, z);
       highest = std::max(highest, z);
     }
-  refuse_all_land(options, lowest, highest);
+  refuse_all_land(options, lowest, highest, under_water / points);
   if (options.detail.cell_m == 0.0) return field;
   return with_detail(field, options.detail, seed);
 }
@@ -175,7 +183,8 @@ std::string cure_of(const SeafloorOptions& options, BedForm form) {
             "larger seafloor.detail.cell_m if there is one";
   return form == BedForm::grid
              ? smaller
-             : "take --surface footprint, which needs no mesh of the bed, or " + smaller;
+             : "take run.surface = \"footprint\" in a run, which needs no mesh of the bed, or " +
+                   smaller;
 }
 
 std::string description_of(const Heightfield& grid, const MemoryPlan& plan) {
@@ -246,6 +255,12 @@ refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloo
     plan.limit.require(static_cast<double>(bytes) + plan.more_bytes,
                        options.mesh.path.string() + " and what is read of it", cure);
   const refine::TriangleMesh read = refine::read_mesh(options.mesh.path);
+  for (const Eigen::Vector3f& p : read.positions)
+    if (const double height_m = p.z() + read.world_origin.z();
+        !(std::abs(height_m) <= most_height_m))
+      throw refine::MeshError(fmt::format(
+          "{}: has a height of {:.6g} m; is it in millimetres or feet? Scale it to metres",
+          options.mesh.path.string(), height_m));
   const auto faces = static_cast<double>(read.faces.size());
   plan.limit.require(std::max(repair_bytes_per_face, plan.bytes_per_face) * faces + plan.more_bytes,
                      fmt::format("the repair of the {:.0f} faces of {} and what is built over them",
@@ -349,8 +364,8 @@ constexpr double most_points_with_detail = 268435456.0;  // 2^28, that with_deta
 std::string not_at_once(const SeafloorOptions& options) {
   const Heightfield grid = expected_grid(options);
   return fmt::format(
-      "seafloor: a bed of {} x {} points is too large to be made at once; take --surface footprint, "
-      "for which it is made where pings need it, or {}",
+      "seafloor: a bed of {} x {} points is too large to be made at once, which this needs (run, "
+      "stream and live make it where pings need it); {}",
       grid.columns, grid.rows, cure_of(options, BedForm::grid));
 }
 
@@ -423,7 +438,7 @@ void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const
       return;
     }
     const SurveySample sample = sample_survey(survey_of(options), options.water_level_m);
-    refuse_all_land(options, sample.lowest_m, sample.highest_m);
+    refuse_all_land(options, sample.lowest_m, sample.highest_m, 1.0);
     shape.mean_height_m = sample.mean_m;
     shape.lowest_m = static_cast<float>(sample.lowest_m);
     shape.highest_m = static_cast<float>(sample.highest_m);
@@ -478,10 +493,14 @@ bool needs_tiles(const SeafloorOptions& options) {
          !std::ranges::all_of(options.seabed.roughness, fits, &ReliefLayer<FractalRelief>::relief);
 }
 
+void require_at_once(const SeafloorOptions& options) {
+  if (needs_tiles(options)) throw std::invalid_argument(not_at_once(options));
+}
+
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
                              std::span<const ObjectOptions> objects,
                              std::span<const Material> materials, const MemoryPlan& plan) {
-  if (needs_tiles(options)) throw std::invalid_argument(not_at_once(options));
+  require_at_once(options);
   if (!is_mesh(options)) require_heights(options, plan);
   Ground ground = make_ground(options, seed);
   if (first_scoured(objects)) {
@@ -513,7 +532,7 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                         .class_id = number_in(seafloor.classes, "seabed"),
                         .two_sided = true}};
   } else {
-    if (needs_tiles(options)) throw std::invalid_argument(not_at_once(options));
+    require_at_once(options);
     require_bed(options, plan, form);
     ground = make_ground(options, seed);
     require_faces(options, ground.field, plan, form);

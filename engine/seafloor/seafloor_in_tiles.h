@@ -25,6 +25,8 @@ struct TileFile {
 /// survey of more than 2^26 points, or of more than 2^28 with its detail (unless it has what a
 /// survey in tiles cannot have). Throws what reading the survey's header throws.
 bool needs_tiles(const SeafloorOptions& options);
+/// Throws std::invalid_argument, with what to do, for a bed that needs tiles.
+void require_at_once(const SeafloorOptions& options);
 
 /// The seafloor, with the bed in tiles and the objects set down on it. A bed of any size can be
 /// made so; a generated one has other heights then than make_seafloor() gives it, of the same

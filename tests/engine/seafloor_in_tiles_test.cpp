@@ -212,7 +212,9 @@ TEST_CASE("A bed needs tiles where it cannot be made at once") {
   options.extent_north_m = 600.0;
   options.fractal.hurst = 0.8;  // its period is twice as long
   CHECK(needs_tiles(options));
-  CHECK_THROWS_WITH(make_seafloor(options, 1), Catch::Contains("--surface footprint"));
+  CHECK_THROWS_WITH(make_seafloor(options, 1),
+                    Catch::Contains("too large to be made at once") &&
+                        Catch::Contains("make seafloor.cell_m larger or the extent smaller"));
   // A layer of roughness is a field as large.
   options.fractal.height_at_1m_m = 0.0;
   CHECK_FALSE(needs_tiles(options));

@@ -12,9 +12,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const Eigen::Vector2d& point : polygon)
       tests::promise(point.allFinite(), "points are finite");
   };
+  engine::Heightfield grid;
+  grid.world_origin = {1.0, 2.0, 0.0};
   try {
     for (const engine::PolygonWithHoles& polygon :
-         engine::read_outlines(tests::file_of(data, size, "outline.geojson"), {1.0, 2.0, 0.0})) {
+         engine::read_outlines(tests::file_of(data, size, "outline.geojson"), grid)) {
       check(polygon.border);
       for (const engine::Polygon& hole : polygon.holes) check(hole);
     }

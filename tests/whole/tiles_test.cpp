@@ -237,3 +237,25 @@ pings_per_file = 500
   CHECK(in_last < 300.0);
 }
 #endif
+
+TEST_CASE("stream takes a bed in tiles, and commands that need all of a bed say what to do") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", strip_scene());
+  write_text(folder / "pose", "{\"x_m\": 0, \"y_m\": 0, \"z_m\": -12}\n");
+  const Outcome streamed =
+      run_program(folder.path(), {"stream", "scene.toml", "--quiet"}, {}, {}, {}, folder / "pose");
+  CHECK(streamed.code == 0);
+  CHECK_THAT(streamed.out, Catch::Contains("\"ping\":0"));
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"view", "scene.toml", "-o", "v.png"},
+        {"check", "scene.toml"},
+        {"seafloor", "scene.toml", "-o", "bed.ply"},
+        {"seafloor", "scene.toml", "-o", "bed.npy"}}) {
+    const Outcome outcome = run_program(folder.path(), command);
+    CAPTURE(command[0], outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK_THAT(outcome.err, Catch::Contains("too large to be made at once") &&
+                                Catch::Contains("make seafloor.cell_m larger"));
+    CHECK_THAT(outcome.err, !Catch::Contains("--surface"));
+  }
+}

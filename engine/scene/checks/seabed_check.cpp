@@ -196,8 +196,7 @@ void check_seabed_files(const Scene& scene,
     });
     read("outline", layer.area.outline, [&](const std::string& key) {
       Eigen::Array2d low = Eigen::Array2d::Constant(1e300), high = -low;
-      for (const PolygonWithHoles& outline :
-           read_outlines(layer.area.outline.path, Eigen::Vector3d::Zero()))
+      for (const PolygonWithHoles& outline : read_outlines(layer.area.outline.path, corners))
         for (const Vector2d& p : outline.border) {
           low = low.min(p.array());
           high = high.max(p.array());

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,7 +18,8 @@ struct Heightfield {
   std::vector<double> z_m;  ///< rows * columns, southern row first; NaN marks a hole
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();  ///< the grid's middle, world metres
 
-  int utm_zone = 0;  ///< of the world, 1 to 60, negative in the south; 0: unknown
+  int utm_zone = 0;       ///< of the world, 1 to 60, negative in the south; 0: unknown
+  std::string reference;  ///< the world's coordinate reference system as WKT; empty: unknown
 
   // A window of a larger grid has that one's places: the origin is the middle of the whole.
   int whole_columns = 0, whole_rows = 0;  ///< of the larger grid; 0: this is whole

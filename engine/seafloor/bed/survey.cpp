@@ -594,6 +594,8 @@ class SurveyReader {
     field_.world_origin = {west + 0.5 * field_.columns * east_step,
                            north + 0.5 * field_.rows * north_step, water_level_m_};
     field_.utm_zone = utm_zone();
+    if (const OGRSpatialReference* reference = dataset_->GetSpatialRef())
+      field_.reference = wkt_of(*reference);
   }
 
   // Only for an ellipsoid within a millimetre of that of WGS 84 (such as GRS 80): datums that use

@@ -173,9 +173,9 @@ class MaskMaker {
   void limit_places() {
     std::vector<Polygon> polygons;
     if (!area_.polygon_m.empty()) polygons.push_back(area_.polygon_m);
-    const std::vector<PolygonWithHoles> outlines =
-        area_.outline.path.empty() ? std::vector<PolygonWithHoles>()
-                                   : read_outlines(area_.outline.path, grid_.world_origin);
+    const std::vector<PolygonWithHoles> outlines = area_.outline.path.empty()
+                                                       ? std::vector<PolygonWithHoles>()
+                                                       : read_outlines(area_.outline.path, grid_);
     std::optional<AreaImage> image;
     if (!area_.image.path.empty())
       image.emplace(read_area_image(area_.image.path, grid_, area_.image_value));

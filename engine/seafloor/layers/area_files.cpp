@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 #include <string>
 
 #include <cpl_conv.h>
@@ -12,6 +13,8 @@
 #include <gdal_priv.h>
 #include <ogrsf_frmts.h>
 
+#include <ensonify/engine/seafloor/bed/geographic.h>
+#include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -37,6 +40,29 @@ std::unique_ptr<GDALDataset> open(const std::filesystem::path& file, unsigned ki
       std::filesystem::absolute(file).c_str(), kind | GDAL_OF_READONLY, drivers, nullptr, nullptr));
   if (!dataset) fail(file, fmt::format("cannot be read as {}", what));
   return dataset;
+}
+
+/// Refuses a map in metres whose coordinates have other places on Earth than those of the grid. One
+/// in degrees does not meet the grid; GDAL also says degrees where a GeoJSON file says nothing.
+void require_reference(const std::filesystem::path& file, const OGRSpatialReference* its,
+                       const Heightfield& grid, const char* tool) {
+  if (!its || its->IsGeographic() || grid.reference.empty()) return;
+  constexpr std::array<const char*, 2> options = {"FORMAT=WKT2", nullptr};
+  char* text = nullptr;
+  its->exportToWkt(&text, options.data());
+  const std::unique_ptr<char, void (*)(void*)> owned(text, VSIFree);
+  const std::string reference = text ? text : "";
+  const PlaceOfMap here = place_of_reference(reference), there = place_of_reference(grid.reference);
+  if (!here || !there) return;
+  constexpr double same_m = 5.0;  // datums that count as WGS 84 differ by less
+  try {
+    const Eigen::Vector2d middle = grid.world_origin.head<2>();
+    if (tangent_place(here(middle).where, there(middle).where).place.norm() < same_m) return;
+  } catch (const std::invalid_argument&) {  // off the map of one of them
+  }
+  fail(file, fmt::format("has another coordinate reference system ('{}') than the survey; put it "
+                         "into the survey's with {} -t_srs",
+                         its->GetName() ? its->GetName() : "", tool));
 }
 
 void place(AreaImage& image, GDALDataset& dataset, const std::filesystem::path& file,
@@ -103,6 +129,7 @@ AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& 
                            "(indexed colours or grey)",
                            dataset->GetRasterCount()));
   GDALRasterBand& band = *dataset->GetRasterBand(1);
+  require_reference(file, dataset->GetSpatialRef(), grid, "gdalwarp");
   place(image, *dataset, file, grid);
   image.counts.resize(static_cast<std::size_t>(pixels));
   std::vector<double> row(static_cast<std::size_t>(image.columns));
@@ -123,7 +150,7 @@ AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& 
 }
 
 std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
-                                            const Eigen::Vector3d& world_origin) {
+                                            const Heightfield& grid) {
   const Quiet quiet;
   constexpr std::array<const char*, 2> drivers = {"GeoJSON", nullptr};
   const auto dataset = open(file, GDAL_OF_VECTOR, drivers.data(), "GeoJSON");
@@ -134,7 +161,8 @@ std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
     if (points > max_points) fail(file, fmt::format("has more than {} points", max_points));
     Polygon polygon;
     for (int i = 0; i + 1 < ring.getNumPoints(); ++i)  // the last is the first again
-      polygon.emplace_back(ring.getX(i) - world_origin.x(), ring.getY(i) - world_origin.y());
+      polygon.emplace_back(ring.getX(i) - grid.world_origin.x(),
+                           ring.getY(i) - grid.world_origin.y());
     if (polygon.size() < 3) fail(file, "has a polygon of less than three points");
     return polygon;
   };
@@ -145,7 +173,8 @@ std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
     for (int i = 0; i < polygon.getNumInteriorRings(); ++i)
       outline.holes.push_back(polygon_of(*polygon.getInteriorRing(i)));
   };
-  for (int i = 0; i < dataset->GetLayerCount(); ++i)
+  for (int i = 0; i < dataset->GetLayerCount(); ++i) {
+    require_reference(file, dataset->GetLayer(i)->GetSpatialRef(), grid, "ogr2ogr");
     for (const auto& feature : dataset->GetLayer(i)) {
       const OGRGeometry* geometry = feature->GetGeometryRef();
       if (!geometry) continue;
@@ -155,6 +184,7 @@ std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
       else if (type == wkbMultiPolygon)
         for (const OGRPolygon* polygon : *geometry->toMultiPolygon()) add_polygon(*polygon);
     }
+  }
   if (outlines.empty()) fail(file, "holds no polygon");
   return outlines;
 }

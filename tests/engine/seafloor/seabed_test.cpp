@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <ensonify/engine/output/png.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/triangle_mesh.h>
@@ -392,6 +393,47 @@ TEST_CASE("An outline in GeoJSON lies in world coordinates, and its holes are ho
   CHECK(share(mask_of(area, grid)) * 201 * 201 * 0.01 == Approx(63.0).epsilon(0.02));
   write_text(folder / "area.geojson", "{ nothing }");
   CHECK_THROWS_WITH(mask_of(area, grid), Catch::Contains("area.geojson"));
+}
+
+TEST_CASE("An area on another map than its survey's is refused") {
+  const TemporaryFolder folder;
+  Tiff survey;
+  survey.columns = survey.rows = 20;
+  survey.heights.assign(400, -10.0f);
+  write_text(folder / "bed.tif", survey.bytes());  // zone 19
+  const Heightfield grid = read_survey(folder / "bed.tif", 0.0);
+  Area image, outline;
+  image.image.path = folder / "map.tif";
+  image.image_value = -10;
+  outline.outline.path = folder / "area.geojson";
+  const auto write_outline = [&](const std::string& reference) {
+    write_text(folder / "area.geojson",
+               R"({"type":"FeatureCollection",)" + reference +
+                   R"("features":[{"type":"Feature","properties":{},"geometry":{"type":"Polygon",
+"coordinates":[[[500000,3999980],[500010,3999980],[500010,4000000],[500000,4000000],
+[500000,3999980]]]}}]})");
+  };
+  const auto crs = [](const std::string& code) {
+    return R"("crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::)" + code + "\"}},";
+  };
+  for (const std::uint16_t same : {32619, 26919}) {  // also on NAD83
+    survey.epsg = same;
+    write_text(folder / "map.tif", survey.bytes());
+    CHECK(share(mask_of(image, grid)) == 1.0);
+    write_outline(crs(std::to_string(same)));
+    CHECK(share(mask_of(outline, grid)) == 0.5);
+  }
+  write_outline("");
+  CHECK(share(mask_of(outline, grid)) == 0.5);
+  survey.epsg = 32618;
+  write_text(folder / "map.tif", survey.bytes());
+  CHECK_THROWS_WITH(mask_of(image, grid),
+                    Catch::Contains("map.tif: has another coordinate reference system") &&
+                        Catch::Contains("gdalwarp -t_srs"));
+  write_outline(crs("32618"));
+  CHECK_THROWS_WITH(mask_of(outline, grid),
+                    Catch::Contains("area.geojson: has another coordinate reference system") &&
+                        Catch::Contains("ogr2ogr -t_srs"));
 }
 
 TEST_CASE("An image lies over the whole seabed, north up, and one that does not fit is refused") {

@@ -123,4 +123,12 @@ TEST_CASE(
   CHECK(bed.mesh.faces.size() == 2);
   CHECK(bed.mesh.positions.front().z() == -4.0f);
   CHECK(bed.mesh.world_origin == Eigen::Vector3d(1003.0, 2002.0, 375.0));
+  // One wrong height is no sea.
+  std::string positive = "ncols 50\nnrows 40\nxllcorner 0\nyllcorner 0\ncellsize 1\n-0.1";
+  for (int i = 1; i < 2000; ++i) positive += " 12.5";
+  write_text(folder / "depths.asc", positive + '\n');
+  options.survey.path = folder / "depths.asc";
+  options.water_level_m = 0.0;
+  CHECK(message_of(options).find("the whole survey lies above the sea surface, but for 0.05 % of "
+                                 "its points") != std::string::npos);
 }

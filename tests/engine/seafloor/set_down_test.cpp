@@ -194,6 +194,19 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a mesh bed higher or deeper than any on Earth is refused: it is not in metres") {
+  const TemporaryFolder folder;
+  refine::TriangleMesh millimetres;
+  millimetres.positions = {{-9000, -9000, -18000}, {9000, -9000, -18500}, {0, 9000, -18000}};
+  millimetres.faces = {{0, 1, 2}};
+  refine::write_ply(folder / "bed.ply", millimetres);
+  SeafloorOptions options;
+  options.kind = SeafloorKind::mesh;
+  options.mesh.path = folder / "bed.ply";
+  CHECK_THROWS_WITH(make_seafloor(options, 1),
+                    Catch::Contains("bed.ply: has a height of -18000 m; is it in millimetres"));
+}
+
 TEST_CASE("discs of any size keep their distance, as a check of each pair shows") {
   Layout layout;
   std::vector<Disc> taken;
