@@ -13,6 +13,7 @@
 
 #include <ensonify/engine/live/change.h>
 #include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/live/live_scene.h>
 #include <ensonify/engine/live/mailbox.h>
 #include <ensonify/engine/live/ping_loop.h>
 #include <ensonify/engine/scene/reader.h>
@@ -334,4 +335,12 @@ TEST_CASE("Only addresses that no other machine can reach are loopback") {
        {"0.0.0.0", "::", "192.168.0.1", "127.0.0.1.example.com", "128.0.0.1", "127..0.1", "127.0.0",
         "127.0.0.1234", "", "localhost.example.com"})
     CHECK_FALSE(is_loopback(other));
+}
+
+TEST_CASE("a watched bed is static, and one in tiles has the surface that tiles take") {
+  Scene scene;
+  CHECK(as_watched(scene).run.surface == "static");
+  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 1300.0;
+  scene.seafloor.cell_m = 0.1;
+  CHECK(as_watched(scene).run.surface == "auto");
 }
