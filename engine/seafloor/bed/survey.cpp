@@ -690,9 +690,8 @@ class SurveyReader {
   std::optional<Soundings> soundings_;
   bool needs_cell_ = false;
   std::mutex mutex_;  // of read_window()
-  bool prepared_ = false;
+  bool prepared_ = false, declares_nodata_ = false, masked_ = false;
   int has_nodata_ = 0;
-  bool declares_nodata_ = false, masked_ = false;
   double nodata_ = 0.0, scale_ = 1.0, offset_ = 0.0;
   double bytes_ = 0.0;
   std::unique_ptr<GDALDataset> dataset_;
