@@ -46,6 +46,29 @@ double nearest_bed_m(const Pose& pose, const Sonar& sonar, double height_m, doub
   return nearest_m < step * height_m ? nearest_m : height_m;
 }
 
+/// How far above the horizontal the bed reaches abeam of a sonar within its range, by side; 0 if
+/// not. No bed is higher than highest_m. Looks at a place in each quarter octave of distance.
+std::array<double, 2> rise_rad(const Pose& pose, const Sonar& sonar, double highest_m,
+                               const std::function<double(double x_m, double y_m)>& bed_height_m) {
+  constexpr int quarter_octaves = 24;
+  const double per_step = std::exp2(-0.25);
+  std::array<double, 2> rise{};
+  if (highest_m <= pose.position.z()) return rise;
+  const Eigen::Vector2d starboard = body_to_world(pose).col(1).head<2>().normalized();
+  for (const Side side : sides_of(sonar)) {
+    double away_m = sonar.range_m;
+    for (int i = 0; i < quarter_octaves; ++i, away_m *= per_step) {
+      const Eigen::Vector2d place =
+          pose.position.head<2>() + (side == Side::starboard ? away_m : -away_m) * starboard;
+      const double above_m = bed_height_m(place.x(), place.y()) - pose.position.z();
+      if (above_m > 0.0)  // never outside the seafloor
+        rise[static_cast<std::size_t>(side)] =
+            std::max(rise[static_cast<std::size_t>(side)], std::atan2(above_m, away_m));
+    }
+  }
+  return rise;
+}
+
 }  // namespace
 
 Simulator::Simulator(const Scene& scene, const Preparation& how)
@@ -80,10 +103,11 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
           sonar.mounting == Mounting{} ? "" : "; mind where the sonar is mounted on the vehicle"));
     beam.height_m =
         sonar_pose.position.z() - (std::isnan(bed_m) ? ready_->seafloor.mean_bed_m : bed_m);
-    const double nearest_m =
-        nearest_bed_m(sonar_pose, sonar, beam.height_m, double(ready_->bounds.highest.z()),
-                      [this](double x_m, double y_m) { return bed_height_m(x_m, y_m); });
-    for (const RayFan& fan : beam.tracer.aim(sonar_pose, beam.height_m, nearest_m))
+    const double highest_m = double(ready_->bounds.highest.z());
+    const auto bed = [this](double x_m, double y_m) { return bed_height_m(x_m, y_m); };
+    const double nearest_m = nearest_bed_m(sonar_pose, sonar, beam.height_m, highest_m, bed);
+    for (const RayFan& fan : beam.tracer.aim(sonar_pose, beam.height_m, nearest_m,
+                                             rise_rad(sonar_pose, sonar, highest_m, bed)))
       worker_->fans.push_back(fan);
   }
   return worker_->fans;

@@ -15,6 +15,8 @@ constexpr double share_to_range = 0.65;  // of the elevations: even in range ove
 // Even in range from there up to `rising` times as far, for a bed that rises.
 constexpr double share_rising = 0.15;
 constexpr double rising = 4.0;
+// Where the bed comes up above the sonar: even in range over a flat bed, and over a slope.
+constexpr double share_to_range_below_slope = 0.35, share_slope = 0.45;
 // Planes outside the main lobe at mid-sector are needed only at the sector's ends, where a plane's
 // rays are closer to broadside: their spacing may grow. At 1.5 the sum over planes is within
 // 0.01 dB of the beam's integral up to 50 degrees from mid-sector.
@@ -113,13 +115,28 @@ FanGrid::FanGrid(const FanLayout& layout)
   const auto even = [](double r, double from, double to) {
     return to > from ? std::clamp((r - from) / (to - from), 0.0, 1.0) : 0.0;
   };
-  const double range_share = farthest > nearest ? share_to_range : 0.0;
-  const double rising_share = beyond > farthest ? share_rising : 0.0;
+  // The slope that is seen so high at the end of the range.
+  const bool rises = layout.rise_rad > 0.0;
+  const double slope_rad =
+      layout.rise_rad + std::asin(1.0 / std::max(layout.range_over_height, 1.0));
+  const auto over_slope = [&](double depression_rad) {
+    return flat_range_over_height(std::max(depression_rad + tilt + slope_rad, 0.0));
+  };
+  const double slope_begins = over_slope(layout.sector_high_rad);
+  const double slope_ends = std::min(layout.range_over_height, over_slope(layout.sector_low_rad));
+  const double range_share =
+      farthest > nearest ? (rises ? share_to_range_below_slope : share_to_range) : 0.0;
+  const double rising_share = beyond > farthest && !rises ? share_rising : 0.0;
+  const double slope_share = rises && slope_ends > slope_begins ? share_slope : 0.0;
   const auto distribution = [&](double elevation) {
     const double r = flat_range_over_height(middle_depression_rad - elevation + tilt);
     const double by_angle = (elevation + half_sector) / (2.0 * half_sector);
-    return range_share * even(r, nearest, farthest) + rising_share * even(r, farthest, beyond) +
-           (1.0 - range_share - rising_share) * by_angle;
+    const double straight = range_share * even(r, nearest, farthest) +
+                            rising_share * even(r, farthest, beyond) +
+                            (1.0 - range_share - rising_share - slope_share) * by_angle;
+    if (!rises) return straight;
+    return straight + slope_share * even(over_slope(middle_depression_rad - elevation),
+                                         slope_begins, slope_ends);
   };
   elevation_rad.resize(static_cast<std::size_t>(layout.elevations));
   double below = -half_sector, step_rad = 2.0 * half_sector / layout.elevations;

@@ -24,6 +24,8 @@ struct FanLayout {
   double range_over_height = 10.0;  ///< where the part that is uniform in range ends
   /// How much roll lowers this side: added to the depressions when rays are laid out.
   double roll_tilt_rad = 0.0;
+  /// How far above the horizontal the bed reaches within range_over_height; 0 if not.
+  double rise_rad = 0.0;
 };
 
 /// The rays of a fan in its own frame, the same for every ping. Each plane contains the pole and is
@@ -37,8 +39,9 @@ struct FanLayout {
 ///
 /// Elevations are at equal steps of a mixture's distribution: 65 % even in slant range over a flat
 /// bed, so that every bin gets rays; 15 % even in range beyond that, in case the bed rises; 20 %
-/// even in angle, for walls, hulls and nadir. The first and the last ray are at the ends of the
-/// sector.
+/// even in angle, for walls, hulls and nadir. Where the bed comes up above the sonar, 45 % are even
+/// in range over a slope that reaches as high at the end of the range, and 35 % over a flat bed.
+/// The first and the last ray are at the ends of the sector.
 struct FanGrid {
   explicit FanGrid(const FanLayout& layout);
 

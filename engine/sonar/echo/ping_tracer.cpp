@@ -39,14 +39,17 @@ double PingTracer::nearest_m(const Eigen::Vector3d& from, double nearest_bed_m) 
   return nearest_m;
 }
 
-std::span<const RayFan> PingTracer::aim(const Pose& pose, double altitude_m, double nearest_bed_m) {
+std::span<const RayFan> PingTracer::aim(const Pose& pose, double altitude_m, double nearest_bed_m,
+                                        const std::array<double, 2>& rise_rad) {
   const double near_m = nearest_m(pose.position, std::min(altitude_m, nearest_bed_m));
+  layouts_.keep_few();
   for (const Side side : sides_) {
     const auto i = static_cast<std::size_t>(side);
     const ReceiverMotion& motion = receptions_[i] =
         receiver_motion(pose, side, range_m_, sound_speed_mps_);
     aims_[i] = &layouts_.at(altitude_m, near_m, roll_tilt_rad(pose, side),
-                            std::abs(motion.drift_along) + range_m_ * motion.array_turn.norm());
+                            std::abs(motion.drift_along) + range_m_ * motion.array_turn.norm(),
+                            rise_rad[i]);
     fans_[i] = place_fan(*aims_[i], pose, side, range_m_);
     fans_[i].bend = bend_;
     hits_.resize(fans_[i].grid->rays());

@@ -38,10 +38,12 @@ class PingTracer {
              const ObjectSurfaces& surfaces = {}, int beam = 0);
 
   /// Places the fans of its sides for the sonar's own pose, at the beam's offset along the array,
-  /// and its altitude over the bed; and for the range of the nearest bed, if that is less. Returns
-  /// them, port first; valid until the next call.
+  /// and its altitude over the bed; and for the range of the nearest bed, if that is less.
+  /// rise_rad: how far above the horizontal the bed reaches on either side, 0 if not. Returns them,
+  /// port first; valid until the next call.
   std::span<const RayFan> aim(const Pose& pose, double altitude_m,
-                              double nearest_bed_m = std::numeric_limits<double>::infinity());
+                              double nearest_bed_m = std::numeric_limits<double>::infinity(),
+                              const std::array<double, 2>& rise_rad = {});
 
   /// Whether its rays bend or have other travel times, so that runs are not enough for trace().
   bool needs_hits() const { return refracted_ || travel_time_; }

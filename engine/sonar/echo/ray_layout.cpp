@@ -106,7 +106,8 @@ void add_angles(const FanGrid& grid, const VerticalPattern& pattern, RayLayout& 
 }  // namespace
 
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
-                          double roll_tilt_rad, double drift_rad, double nearest_share) {
+                          double roll_tilt_rad, double drift_rad, double nearest_share,
+                          double rise_rad) {
   const LineArray transmit = sonar.transmit_array(wavelength_m);
   const LineArray receive = sonar.receive_array(wavelength_m);
   const double first_return_m = sonar.range_m / range_over_height;
@@ -134,6 +135,7 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
       .elevations = sonar.elevations,
       .range_over_height = range_over_height,
       .roll_tilt_rad = roll_tilt_rad,
+      .rise_rad = rise_rad,
   });
   const double longest_m = std::max(transmit.length_m, receive.length_m);
   const double lobe_rad = LineArray{longest_m, wavelength_m}.null_rad(1);
@@ -180,7 +182,7 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double ra
 }
 
 const RayLayout& RayLayouts::at(double altitude_m, double nearest_m, double roll_tilt_rad,
-                                double drift_rad) {
+                                double drift_rad, double rise_rad) {
   constexpr double steps_per_octave = 4.0;
   constexpr double roll_tilt_step_rad = 0.008726646259971648;  // half a degree
   constexpr double drift_step_rad = 1e-3;
@@ -193,16 +195,19 @@ const RayLayout& RayLayouts::at(double altitude_m, double nearest_m, double roll
   // A receiver that is as wide as the transmitter hears what that one sounds.
   const bool narrower = sonar_.beams > 1 || sonar_.receive_length_m() > sonar_.array_length_m;
   const int drift_step = narrower ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
-  const std::array key{step, nearest_step, roll_tilt_step, drift_step};
+  const double height_m = std::exp2(step / steps_per_octave);
+  const double rise_step_rad = 0.5 * height_m / sonar_.range_m;
+  const int rise_step = rise_rad > 0.0 ? static_cast<int>(std::ceil(rise_rad / rise_step_rad)) : 0;
+  const std::array key{step, nearest_step, roll_tilt_step, drift_step, rise_step};
   auto found = made_.find(key);
   if (found == made_.end()) {
-    const double height_m = std::exp2(step / steps_per_octave);
-    found =
-        made_
-            .emplace(key, make_ray_layout(sonar_, wavelength_m_, sonar_.range_m / height_m,
-                                          roll_tilt_step * roll_tilt_step_rad, drift_step * drift_step_rad,
-                                          std::exp2((nearest_step - step) / steps_per_octave)))
-            .first;
+    found = made_
+                .emplace(key, make_ray_layout(sonar_, wavelength_m_, sonar_.range_m / height_m,
+                                              roll_tilt_step * roll_tilt_step_rad,
+                                              drift_step * drift_step_rad,
+                                              std::exp2((nearest_step - step) / steps_per_octave),
+                                              rise_step * rise_step_rad))
+                .first;
   }
   return found->second;
 }

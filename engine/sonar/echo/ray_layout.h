@@ -44,14 +44,15 @@ struct RayLayout {
 };
 
 /// The layout for one ratio of the sonar's range to its altitude and for one tilt of the side
-/// (roll_tilt_rad()). It lays more rays where they meet the bed; what a ray means does not depend on it.
-/// drift_rad: how far a receiver that is narrower than the transmitter turns and moves, in angle,
-/// until its echo is back; there are as many more planes. nearest_share: the range of the nearest
-/// thing over the altitude. In the near field the beam at that range is wider than over the bed;
-/// there are planes more, outside those over the bed.
+/// (roll_tilt_rad()). It lays more rays where they meet the bed; what a ray means does not depend
+/// on it. drift_rad: how far a receiver that is narrower than the transmitter turns and moves, in
+/// angle, until its echo is back; there are as many more planes. nearest_share: the range of the
+/// nearest thing over the altitude. In the near field the beam at that range is wider than over the
+/// bed; there are planes more, outside those over the bed. rise_rad: how far above the horizontal
+/// the bed reaches, 0 if not.
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
                           double roll_tilt_rad = 0.0, double drift_rad = 0.0,
-                          double nearest_share = 1.0);
+                          double nearest_share = 1.0, double rise_rad = 0.0);
 
 /// How far below the horizontal the abeam axis of a side points at a pose: its tilt by roll.
 double roll_tilt_rad(const Pose& pose, Side side);
@@ -65,19 +66,28 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double ra
 
 /// The layouts of a sonar, made when they are first needed. Altitudes within a step of 19 % and
 /// tilts within half a degree share one, so that a steady ping makes none; and so do nearest ranges
-/// within such a step and drifts within a milliradian.
+/// within such a step, drifts within a milliradian, and heights above the horizontal within half
+/// the angle from there down to a flat bed at the end of the range.
 class RayLayouts {
  public:
   RayLayouts(const Sonar& sonar, double wavelength_m)
       : sonar_(sonar), wavelength_m_(wavelength_m) {}
-  /// nearest_m: the range of the nearest thing, at most the altitude.
-  const RayLayout& at(double altitude_m, double nearest_m, double roll_tilt_rad, double drift_rad);
+  /// Drops the layouts if there are many, as over a bed that rises.
+  void keep_few() {
+    if (made_.size() <= most) return;
+    made_.clear();
+  }
+  /// The layout stays until keep_few(). nearest_m: the range of the nearest thing, at most the
+  /// altitude. rise_rad: as in make_ray_layout().
+  const RayLayout& at(double altitude_m, double nearest_m, double roll_tilt_rad, double drift_rad,
+                      double rise_rad);
 
  private:
+  static constexpr std::size_t most = 256;
   Sonar sonar_;
   double wavelength_m_;
-  /// By steps of altitude, nearest range, tilt and drift.
-  std::map<std::array<int, 4>, RayLayout> made_;
+  /// By steps of altitude, nearest range, tilt, drift and rise.
+  std::map<std::array<int, 5>, RayLayout> made_;
 };
 
 }  // namespace ensonify::engine

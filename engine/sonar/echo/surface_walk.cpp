@@ -59,10 +59,10 @@ bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
   const Eigen::Vector3d in_plane = fan.plane_direction(plane_);
   const double down = -fan.direction(in_plane, before).z();
   const double next_down = -fan.direction(in_plane, after).z();
-  if (down <= 0.0) return false;
   const double level_m = a_m * (down / next_down - 1.0);  // the step over level ground
   const bool a_leads = leads_to(a, after, b_m, apart_m),
              b_leads = leads_to(b, before, a_m, apart_m);
+  if (!(down > 0.0)) return a_leads && b_leads;  // level ground is never there
   if (!(next_down > 0.0 && std::hypot(level_m, across_m) <= reach_m)) return a_leads || b_leads;
   // On a slope that falls away rays step farther. A crest that is seen edge-on has a long step as
   // well, but the bed behind it does not lead back to it.

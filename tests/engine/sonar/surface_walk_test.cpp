@@ -82,6 +82,14 @@ class Plane {
       pieces.breaks[pieces.break_count++] = static_cast<std::uint32_t>(i);
     }
   }
+  /// Puts a piece on ground below the sonar that rises by an angle; returns where a ray meets it.
+  double lay_slope(std::size_t piece, double rise_rad, std::size_t elevation) {
+    const Eigen::Vector3d normal(-std::sin(rise_rad), 0.0, std::cos(rise_rad));
+    pieces.level[piece] = fan_.plane_direction(number_).dot(normal);
+    pieces.pole[piece] = fan_.pole.dot(normal);
+    pieces.distance[piece] = -2.0;
+    return -2.0 / ray(elevation).dot(normal);
+  }
   /// Puts a piece on level ground 10 m below.
   void lay_level(std::size_t piece) {
     pieces.level[piece] = fan_.plane_direction(number_).z();
@@ -183,6 +191,27 @@ TEST_CASE("two facets with unknown bed between them meet if one lies in the plan
   CHECK(walked(true, false) == std::pair(false, std::size_t{1}));
   CHECK(walked(false, true) == std::pair(false, std::size_t{1}));
   CHECK(walked(false, false) == std::pair(true, std::size_t{2}));
+}
+
+TEST_CASE("above the horizontal two facets meet if each lies in the plane of the other") {
+  Plane plane(-0.3, 300);
+  std::uint32_t j = 0;
+  while (plane.ray(j).z() < 0.1) ++j;
+  const auto walked = [&](bool below_rises, bool above_rises) {
+    constexpr double rise_rad = 0.2;
+    plane.fill({{j, j + 1, 1.0, 1, 0.0, 0.1}, {j + 1, j + 2, 1.0, 2, 0.0, 0.1}});
+    const double a_m = plane.lay_slope(0, rise_rad, j), b_m = plane.lay_slope(1, rise_rad, j + 1);
+    REQUIRE(b_m - a_m > 2.0 * bin_m + 0.06);
+    plane.fill({{j, j + 1, a_m, 1, 0.0, 0.1}, {j + 1, j + 2, b_m, 2, 0.0, 0.1}});
+    if (below_rises) plane.lay_slope(0, rise_rad, j);
+    if (above_rises) plane.lay_slope(1, rise_rad, j + 1);
+    plane.walk();
+    return plane.pieces.starts_surface[1] == 0;
+  };
+  CHECK(walked(true, true));
+  CHECK_FALSE(walked(true, false));
+  CHECK_FALSE(walked(false, true));
+  CHECK_FALSE(walked(false, false));
 }
 
 TEST_CASE("a surface that ends in the water hides all behind it up to the fan's range") {

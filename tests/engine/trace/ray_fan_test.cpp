@@ -139,6 +139,24 @@ TEST_CASE("a tilted fan still covers its far range, like a level one") {
   }
 }
 
+TEST_CASE("where the bed comes up above the sonar, two fifths of the rays are even over a slope") {
+  FanLayout rises = layout;
+  rises.rise_rad = 0.15;
+  const double slope_rad = 0.15 + std::asin(1.0 / 8.0);
+  const auto widest_step = [&](const FanGrid& grid) {  // over the slope, in sonar's heights
+    double widest = 0.0, previous = 1.0;
+    for (const double elevation : grid.elevation_rad) {
+      const double range = 1.0 / std::sin(grid.middle_depression_rad - elevation + slope_rad);
+      if (range > 8.0 || range < 0.0) break;
+      if (elevation > grid.elevation_rad.front()) widest = std::max(widest, range - previous);
+      previous = range;
+    }
+    return widest;
+  };
+  CHECK(widest_step(FanGrid(rises)) <= 7.0 / (0.45 * 999));
+  CHECK(widest_step(FanGrid(layout)) > 0.1);
+}
+
 TEST_CASE("the ranges within the beam and those outside alternate and are all rays of a plane") {
   const FanGrid grid(layout);
   std::size_t ranges_within = 0, ranges_outside = 0;
