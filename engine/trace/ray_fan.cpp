@@ -1,6 +1,7 @@
 #include <ensonify/engine/trace/ray_fan.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
@@ -89,6 +90,37 @@ Known nearly_at(const Growing& function, double value, double guess, double othe
   return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
 }
 
+/// The distribution over the launch angle that is even in the range of bent rays between two ranges
+/// (over the sonar's height). Ranges that several rays have count as often.
+class BentDistribution {
+ public:
+  BentDistribution(std::span<const LaunchRange> bent, double from, double to) : bent_(bent) {
+    for (std::size_t i = 0; i < bent.size(); ++i) {
+      const double last = i == 0 ? 0.0 : sum_.back();
+      const double change = i == 0 ? 0.0
+                                   : std::clamp(bent[i].range_over_height, from, to) -
+                                         std::clamp(bent[i - 1].range_over_height, from, to);
+      sum_.push_back(std::isnan(change) ? last : last + std::abs(change));
+    }
+  }
+  /// Grows as the depression falls.
+  double at(double depression_rad) const {
+    if (bent_.empty()) return 0.0;
+    const auto next = std::ranges::lower_bound(bent_, depression_rad, std::greater(),
+                                               &LaunchRange::depression_rad);
+    if (next == bent_.begin()) return 0.0;
+    if (next == bent_.end()) return sum_.back();
+    const auto i = static_cast<std::size_t>(next - bent_.begin());
+    const double share = (bent_[i - 1].depression_rad - depression_rad) /
+                         (bent_[i - 1].depression_rad - bent_[i].depression_rad);
+    return std::lerp(sum_[i - 1], sum_[i], share);
+  }
+
+ private:
+  std::span<const LaunchRange> bent_;
+  std::vector<double> sum_;
+};
+
 }  // namespace
 
 FanGrid::FanGrid(const FanLayout& layout)
@@ -124,15 +156,33 @@ FanGrid::FanGrid(const FanLayout& layout)
   };
   const double slope_begins = over_slope(layout.sector_high_rad);
   const double slope_ends = std::min(layout.range_over_height, over_slope(layout.sector_low_rad));
-  const double range_share =
-      farthest > nearest ? (rises ? share_to_range_below_slope : share_to_range) : 0.0;
-  const double rising_share = beyond > farthest && !rises ? share_rising : 0.0;
+  // Bent rays.
+  const bool bends = !layout.bent.empty();
+  const BentDistribution bent_within(layout.bent, 0.0, layout.range_over_height);
+  const BentDistribution bent_beyond(layout.bent, layout.range_over_height,
+                                     rising * layout.range_over_height);
+  const auto even_bent = [&](const BentDistribution& bent) {
+    const double first = bent.at(layout.sector_high_rad + tilt),
+                 last = bent.at(layout.sector_low_rad + tilt);
+    return [&bent, &even, first, last](double depression_rad) {
+      return even(bent.at(depression_rad), first, last);
+    };
+  };
+  const auto even_within = even_bent(bent_within), even_beyond = even_bent(bent_beyond);
+  const bool within = bends ? even_within(layout.sector_low_rad + tilt) > 0.0 : farthest > nearest;
+  const bool reaches_beyond =
+      bends ? even_beyond(layout.sector_low_rad + tilt) > 0.0 : beyond > farthest;
+
+  const double range_share = within ? (rises ? share_to_range_below_slope : share_to_range) : 0.0;
+  const double rising_share = reaches_beyond && !rises ? share_rising : 0.0;
   const double slope_share = rises && slope_ends > slope_begins ? share_slope : 0.0;
   const auto distribution = [&](double elevation) {
-    const double r = flat_range_over_height(middle_depression_rad - elevation + tilt);
+    const double depression = middle_depression_rad - elevation + tilt;
+    const double r = flat_range_over_height(depression);
     const double by_angle = (elevation + half_sector) / (2.0 * half_sector);
-    const double straight = range_share * even(r, nearest, farthest) +
-                            rising_share * even(r, farthest, beyond) +
+    const double by_range = bends ? even_within(depression) : even(r, nearest, farthest);
+    const double by_farther = bends ? even_beyond(depression) : even(r, farthest, beyond);
+    const double straight = range_share * by_range + rising_share * by_farther +
                             (1.0 - range_share - rising_share - slope_share) * by_angle;
     if (!rises) return straight;
     return straight + slope_share * even(over_slope(middle_depression_rad - elevation),

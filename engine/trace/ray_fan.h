@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -9,6 +10,12 @@
 #include <ensonify/engine/trace/ray.h>
 
 namespace ensonify::engine {
+
+/// Where a bent ray meets a level bed: its slant range by travel time, over the sonar's height. Not
+/// a number if it does not, or if the rays next to it meet the bed at quite other ranges.
+struct LaunchRange {
+  double depression_rad, range_over_height;
+};
 
 /// What a fan's grid of rays is laid out from. Angles of the sector are depressions: 0 is level, 90
 /// degrees straight down; more looks past nadir to the other side.
@@ -26,6 +33,9 @@ struct FanLayout {
   double roll_tilt_rad = 0.0;
   /// How far above the horizontal the bed reaches within range_over_height; 0 if not.
   double rise_rad = 0.0;
+  /// Where rays bend: their ranges by launch angle, the steepest first (bent_ranges()). Empty for
+  /// straight rays.
+  std::span<const LaunchRange> bent = {};
 };
 
 /// The rays of a fan in its own frame, the same for every ping. Each plane contains the pole and is
@@ -41,6 +51,7 @@ struct FanLayout {
 /// bed, so that every bin gets rays; 15 % even in range beyond that, in case the bed rises; 20 %
 /// even in angle, for walls, hulls and nadir. Where the bed comes up above the sonar, 45 % are even
 /// in range over a slope that reaches as high at the end of the range, and 35 % over a flat bed.
+/// Where rays bend, ranges are those of the bent rays.
 /// The first and the last ray are at the ends of the sector.
 struct FanGrid {
   explicit FanGrid(const FanLayout& layout);

@@ -165,6 +165,64 @@ TEST_CASE("a level bed's refracted echo has the sonar equation's level with the 
   }
 }
 
+// Snell: in water whose speed falls with depth, rays that start upwards turn and come down beyond
+// those that start level. What they reach of the bed ends with the ray that grazes the surface.
+TEST_CASE("where rays bend down, the bed is seen and has its level as far as turning rays reach") {
+  const TemporaryFolder folder;
+  constexpr double depth_m = 6.0, bed_at_m = 12.0, surface_mps = 1520.0, per_s = -1.0;
+  Scene scene = level_scene();
+  scene.seafloor.depth_m = bed_at_m;
+  scene.seafloor.extent_east_m = 420.0;
+  scene.sea.absorption_db_per_km = 0.0;
+  scene.sea.profile = {"falls.csv", folder / "falls.csv"};
+  scene.sea.refraction = RefractionMode::full;
+  std::ofstream(folder / "falls.csv") << "depth_m,soundspeed_mps\n0," << surface_mps << "\n20,"
+                                      << surface_mps + 20.0 * per_s << '\n';
+  Sonar& sonar = scene.sonars.front();
+  sonar.range_m = 200.0;
+  const scatter::SoundSpeedProfile profile(
+      {{0.0, surface_mps}, {20.0, surface_mps + 20.0 * per_s}});
+  const double reference_mps = profile.mean_speed_mps(0.0, bed_at_m);
+  // Arcs of a circle with this radius about a place above the surface.
+  const double radius_m = surface_mps / -per_s;
+  const auto out_m = [&](double z_m) {  // from where the ray grazes the surface
+    return std::sqrt(std::pow(radius_m, 2) - std::pow(radius_m - z_m, 2));
+  };
+  const double last_m = out_m(depth_m) + out_m(bed_at_m);
+  const double level_m =
+      std::sqrt(2.0 * (bed_at_m - depth_m) * radius_m);  // nearly, of the level ray
+  REQUIRE(level_m < 0.7 * sonar.range_m);
+  REQUIRE(last_m > sonar.range_m + 10.0);
+
+  Simulator simulator(scene);
+  const EchoLine line = simulator.ping_numbered({.position = {0.0, 0.0, -depth_m}}, 0)[1];
+  CHECK(line.starved == 0);
+  for (auto i = static_cast<std::size_t>(7.0 / sonar.bin_m()); i < line.bins.region.size(); ++i) {
+    CAPTURE(line.bins.range_m[i]);
+    REQUIRE(line.bins.region[i] == static_cast<std::uint32_t>(Region::seabed));
+  }
+  const scatter::Lambert shells(-14.0);
+  for (const double range_m : {50.0, 100.0, 130.0, 145.0, 160.0, 175.0, 190.0}) {
+    scatter::SoundRay ray =
+        scatter::find_eigenray(profile,
+                               {.source_depth_m = depth_m, .range_m = range_m, .depth_m = bed_at_m})
+            .value();
+    const double along = ray.point().along;
+    const double snell_s_per_m = along / profile.speed_mps(depth_m);
+    while (ray.path_to_range_m(range_m) > ray.path_to_edge_m()) ray.advance(ray.path_to_edge_m());
+    ray.advance(ray.path_to_range_m(range_m));
+    const double width_m =  // as above
+        range_m * 2.0 / 3.0 * reference_mps / sonar.frequency_hz / sonar.array_length_m / along;
+    const double cell_m = 0.5 * sonar.pulse.effective_length_s() / snell_s_per_m;
+    const double expected_db =
+        sonar.source_level_db - 2.0 * ray.loss_db() +
+        scatter::to_db(shells.cross_section(std::asin(ray.point().down)) * width_m * cell_m);
+    const auto bin = static_cast<std::size_t>(reference_mps * ray.point().time_s / sonar.bin_m());
+    CAPTURE(range_m);
+    CHECK(scatter::to_db(double(line.bins.intensity_mean[bin])) == Approx(expected_db).margin(0.1));
+  }
+}
+
 TEST_CASE("with straight rays the echo's spreading is right in water of constant gradient") {
   // There a wave from a point spreads over c_1 c_2 sinh^2(g t) / g^2, the geometric mean of both
   // ways, with cosh(g t) = 1 + g^2 s^2 / (2 c_1 c_2). That is the straight line's s^2 up to the

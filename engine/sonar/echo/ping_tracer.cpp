@@ -24,11 +24,13 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
     travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);
   if (refraction.mode != RefractionMode::full) return;
   bend_ = bend_of(*refraction.profile, refraction.deepest_m, range_m_, medium.sound_speed_mps);
-  if (bend_.turn_rad > 0.0)  // else straight after all
-    refracted_.emplace(*refraction.profile, refraction.highest_m, refraction.deepest_m,
-                       medium.sound_speed_mps);
-  else
+  if (!(bend_.turn_rad > 0.0)) {  // straight after all
     bend_ = {};
+    return;
+  }
+  layouts_.bend(*refraction.profile, medium.sound_speed_mps);
+  refracted_.emplace(*refraction.profile, refraction.highest_m, refraction.deepest_m,
+                     medium.sound_speed_mps);
 }
 
 /// The range of the nearest thing: an object, or else the bed.
@@ -49,7 +51,7 @@ std::span<const RayFan> PingTracer::aim(const Pose& pose, double altitude_m, dou
         receiver_motion(pose, side, range_m_, sound_speed_mps_);
     aims_[i] = &layouts_.at(altitude_m, near_m, roll_tilt_rad(pose, side),
                             std::abs(motion.drift_along) + range_m_ * motion.array_turn.norm(),
-                            rise_rad[i]);
+                            rise_rad[i], -pose.position.z());
     fans_[i] = place_fan(*aims_[i], pose, side, range_m_);
     fans_[i].bend = bend_;
     hits_.resize(fans_[i].grid->rays());

@@ -7,6 +7,7 @@
 
 #include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/nearest_floats.h>
+#include <ensonify/engine/trace/refraction/bent_ranges.h>
 
 namespace ensonify::engine {
 
@@ -107,7 +108,7 @@ void add_angles(const FanGrid& grid, const VerticalPattern& pattern, RayLayout& 
 
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
                           double roll_tilt_rad, double drift_rad, double nearest_share,
-                          double rise_rad) {
+                          double rise_rad, std::span<const LaunchRange> bent) {
   const LineArray transmit = sonar.transmit_array(wavelength_m);
   const LineArray receive = sonar.receive_array(wavelength_m);
   const double first_return_m = sonar.range_m / range_over_height;
@@ -136,6 +137,7 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
       .range_over_height = range_over_height,
       .roll_tilt_rad = roll_tilt_rad,
       .rise_rad = rise_rad,
+      .bent = bent,
   });
   const double longest_m = std::max(transmit.length_m, receive.length_m);
   const double lobe_rad = LineArray{longest_m, wavelength_m}.null_rad(1);
@@ -182,7 +184,7 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double ra
 }
 
 const RayLayout& RayLayouts::at(double altitude_m, double nearest_m, double roll_tilt_rad,
-                                double drift_rad, double rise_rad) {
+                                double drift_rad, double rise_rad, double depth_m) {
   constexpr double steps_per_octave = 4.0;
   constexpr double roll_tilt_step_rad = 0.008726646259971648;  // half a degree
   constexpr double drift_step_rad = 1e-3;
@@ -198,15 +200,39 @@ const RayLayout& RayLayouts::at(double altitude_m, double nearest_m, double roll
   const double height_m = std::exp2(step / steps_per_octave);
   const double rise_step_rad = 0.5 * height_m / sonar_.range_m;
   const int rise_step = rise_rad > 0.0 ? static_cast<int>(std::ceil(rise_rad / rise_step_rad)) : 0;
-  const std::array key{step, nearest_step, roll_tilt_step, drift_step, rise_step};
+  // Rays that nearly turn meet the bed tens of metres farther for a change of some centimetres.
+  constexpr double bent_steps_per_octave = 16.0, bent_depth_share = 0.02;
+  const int bent_step =
+      profile_ ? static_cast<int>(
+                     std::lround(bent_steps_per_octave * std::log2(std::max(altitude_m, height_m))))
+               : 0;
+  const double bent_height_m = std::exp2(bent_step / bent_steps_per_octave);
+  const double depth_step_m = bent_depth_share * height_m;
+  const int depth_step =
+      profile_ ? static_cast<int>(std::lround(std::max(depth_m, 0.0) / depth_step_m)) : 0;
+  const std::array key{step,      nearest_step, roll_tilt_step, drift_step,
+                       rise_step, depth_step,   bent_step};
   auto found = made_.find(key);
   if (found == made_.end()) {
+    std::span<const LaunchRange> bent;
+    if (profile_) {
+      const auto [ranges, is_new] = bent_.try_emplace({step, bent_step, depth_step});
+      if (is_new) {
+        ranges->second = bent_ranges(*profile_, {.source_depth_m = depth_step * depth_step_m,
+                                                 .height_m = bent_height_m,
+                                                 .reference_mps = reference_mps_,
+                                                 .range_m = sonar_.range_m});
+        for (LaunchRange& launch : ranges->second)
+          launch.range_over_height *= bent_height_m / height_m;
+      }
+      bent = ranges->second;
+    }
     found = made_
                 .emplace(key, make_ray_layout(sonar_, wavelength_m_, sonar_.range_m / height_m,
                                               roll_tilt_step * roll_tilt_step_rad,
                                               drift_step * drift_step_rad,
                                               std::exp2((nearest_step - step) / steps_per_octave),
-                                              rise_step * rise_step_rad))
+                                              rise_step * rise_step_rad, bent))
                 .first;
   }
   return found->second;

@@ -11,6 +11,7 @@
 #include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
 
@@ -49,10 +50,11 @@ struct RayLayout {
 /// angle, until its echo is back; there are as many more planes. nearest_share: the range of the
 /// nearest thing over the altitude. In the near field the beam at that range is wider than over the
 /// bed; there are planes more, outside those over the bed. rise_rad: how far above the horizontal
-/// the bed reaches, 0 if not.
+/// the bed reaches, 0 if not. bent: as in FanLayout.
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
                           double roll_tilt_rad = 0.0, double drift_rad = 0.0,
-                          double nearest_share = 1.0, double rise_rad = 0.0);
+                          double nearest_share = 1.0, double rise_rad = 0.0,
+                          std::span<const LaunchRange> bent = {});
 
 /// How far below the horizontal the abeam axis of a side points at a pose: its tilt by roll.
 double roll_tilt_rad(const Pose& pose, Side side);
@@ -67,27 +69,39 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double ra
 /// The layouts of a sonar, made when they are first needed. Altitudes within a step of 19 % and
 /// tilts within half a degree share one, so that a steady ping makes none; and so do nearest ranges
 /// within such a step, drifts within a milliradian, and heights above the horizontal within half
-/// the angle from there down to a flat bed at the end of the range.
+/// the angle from there down to a flat bed at the end of the range. Where rays bend, altitudes
+/// within 4 % and depths within 2 % of the altitude share one.
 class RayLayouts {
  public:
   RayLayouts(const Sonar& sonar, double wavelength_m)
       : sonar_(sonar), wavelength_m_(wavelength_m) {}
-  /// Drops the layouts if there are many, as over a bed that rises.
+  /// Lays the rays for a sea in which they bend. The profile must outlive this.
+  void bend(const scatter::SoundSpeedProfile& profile, double reference_mps) {
+    profile_ = &profile;
+    reference_mps_ = reference_mps;
+  }
+  /// Drops the layouts if there are many, as over a bed that rises or where rays bend.
   void keep_few() {
     if (made_.size() <= most) return;
     made_.clear();
+    bent_.clear();
   }
   /// The layout stays until keep_few(). nearest_m: the range of the nearest thing, at most the
-  /// altitude. rise_rad: as in make_ray_layout().
+  /// altitude. rise_rad: as in make_ray_layout(). The sonar's depth matters where rays bend.
   const RayLayout& at(double altitude_m, double nearest_m, double roll_tilt_rad, double drift_rad,
-                      double rise_rad);
+                      double rise_rad, double depth_m);
 
  private:
   static constexpr std::size_t most = 256;
   Sonar sonar_;
   double wavelength_m_;
-  /// By steps of altitude, nearest range, tilt, drift and rise.
-  std::map<std::array<int, 5>, RayLayout> made_;
+  const scatter::SoundSpeedProfile* profile_ = nullptr;  // if rays bend
+  double reference_mps_ = 0.0;
+  /// By steps of altitude, finer steps of it, and depth.
+  std::map<std::array<int, 3>, std::vector<LaunchRange>> bent_;
+  /// By steps of altitude, nearest range, tilt, drift and rise; and for bent rays of depth and
+  /// finer steps of altitude.
+  std::map<std::array<int, 7>, RayLayout> made_;
 };
 
 }  // namespace ensonify::engine

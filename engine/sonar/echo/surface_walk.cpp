@@ -60,10 +60,12 @@ bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
   const double down = -fan.direction(in_plane, before).z();
   const double next_down = -fan.direction(in_plane, after).z();
   const double level_m = a_m * (down / next_down - 1.0);  // the step over level ground
-  const bool a_leads = leads_to(a, after, b_m, apart_m),
-             b_leads = leads_to(b, before, a_m, apart_m);
+  const bool bent = fan.bend.turn_rad > 0.0;
+  const bool a_leads = bent ? has_in_plane(a, b, apart_m) : leads_to(a, after, b_m, apart_m),
+             b_leads = bent ? has_in_plane(b, a, apart_m) : leads_to(b, before, a_m, apart_m);
   if (!(down > 0.0)) return a_leads && b_leads;  // level ground is never there
   if (!(next_down > 0.0 && std::hypot(level_m, across_m) <= reach_m)) return a_leads || b_leads;
+  if (bent) return a_leads && b_leads;  // of two rays that nearly turn one may go far beyond
   // On a slope that falls away rays step farther. A crest that is seen edge-on has a long step as
   // well, but the bed behind it does not lead back to it.
   const double longest_m =
@@ -79,6 +81,21 @@ bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
 bool SurfaceWalk::leads_to(std::size_t piece, std::size_t ray, double there_m,
                            double apart_m) const {
   return std::abs(on_plane_m(piece, ray) - there_m) <= std::max(0.5 * apart_m, 2.0 * bin_m_);
+}
+
+// The same for bent rays, whose steps say little of the bed: whether another piece lies in the
+// plane of a piece, no farther off than a straight ray's range allows.
+bool SurfaceWalk::has_in_plane(std::size_t piece, std::size_t other, double apart_m) const {
+  const refine::Triangles& triangles = view_->triangles;
+  const std::uint32_t index = pieces_->index[piece];
+  const Eigen::Vector3d corner = triangles.corner(index, 0);
+  const Eigen::Vector3d normal =
+      (triangles.corner(index, 1) - corner).cross(triangles.corner(index, 2) - corner).normalized();
+  const auto place = [&](std::size_t i) {
+    return Eigen::Map<const Eigen::Vector3d>(&pieces_->middles[4 * i]);
+  };
+  const double off_m = std::abs(normal.dot(place(other) - place(piece)));
+  return off_m <= std::max(0.5 * apart_m, 2.0 * bin_m_) * std::sin(pieces_->middles[4 * piece + 3]);
 }
 
 // The surface does not continue in the next piece.

@@ -56,6 +56,7 @@ class SurfaceWalk {
   bool continues(std::size_t a, std::size_t b) const;
   bool meet(std::size_t a, std::size_t b) const;
   bool leads_to(std::size_t piece, std::size_t ray, double there_m, double apart_m) const;
+  bool has_in_plane(std::size_t piece, std::size_t other, double apart_m) const;
   void end_surface(std::size_t last, std::size_t next);
   void begin_surface(std::size_t piece);
   void end_in_water(std::size_t piece);

@@ -1,0 +1,95 @@
+#include <ensonify/engine/trace/refraction/bent_ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include <ensonify/scatter/sound_ray.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double quiet_nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double highest_rad = std::numbers::pi / 3.0;  // above the horizontal
+constexpr double node_rad = std::numbers::pi / 1800.0;  // as find_eigenray() shoots
+constexpr double closest_rad = 2e-6;                    // of two launch angles
+constexpr double needed_times = 4.0;                    // FanGrid lays rays up to there
+
+/// Not a number if the ray meets the surface first; infinite if it is longer than needed.
+double range_over_height(const scatter::SoundSpeedProfile& profile, const BentWay& way,
+                         double depression_rad) {
+  const double bed_m = way.source_depth_m + way.height_m;
+  scatter::SoundRay ray(profile, way.source_depth_m, std::abs(std::cos(depression_rad)),
+                        std::sin(depression_rad), 0.0, bed_m);
+  const double longest_s = needed_times * way.range_m / way.reference_mps;
+  while (ray.reflections() == 0) {
+    const double edge_m = ray.path_to_edge_m();
+    if (!std::isfinite(edge_m) || ray.point().time_s > longest_s)
+      return std::numeric_limits<double>::infinity();
+    ray.advance(edge_m);
+  }
+  if (ray.point().depth_m < 0.5 * bed_m) return quiet_nan;
+  return way.reference_mps * ray.point().time_s / way.height_m;
+}
+
+/// Launch angles to begin with, the steepest first: between them a ray's range changes steadily,
+/// but for the angles at which it grazes the edge of a layer; these are here.
+std::vector<double> first_depressions_rad(const scatter::SoundSpeedProfile& profile,
+                                          const BentWay& way) {
+  std::vector<double> depressions{0.5 * std::numbers::pi};
+  for (double d = 0.5 * std::numbers::pi - node_rad; d > -highest_rad; d -= node_rad)
+    depressions.push_back(d);
+  const double source_mps = profile.speed_mps(way.source_depth_m);
+  for (const scatter::SoundSpeedLayer& layer : profile.layers()) {
+    if (layer.bottom_mps <= source_mps) continue;
+    const double grazes_rad = std::acos(source_mps / layer.bottom_mps);
+    for (const double sign : {-1.0, 1.0})
+      for (const double beside_rad : {-closest_rad, closest_rad})
+        depressions.push_back(sign * grazes_rad + beside_rad);
+  }
+  std::ranges::sort(depressions, std::greater());
+  return depressions;
+}
+
+}  // namespace
+
+std::vector<LaunchRange> bent_ranges(const scatter::SoundSpeedProfile& profile,
+                                     const BentWay& way) {
+  const double needed = way.range_m / way.height_m;
+  // What has to be even: ranges, and more coarsely those beyond what is needed.
+  const auto steps = [&](double range) {
+    const double share = range / needed;
+    return 400.0 * std::min(share, 1.0) + 50.0 * std::clamp(share - 1.0, 0.0, needed_times - 1.0);
+  };
+  const auto at = [&](double depression_rad) {
+    return LaunchRange{depression_rad, range_over_height(profile, way, depression_rad)};
+  };
+  std::vector<LaunchRange> made, ahead;  // those to come, the next one last
+  const std::vector<double> first = first_depressions_rad(profile, way);
+  for (auto depression = first.rbegin(); depression != first.rend(); ++depression)
+    ahead.push_back(at(*depression));
+  made.push_back(ahead.back());
+  ahead.pop_back();
+  while (!ahead.empty()) {
+    const LaunchRange from = made.back(), to = ahead.back();
+    const double apart_rad = from.depression_rad - to.depression_rad;
+    const bool no_bed = std::isnan(from.range_over_height),
+               then_none = std::isnan(to.range_over_height);
+    const double apart =
+        no_bed || then_none ? 0.0
+                            : std::abs(steps(to.range_over_height) - steps(from.range_over_height));
+    if ((no_bed != then_none || apart > 1.0) && apart_rad > closest_rad) {
+      ahead.push_back(at(0.5 * (from.depression_rad + to.depression_rad)));
+      continue;
+    }
+    if (apart > 2.0)  // ranges in between are no ray's
+      made.push_back({0.5 * (from.depression_rad + to.depression_rad), quiet_nan});
+    made.push_back(to);
+    ahead.pop_back();
+  }
+  return made;
+}
+
+}  // namespace ensonify::engine
