@@ -499,6 +499,33 @@ TEST_CASE("a small object's energy does not depend on where the planes lie, and 
     }
 }
 
+// There the rays are even in angle, and farther apart than the planes.
+TEST_CASE(
+    "a small object level with the sonar has its energy however many planes and rays there are") {
+  ShapeSize size;
+  size.diameter_m = 0.2;
+  const refine::TriangleMesh mesh = body("sphere", size);
+  const scatter::Solid solid = scatter::solid_named("stone");
+  for (const double range_m : {30.0, 60.0})
+    for (const double lift_rad : {0.0, 0.0011, 0.0021, 0.0035}) {
+      const auto level_db = [&](int planes, int elevations, bool narrow) {
+        Sonar sonar = plain_sonar();
+        sonar.planes = planes;
+        sonar.elevations = elevations;
+        if (narrow) sonar.sector_low_rad = -0.08, sonar.sector_high_rad = 0.08;
+        sonar.sector_low_rad += lift_rad;  // moves the rays, not the ball
+        return target_strength_db(echo_of({mesh, solid}, sonar, range_m), sonar);
+      };
+      const double expected_db = level_db(64, 8192, true);
+      CAPTURE(range_m, lift_rad);
+      for (const int planes : {8, 16, 32, 48})
+        for (const int elevations : {512, 1024, 2048}) {
+          CAPTURE(planes, elevations);
+          CHECK(level_db(planes, elevations, false) == Approx(expected_db).margin(0.3));
+        }
+    }
+}
+
 // Many planes meet them, of a fan of 1024; a usual one's pass beside them.
 TEST_CASE(
     "an object that is long across the track and thin along it has its energy in every ping") {

@@ -21,7 +21,7 @@ using std::numbers::inv_sqrtpi, std::numbers::pi;
 
 constexpr double inv_sqrt2 = 1.0 / std::numbers::sqrt2;
 
-constexpr double few_planes = 6.0;     // that a small object is long, at most
+constexpr double few_planes = 6.0;     // or elevations: that a small object is long, at most
 constexpr double most_cells = 256.0;   // of a patch, in each direction
 constexpr double lobe_reach = 3.0;     // half widths of a lobe that count
 constexpr double side_lobes = 10.0;    // of a flat patch that count
@@ -309,16 +309,34 @@ bool ObjectEchoes::may_be_in_beam(const Vector3d& middle, double radius_m) const
          std::abs(away.dot(fan.array_axis)) <= strays_m + fan.grid->sin_truncation * distance_m;
 }
 
-/// Whether an object lies within half a length of its middle along the array.
-bool ObjectEchoes::is_short(const PatchedObject& object, double length_m) const {
+/// Whether an object lies within half a length of its middle along an axis.
+bool ObjectEchoes::is_short(const PatchedObject& object, const Vector3d& axis, double length_m) {
   if (2.0 * object.radius_m < length_m) return true;
-  const Vector3d& axis = view_->fan->array_axis;
   return std::ranges::all_of(object.patches, [&](const FlatPart& patch) {
     return std::abs((patch.middle - object.middle).dot(axis)) +
                0.5 * (double(patch.length_m) * std::abs(patch.along.cast<double>().dot(axis)) +
                       double(patch.width_m) * std::abs(patch.across.cast<double>().dot(axis))) <
            0.5 * length_m;
   });
+}
+
+/// The widest step between the fan's elevations where the object is.
+double ObjectEchoes::widest_step_rad(const PatchedObject& object) const {
+  const RayFan& fan = *view_->fan;
+  const Vector3d away = object.middle - fan.origin;
+  const double distance_m = away.norm();
+  if (!(distance_m > object.radius_m)) return 0.0;
+  const double middle_rad = std::asin(std::clamp(away.dot(fan.pole) / distance_m, -1.0, 1.0));
+  const double half_rad = std::asin(object.radius_m / distance_m);
+  const std::vector<double>& elevations = fan.grid->elevation_rad;
+  const auto first = std::ranges::upper_bound(elevations, middle_rad - half_rad);
+  const auto last = std::ranges::lower_bound(elevations, middle_rad + half_rad);
+  double widest_rad = 0.0;
+  for (auto above = std::max(first, elevations.begin() + 1); above < elevations.end(); ++above) {
+    widest_rad = std::max(widest_rad, *above - *(above - 1));
+    if (above >= last) break;
+  }
+  return widest_rad;
 }
 
 void ObjectEchoes::look_at(const PatchedObject& object) {
@@ -328,7 +346,13 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
   const std::vector<FanGrid::Plane>& planes = fan.grid->planes;
   const double apart_m = planes[planes.size() / 2].width_rad * distance_m;  // where it is least
   const double small_m = few_planes * apart_m;
-  const bool small = is_short(object, small_m);
+  bool small = is_short(object, fan.array_axis, small_m);
+  if (!small) {
+    // Near the horizontal the elevations may be farther apart than the planes.
+    const double step_m = widest_step_rad(object) * distance_m;
+    const Vector3d upwards = fan.array_axis.cross(object.middle - fan.origin).normalized();
+    small = step_m > apart_m && is_short(object, upwards, few_planes * step_m);
+  }
   const Label& label = (*labels_)[object.label];
   const double specular = label.sediment < surfaces_.smooth_specular.size()
                               ? surfaces_.smooth_specular[label.sediment]

@@ -138,7 +138,8 @@ class ObjectEchoes {
     int label = -1;
   };
   std::array<FirstHit, 2> first_hits(std::size_t plane, std::size_t ray) const;
-  bool is_short(const PatchedObject& object, double length_m) const;
+  static bool is_short(const PatchedObject& object, const Eigen::Vector3d& axis, double length_m);
+  double widest_step_rad(const PatchedObject& object) const;
   void look_at(const PatchedObject& object);
   void add_glint(const FlatPart& patch, const Eigen::Vector3d& away,
                  const Eigen::Vector3d& apparent, double specular, const PatchedObject& object);
