@@ -57,7 +57,9 @@ ChainOptions chain_options(const Scene& scene, const UsualPing& usual, std::size
           .speckle = scene.speckle,
           .sound_speed_mps = its.medium.sound_speed_mps,
           .absorption_db_per_m = its.medium.absorption_db_per_m,
-          .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
+          .heading_rad = scene.track.kind == TrackKind::file
+                             ? 0.0
+                             : scene.track.heading_rad + scene.motion.crab_rad,
           .nominal_altitude_m = nominal_altitude_m(usual, its.sonar),
           .nominal_speed_mps = usual.speed_mps,
           .ping_interval_s = usual.interval_s,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -66,9 +67,10 @@ struct Receiver {
   SignalChain::Memory memory;
 };
 
-/// The intensities of a ping over a level bed, of an array with this heading.
+/// The intensities of a ping over a level bed, to starboard of a heading; the array has that
+/// heading or another.
 std::vector<double> headed_intensity(Receiver& receiver, const Eigen::Vector3d& array,
-                                     double heading_rad) {
+                                     double heading_rad, std::optional<double> array_rad = {}) {
   EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
   const Eigen::Vector2d abeam(std::cos(heading_rad), -std::sin(heading_rad));
   for (std::size_t i = 0; i < line.bins.x_m.size(); ++i)
@@ -77,9 +79,10 @@ std::vector<double> headed_intensity(Receiver& receiver, const Eigen::Vector3d& 
       line.bins.x_m[i] = static_cast<float>(array.x() + over_m * abeam.x());
       line.bins.y_m[i] = static_cast<float>(array.y() + over_m * abeam.y());
     }
-  receiver.chain.receive({.array = {array, {std::sin(heading_rad), std::cos(heading_rad), 0}},
-                          .altitude_m = altitude_m},
-                         std::span(&line, 1), receiver.memory);
+  const double axis_rad = array_rad.value_or(heading_rad);
+  receiver.chain.receive(
+      {.array = {array, {std::sin(axis_rad), std::cos(axis_rad), 0}}, .altitude_m = altitude_m},
+      std::span(&line, 1), receiver.memory);
   return {line.bins.intensity.begin(), line.bins.intensity.end()};
 }
 
@@ -346,6 +349,31 @@ TEST_CASE(
   const std::vector<double> turned(line.bins.intensity.begin() + line.first_return,
                                    line.bins.intensity.end());
   CHECK(std::abs(correlation(first, turned)) < 0.1);
+}
+
+TEST_CASE("runs on the same and on the opposite heading see the same scatterers") {
+  const Eigen::Vector3d array{0.0, 3.0, -10.0};
+  for (const double heading_deg : {0.0, 7.5, 20.0, 52.5, 90.0, -135.0}) {
+    const double heading = heading_deg * pi / 180.0;
+    Receiver out(quiet_sonar(), {.heading_rad = heading}),
+        near(quiet_sonar(), {.heading_rad = heading + 0.003}),
+        back(quiet_sonar(), {.heading_rad = heading + pi});
+    const std::vector<double> first = headed_intensity(out, array, heading);
+    CAPTURE(heading_deg);
+    CHECK(correlation(first, headed_intensity(near, array, heading)) > 0.99);
+    CHECK(correlation(first, headed_intensity(back, array, heading, heading + pi)) > 0.99);
+  }
+}
+
+TEST_CASE("a small yaw about the usual heading does not change the scatterers") {
+  for (const double heading_deg : {0.0, 7.5, 11.25, 22.5, 97.5}) {
+    const double heading = heading_deg * pi / 180.0;
+    Receiver receiver(quiet_sonar(), {.heading_rad = heading});
+    const Eigen::Vector3d array{0.0, 3.0, -10.0};
+    CAPTURE(heading_deg);
+    CHECK(correlation(headed_intensity(receiver, array, heading - 0.0004),
+                      headed_intensity(receiver, array, heading + 0.0004)) > 0.5);
+  }
 }
 
 TEST_CASE("a second pass at another altitude loses coherence as the grazing angle changes") {

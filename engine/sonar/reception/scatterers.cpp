@@ -17,7 +17,8 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr int frames = 12;  // directions of cells over half a turn
+constexpr int frames = 12;            // directions of cells over half a turn
+constexpr int headings = 2 * frames;  // of which every second one is used
 constexpr double rows_per_octave = 12.0;
 constexpr double beam_reach = 0.8;  // to either side, in nulls: contains 99.8 % of sinc^4
 constexpr double max_cells = 16.0;  // across the beam; at least half as many
@@ -46,6 +47,12 @@ double ground_per_bin_m(const Sonar& sonar, double sound_speed_mps) {
   return fourth_powers * std::max(sonar.pulse.cell_m(sound_speed_mps), bin_m);
 }
 
+/// The number of the direction of cells nearest to a heading, or to the opposite one.
+long number_of_heading(double heading_rad) {
+  const long turned = std::lround(heading_rad * headings / pi);
+  return (turned % headings + headings) % headings;
+}
+
 }  // namespace
 
 Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
@@ -53,7 +60,7 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
                        std::vector<scatter::GroundTexture> by_material)
     : cell_m_(bin_share * sonar.bin_m()),
       ground_(std::move(by_material), ground_per_bin_m(sonar, sound_speed_mps), seed),
-      reference_rad_(reference_heading_rad) {
+      odd_(number_of_heading(reference_heading_rad) % 2 != 0) {
   const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
   const LineArray arrays[] = {sonar.transmit_array(wavelength_m),
                               sonar.receive_array(wavelength_m)};
@@ -96,12 +103,12 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
     for (const double r : random) made.push_back(static_cast<std::uint32_t>(r * 0x1p32 - 1.0));
     return made;
   };
-  const std::vector<std::uint32_t> of_frame = keys(0, frames), of_level = keys(1, levels);
+  const std::vector<std::uint32_t> of_heading = keys(0, headings), of_level = keys(1, levels);
   for (std::size_t frame = 0; frame < frames; ++frame) {
-    const double heading = reference_rad_ + static_cast<double>(frame) * pi / frames;
+    const double heading = (2.0 * static_cast<double>(frame) + (odd_ ? 1.0 : 0.0)) * pi / headings;
     frames_.push_back({.along = {std::sin(heading), std::cos(heading)},
                        .across = {std::cos(heading), -std::sin(heading)},
-                       .key = of_frame[frame]});
+                       .key = of_heading[odd_ ? frames + frame : frame]});
   }
   for (std::size_t bin = 0; bin < whole_groups(row_of_bin_.size()); ++bin) {
     const Row& row = rows_[row_of_bin_[std::min(bin, row_of_bin_.size() - 1)]];
@@ -169,7 +176,7 @@ double Scatterers::pattern(std::size_t bin, double along_m) const {
 
 const Scatterers::Frame& Scatterers::frame_of(const ArrayFrame& array_frame) const {
   const double heading = std::atan2(array_frame.axis.x(), array_frame.axis.y());
-  const auto turned = std::lround((heading - reference_rad_) * frames / pi);
+  const auto turned = std::lround(heading * frames / pi - (odd_ ? 0.5 : 0.0));
   return frames_[static_cast<std::size_t>((turned % frames + frames) % frames)];
 }
 

@@ -32,18 +32,21 @@ struct ArrayFrame {
 /// with a change of the grazing angle. The sum is divided by the root of the sum of its squared
 /// weights, so each bin has the variance 1.
 ///
-/// Cells are aligned with one of 12 directions, 15 degrees apart, the one nearest to the array's;
-/// two passes whose headings differ by more than the beam are uncorrelated anyway. A line crosses
-/// the rows of cells where the array is not aligned with them, so that the same scatterers change
-/// their bins as the array moves across its axis. The phase that a change of height causes is taken
-/// to be the same for the whole line.
+/// Cells are aligned with one of 12 directions, 15 degrees apart, the one nearest to the array's or
+/// its opposite; two passes whose headings differ by more than the beam are uncorrelated anyway.
+/// The directions are fixed to the ground: 0, 15, 30 degrees and so on, or those halfway between.
+/// Of these two sets that is used which keeps the usual heading away from where the nearest
+/// direction changes. So runs on the same or the opposite heading see the same scatterers. A line
+/// crosses the rows of cells where the array is not aligned with them, so that the same scatterers
+/// change their bins as the array moves across its axis. The phase that a change of height causes
+/// is taken to be the same for the whole line.
 ///
 /// On a ground with patches (TexturedGround) a scatterer's strength is multiplied by that of its
 /// patch, of mean 1: a bin's variance, given its patches, is then their mean over the beam. So it
 /// is the mean over all ground that is 1.
 class Scatterers {
  public:
-  /// reference_heading_rad: one of the 12 directions.
+  /// reference_heading_rad: of most pings.
   Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
              double reference_heading_rad, std::vector<scatter::GroundTexture> by_material = {});
 
@@ -88,7 +91,7 @@ class Scatterers {
 
   double cell_m_, turns_per_cell_;
   TexturedGround ground_;
-  double reference_rad_;
+  bool odd_;  // which of the two sets of directions is used
   std::vector<std::uint16_t> row_of_bin_;
   std::vector<double> width_of_bin_m_;
   std::vector<Row> rows_;

@@ -22,7 +22,7 @@ struct ChainOptions {
   bool speckle = true;             ///< false: expected values, also of the noise
   double sound_speed_mps = 1500.0;
   double absorption_db_per_m = 0.0;
-  double heading_rad = 0.0;          ///< of most pings; one of the directions of Scatterers
+  double heading_rad = 0.0;          ///< of the array in most pings, for Scatterers
   double nominal_altitude_m = 10.0;  ///< for the automatic gain and the level bed
   double nominal_speed_mps = 0.0;    ///< of the vehicle, for the same
   double ping_interval_s = 0.0;      ///< 0: the two-way time of the range
