@@ -118,7 +118,7 @@ TEST_CASE("the shape of a cell is that of its patches times their number, whatev
   // lambda r / L. The beam is sampled by some 12 scatterers, which makes the shape a little
   // smaller.
   constexpr double patch_m = 0.01, shape = 0.003;
-  for (const double cell_bins : {1.0, 1.3, 1.6, 2.0, 2.5, 4.0, 16.0}) {
+  for (const double cell_bins : {0.25, 0.6, 1.0, 1.3, 1.6, 2.0, 2.5, 4.0, 16.0}) {
     Sonar sonar = quiet_sonar();
     sonar.focused = true;
     sonar.pulse.bandwidth_hz = 750.0 / (cell_bins * sonar.bin_m());

@@ -92,7 +92,7 @@ const Section<Material>& material_section() {
           {"texture_shape", "", {0, 1000},
            "Shape of the gamma distribution of a patch's cross-section, at 10 degrees grazing. A "
            "cell of n patches has n times that shape, and K distributed echoes: small is spiky; 0: "
-           "all patches are alike.",
+           "all patches are alike. The cell is the pulse's: a longer bin samples it.",
            at(&Material::texture_shape)},
           {"texture_exponent", "", {0, 8},
            "That shape grows with the sine of the grazing angle to this power.",

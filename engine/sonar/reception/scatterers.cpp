@@ -35,16 +35,23 @@ std::complex<double> one_way(const LineArray& array, double y_m, double range_m,
   return array.shading.field(x, array.nearness(range_m, defocus)) * std::polar(1.0, quadratic);
 }
 
-/// The length over range whose patches the scatterer of a bin stands for, so that a CW pulse sums
-/// as many as it covers. With the weights w^2 of its filter (speckle_filter), n bins in all count
-/// as 1 / sum of w^4, which is n only if n is whole.
+/// The length over range whose patches the scatterer of a bin stands for, so that a pulse sums as
+/// many as it covers. With the weights w^2 of its filter (speckle_filter), n bins in all count as 1
+/// / sum of w^4, which for a CW pulse is n only if n is whole. A bin that is longer than the cell
+/// is a sample of the echo, as of its speckle: it has the patches of one cell.
 double ground_per_bin_m(const Sonar& sonar, double sound_speed_mps) {
-  const double bin_m = sonar.bin_m();
-  if (sonar.pulse.kind != PulseKind::cw) return bin_m;
-  double fourth_powers = 0.0;
-  for (const float tap : speckle_filter(sonar.pulse, sound_speed_mps, bin_m).taps)
-    fourth_powers += std::pow(double(tap), 4);
-  return fourth_powers * std::max(sonar.pulse.cell_m(sound_speed_mps), bin_m);
+  const double bin_m = sonar.bin_m(), cell_m = sonar.pulse.cell_m(sound_speed_mps);
+  const bool sweep = sonar.pulse.kind == PulseKind::lfm;
+  if (sweep && bin_m <= cell_m) return bin_m;
+  const auto fourth_powers = [&](double at_bin_m) {
+    const SpeckleFilter filter = speckle_filter(sonar.pulse, sound_speed_mps, at_bin_m);
+    double sum = filter.even ? -std::pow(double(filter.taps[0]), 4) : 0.0;
+    for (const float tap : filter.taps) sum += (filter.even ? 2.0 : 1.0) * std::pow(double(tap), 4);
+    return sum;
+  };
+  if (!sweep) return fourth_powers(bin_m) * cell_m;
+  const double fine_m = cell_m / 16.0;  // there the filter has the shape of the pulse
+  return fourth_powers(bin_m) * fine_m / fourth_powers(fine_m);
 }
 
 /// The number of the direction of cells nearest to a heading, or to the opposite one.
