@@ -1,6 +1,6 @@
 import builtins
 from os import PathLike
-from typing import Any, Callable, Literal, Mapping, Sequence, overload
+from typing import Any, Callable, ClassVar, Literal, Mapping, Sequence, overload
 
 from numpy import float32, float64, uint32, uint64
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +24,7 @@ class RecordingError(Error, ValueError): ...
 class MemoryError(Error, builtins.MemoryError): ...
 
 class Pose:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
     t_s: float
     x_m: float
     y_m: float

@@ -33,6 +33,7 @@ using namespace ensonify::python;
 PYBIND11_MODULE(_ensonify, module) {
   py::options options;
   options.disable_function_signatures();  // the docstrings have Python's own
+  add_ending(module);
   add_exceptions(module);
   module.attr("layers") = layer_names();
   module.attr("__version__") = ensonify::engine::program_version();

@@ -29,6 +29,22 @@ std::vector<KeyValue> key_values(const py::handle& keys, std::string_view name);
 /// The scene that a path or a mapping gives, with keys changed.
 SessionScene scene_of(const py::object& given, const py::object& keys, const fs::path& data);
 
+/// Leaves the interpreter to other threads while it lives. At its end the interpreter first waits
+/// for these; a thread that asked for its lock after that would be ended inside of C++, and the
+/// program with it. Later ones keep the lock.
+class FreeInterpreter {
+ public:
+  FreeInterpreter();
+  ~FreeInterpreter();
+  FreeInterpreter(const FreeInterpreter&) = delete;
+  FreeInterpreter& operator=(const FreeInterpreter&) = delete;
+
+ private:
+  PyThreadState* state_ = nullptr;
+};
+/// Throws if a signal's handler does or the interpreter is ending. Needs its lock.
+void check_interpreter();
+
 /// The folder for analysed seafloors: this one, or the default.
 fs::path cache_of(const std::optional<fs::path>& cache);
 
@@ -42,6 +58,7 @@ struct Line {
 
 std::vector<std::string> layer_names();
 
+void add_ending(py::module_& module);
 void add_pose(py::module_& module);
 /// EchoLine, Image and images().
 void add_results(py::module_& module);

@@ -67,7 +67,7 @@ file does not state them.)");
   module.def(
       "read_recording",
       [](const fs::path& file) {
-        const py::gil_scoped_release free;
+        const FreeInterpreter unlocked;
         return read_recording(file);
       },
       py::arg("file"), R"(read_recording(file)

@@ -77,10 +77,10 @@ py::dict images(const py::object& given, const py::object& keys, const fs::path&
   const Scene scene = scene_of(given, keys, data).with();
   std::vector<std::unique_ptr<Image>> made;
   {
-    const py::gil_scoped_release unlocked;
+    const FreeInterpreter unlocked;
     const auto tell = [&](std::string_view stage, std::size_t done, std::size_t of) {
       const py::gil_scoped_acquire locked;
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      check_interpreter();
       if (!progress.is_none()) progress(std::string(stage), done, of);
     };
     Simulator simulator(scene, {.cache = cache_of(cache),

@@ -37,18 +37,18 @@ class Session {
       : source_(scene_of(scene, keys, data)) {
     const Scene read = source_.with();
     materials_ = read.materials;
-    const py::gil_scoped_release unlocked;
+    const FreeInterpreter unlocked;
     simulator_ = std::make_unique<Simulator>(
         read, Preparation{.cache = cache_of(cache), .threads = threads, .progress = [](auto) {
                             const py::gil_scoped_acquire locked;
-                            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+                            check_interpreter();
                           }});
   }
 
   /// Calls f(simulator) with no other thread inside, and the interpreter free.
   template <class F>
   auto alone(F&& f) {
-    const py::gil_scoped_release unlocked;
+    const FreeInterpreter unlocked;
     const std::lock_guard guard(mutex_);
     return f(*simulator_);
   }

@@ -42,7 +42,7 @@ std::vector<std::byte> bytes_of(const fs::path& file, std::uintmax_t most) {
   return bytes;
 }
 
-/// Some recorders do not move the date at midnight: times that fall by a day go on.
+/// Some recorders do not move the date at midnight: where times fall by a day, a day is added.
 void pass_midnight(std::vector<RecordedPing>& pings) {
   constexpr double day_s = 86400.0, most_step_s = 7200.0;
   double added_s = 0.0;

@@ -535,6 +535,21 @@ class Sessions(unittest.TestCase):
         for mine in heard:
             numpy.testing.assert_array_equal(mine, expected)
 
+    def test_the_interpreter_ends_while_daemon_threads_ping(self):
+        program = f"""
+import ensonify, threading, time
+simulator = ensonify.Simulator({scene!r}, threads=1)
+def ping():
+    while True:
+        simulator.ping(ensonify.Pose(0, 0, -12))
+for _ in range(3):
+    threading.Thread(target=ping, daemon=True).start()
+time.sleep(0.2)
+"""
+        for _ in range(3):
+            result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+
 
 class Readme(unittest.TestCase):
     def test_the_first_program_is_short_and_runs(self):

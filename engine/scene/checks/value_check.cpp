@@ -66,10 +66,8 @@ void check_values(const Scene& scene) {
     for (std::size_t i = 0; i < list.size(); ++i)
       check_keys(section, fmt::format("{}.{}", section.name, i), list[i]);
   });
-  for (const Material& material : scene.materials) {
+  for (const Material& material : scene.materials)
     check_keys(material_section(), "material." + material.name, material);
-    check_name(fault_of_name("material", material.name));
-  }
   if (scene.sonars.empty()) throw SceneError("the scene: there is no sonar, expected one or more");
   for (const Sonar& sonar : scene.sonars) {
     check_keys(sonar_section(), "sonar." + sonar.name, sonar);
