@@ -113,15 +113,15 @@ void make_tiles(const AnalyseArguments& arguments, const Scene& scene, int threa
   progress.reset();
   print_warnings(prepared->warnings);
   if (!arguments.quiet) {
-    tell(
+    print_note(
         "{} points, {} faces: {} tiles, {} of them were there, {:.2f} s on {} thread{}; "
         "{:.2f} GB\n{}\n",
         prepared->seafloor.vertices, prepared->seafloor.faces, of_tiles.all, of_tiles.before,
         of_tiles.seconds, threads, threads == 1 ? "" : "s",
         1e-9 * static_cast<double>(tiles.file_bytes()), prepared->cache_file.string());
     if (prepared->clusters)
-      tell("{} clusters, {} of them were there, {:.2f} s\n", of_clusters.all, of_clusters.before,
-           of_clusters.seconds);
+      print_note("{} clusters, {} of them were there, {:.2f} s\n", of_clusters.all,
+                 of_clusters.before, of_clusters.seconds);
   }
   if (!arguments.json) return;
   nlohmann::ordered_json json = {{"file", prepared->cache_file.string()},
@@ -173,7 +173,7 @@ void analyse_scene(const AnalyseArguments& arguments) {
   print_warnings(seafloor.warnings);
   const std::uintmax_t bytes = fs::file_size(arguments.file);
   if (!arguments.quiet)
-    tell(
+    print_note(
         "{} vertices, {} faces: seafloor {:.2f} s, analysis {:.2f} s on {} thread{}, file "
         "{:.2f} s; {:.1f} bytes per vertex\n{}\n",
         seafloor.vertices, seafloor.faces, seafloor_s, analysis_s, threads, threads == 1 ? "" : "s",
@@ -207,7 +207,8 @@ void add_analyse(CLI::App& app, Action& action) {
       "-D run.surface=refined, the progressive meshes of all its parts");
   arguments->scene.add_to(command);
   command.add_option("-o,--output", arguments->file, "The file to write; not for a bed in tiles")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(a_path());
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);

@@ -95,6 +95,14 @@ void add_memory(CLI::App& command, MemoryLimit& memory) {
       ->transform(CLI::Validator(size_in_bytes, ""));
 }
 
+CLI::Validator a_path() {
+  return CLI::Validator(
+      [](std::string& text) {
+        return text.empty() ? std::string("the path is empty; name one") : std::string();
+      },
+      "");
+}
+
 CLI::Validator number(double low, double high) {
   const bool any = high == std::numeric_limits<double>::max();
   const std::string range = any ? "" : fmt::format(" from {} to {}", low, high);
@@ -133,7 +141,7 @@ void print(std::string_view text) {
 void print_object(const nlohmann::ordered_json& json) { print(json_text(json, 2) + "\n"); }
 
 void print_warnings(std::span<const std::string> warnings) {
-  for (const std::string& warning : warnings) tell("ensonify: warning: {}\n", warning);
+  for (const std::string& warning : warnings) print_note("ensonify: warning: {}\n", warning);
 }
 
 std::size_t terminal_columns(int descriptor) {

@@ -90,6 +90,9 @@ void add_memory(CLI::App& command, MemoryLimit& memory);
 /// --threads: the number of threads. Without the option: 0.
 void add_threads(CLI::App& command, int& threads);
 
+/// The check of an option that takes a path: an empty one would stand for the folder that the
+/// program is in.
+CLI::Validator a_path();
 /// The check of an option that takes a number: `low` to `high`, or any finite one. CLI11's own
 /// takes NaN as well, and without a check an empty text is 0.
 CLI::Validator number(double low = std::numeric_limits<double>::lowest(),
@@ -104,7 +107,7 @@ void print(std::string_view text);
 void print_object(const nlohmann::ordered_json& json);
 /// Writes to stderr. That it cannot be written, as a log on a full disk, is no fault of the work.
 template <class... Values>
-void tell(fmt::format_string<Values...> format, Values&&... values) {
+void print_note(fmt::format_string<Values...> format, Values&&... values) {
   const std::string text = fmt::format(format, std::forward<Values>(values)...);
   [[maybe_unused]] const auto written = std::fwrite(text.data(), 1, text.size(), stderr);
 }

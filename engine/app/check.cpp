@@ -299,13 +299,13 @@ void print_comparison(const CheckArguments& arguments, const Prepared& prepared,
   for (const AgreementRow& row : comparison.rows())
     print_unexplained(row, prepared.mesh().world_origin);
   if (!arguments.quiet)
-    tell(
+    print_note(
         "source scene: {} rays of {} pings, which are cast whole; half of --rays {} is the "
         "least\n",
         prepared.scene_rays, pings_of(prepared.blocks), arguments.rays);
   if (bent && !arguments.quiet)
-    tell("source bent: one in {} of the scene's rays, as the water bends them\n",
-         prepared.bent_every);
+    print_note("source bent: one in {} of the scene's rays, as the water bends them\n",
+               prepared.bent_every);
   if (!arguments.json) {
     print(csv(comparison.rows()));
     return;
@@ -355,7 +355,7 @@ void check(const CheckArguments& arguments) {
     throw Stopped(fmt::format("stopped on request after {}; the table holds what was compared",
                               comparison.reached()));
   const std::string over = report_limits(comparison.rows());
-  tell("{}", over);
+  print_note("{}", over);
   if (comparison.unexplained() > 0)
     throw std::runtime_error(fmt::format(
         "{} differences from the reference are unexplained; the first of each row are listed above",

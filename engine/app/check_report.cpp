@@ -69,7 +69,7 @@ void print_unexplained(const AgreementRow& row, const Eigen::Vector3d& world_ori
   };
   for (const Difference& d : row.unexplained) {
     const Eigen::Vector3d o = d.ray.origin + world_origin;
-    tell(
+    print_note(
         "unexplained: {} {} {}\n  ox,oy,oz,dx,dy,dz,t_min,t_max\n  {:.17g},{:.17g},{:.17g},"
         "{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n  reference: {}\n  found:     {}\n",
         row.surface, row.intersector, ray_source_names[static_cast<std::size_t>(row.source)], o.x(),

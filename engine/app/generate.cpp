@@ -31,16 +31,17 @@ double samples_per_hour(const GenerateReport& report) {
 }
 
 void print_report(const GenerateReport& report, const fs::path& folder, int threads) {
-  tell("{}: {} of {} samples; {} made, {} already there, {} failed\n", folder.string(),
-       report.found + report.made, report.samples, report.made, report.found, report.failed.size());
+  print_note("{}: {} of {} samples; {} made, {} already there, {} failed\n", folder.string(),
+             report.found + report.made, report.samples, report.made, report.found,
+             report.failed.size());
   if (report.made == 0) return;
   double sum_s = 0.0;
   for (const auto& [stage, seconds] : report.stages_s) sum_s += seconds;
-  tell("{:.4g} samples/hour on {} thread{}; by stage, summed over threads:",
-       samples_per_hour(report), threads, threads == 1 ? "" : "s");
+  print_note("{:.4g} samples/hour on {} thread{}; by stage, summed over threads:",
+             samples_per_hour(report), threads, threads == 1 ? "" : "s");
   for (const auto& [stage, seconds] : report.stages_s)
-    tell(" {} {:.2f} s ({:.1f} %)", stage, seconds, 100.0 * seconds / sum_s);
-  tell("\n");
+    print_note(" {} {:.2f} s ({:.1f} %)", stage, seconds, 100.0 * seconds / sum_s);
+  print_note("\n");
 }
 
 void print_json(const GenerateReport& report, const fs::path& folder, int threads) {
@@ -81,7 +82,7 @@ void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Sh
                                     &ObjectOptions::class_name) > 1;
       if (above_water(sample.scene)) shallow.push_back(i);
     } catch (const SceneError& error) {
-      if (++failed <= 10) tell("ensonify: {}\n", error.what());
+      if (++failed <= 10) print_note("ensonify: {}\n", error.what());
     }
   for (const std::string& split : splits_of(recipe.options().split))
     if (failed == 0 && !splits.contains(split))
@@ -136,7 +137,7 @@ void generate_dataset(const GenerateArguments& arguments) {
                            },
                        .failed =
                            [](std::size_t sample, std::string_view why) {
-                             tell("ensonify: sample {} failed: {}\n", sample, why);
+                             print_note("ensonify: sample {} failed: {}\n", sample, why);
                            }});
   }
   print_warnings(report.warnings);
@@ -163,7 +164,8 @@ void add_generate(CLI::App& app, Action& action) {
       ->required();
   command.add_option("-o,--output", arguments->folder, "The dataset's folder, created if missing")
       ->required()
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->check(a_path());
   command
       .add_option("--shard", arguments->shard,
                   "Make only part I of N (I counts from 0), to share the work between machines")

@@ -114,9 +114,9 @@ void make_imitation(const ImitateArguments& arguments) {
   else
     print(summary(made));
   if (arguments.quiet) return;
-  for (const std::string& what : made.unknown) tell("cannot tell: {}\n", what);
+  for (const std::string& what : made.unknown) print_note("not known: {}\n", what);
   const auto [within, known] = within_spread(made);
-  tell(
+  print_note(
       "{} of {} statistics of pings that the fit did not see differ by no more than the "
       "recording's halves; scene and report are in {}\n",
       within, known, arguments.folder.string());
@@ -134,7 +134,8 @@ void add_imitate(CLI::App& app, Action& action) {
       ->required();
   command.add_option("-o,--output", arguments->folder, "The folder to make")
       ->required()
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->check(a_path());
   command
       .add_option("--line", arguments->line,
                   "Which line of a recording with several sonars, from 1")

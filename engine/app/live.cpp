@@ -55,7 +55,7 @@ void show(const LiveArguments& arguments) {
   const LiveServer server(*session, arguments.server);
   print(server.address() + "\n");
   if (!arguments.quiet)
-    tell("open this address in a browser on this machine; Ctrl-C ends the program\n");
+    print_note("open this address in a browser on this machine; Ctrl-C ends the program\n");
   session->start();
   while (SignalWatch::caught() == 0 && !session->fault()) std::this_thread::sleep_for(50ms);
   session->stop();

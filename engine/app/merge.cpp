@@ -49,7 +49,7 @@ void require_whole(const MergeArguments& arguments, std::string_view pieces,
                    const std::vector<std::string>& damaged) {
   if (missing.empty() && damaged.empty()) return;
   for (std::size_t i = 0; i < std::min(max_lines, damaged.size()); ++i)
-    tell("ensonify: {}\n", damaged[i]);
+    print_note("ensonify: {}\n", damaged[i]);
   std::string found;
   if (missing.size() == 1)
     found += fmt::format("{} {} is missing; ", pieces.substr(0, pieces.size() - 1), missing[0]);
@@ -74,7 +74,7 @@ void merge_parts(const MergeArguments& arguments) {
   require_whole(arguments, "parts", "ensonify run", report.missing, report.damaged);
   print_warnings(report.warnings);
   if (!arguments.quiet)
-    tell("{}: {} parts are complete\n", arguments.folder.string(), report.parts);
+    print_note("{}: {} parts are complete\n", arguments.folder.string(), report.parts);
 }
 
 void merge_dataset(const MergeArguments& arguments) {
@@ -92,9 +92,9 @@ void merge_dataset(const MergeArguments& arguments) {
   require_whole(arguments, "samples", "ensonify generate", report.missing, report.damaged);
   print_warnings(report.warnings);
   if (arguments.quiet) return;
-  tell("{}: {} samples are complete\n", arguments.folder.string(), report.samples);
-  for (const auto& [group, count] : report.images) tell("{}: {} images\n", group, count);
-  tell("card: {}\n", (arguments.folder / "README.md").string());
+  print_note("{}: {} samples are complete\n", arguments.folder.string(), report.samples);
+  for (const auto& [group, count] : report.images) print_note("{}: {} images\n", group, count);
+  print_note("card: {}\n", (arguments.folder / "README.md").string());
 }
 
 }  // namespace

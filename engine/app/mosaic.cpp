@@ -34,10 +34,10 @@ void write_mosaic(const MosaicArguments& arguments) {
     report = make_mosaic(arguments.runs, arguments.file, options);
   }
   if (!arguments.quiet)
-    tell("{}: {} x {} pixels of {:g} m from {} pings; {}\n", arguments.file.string(),
-         report.columns, report.rows, report.pixel_m, report.pings,
-         report.has_reference ? "with a coordinate reference system"
-                              : "local metres, without a coordinate reference system");
+    print_note("{}: {} x {} pixels of {:g} m from {} pings; {}\n", arguments.file.string(),
+               report.columns, report.rows, report.pixel_m, report.pings,
+               report.has_reference ? "with a coordinate reference system"
+                                    : "local metres, without a coordinate reference system");
 }
 
 }  // namespace
@@ -50,6 +50,7 @@ void add_mosaic(CLI::App& app, Action& action) {
   command.add_option("RUN", arguments->runs, "Folders that `ensonify run` wrote")->required();
   command.add_option("-o,--output", arguments->file, "The file to write: .tif")
       ->type_name("FILE")
+      ->check(a_path())
       ->required();
   command.add_option("--sonar", options.sonar, "The sonar (default: the only one)")
       ->type_name("NAME");

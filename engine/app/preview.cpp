@@ -66,7 +66,8 @@ void add_preview(CLI::App& app, Action& action) {
   command.add_option("DATASET", arguments->recipe, "A recipe, as for generate")->required();
   command.add_option("-o,--output", arguments->file, "The picture")
       ->required()
-      ->type_name("FILE.png");
+      ->type_name("FILE.png")
+      ->check(a_path());
   command
       .add_option("-n", arguments->samples,
                   "Number of samples (default: 16; at most those of the recipe)")

@@ -34,7 +34,7 @@ constexpr int interrupted = 75;  // by a signal; the same command resumes
 constexpr int by_signal = 128;
 
 int failed(int code, std::string_view message) {
-  app::tell("ensonify: {}\n", message);
+  app::print_note("ensonify: {}\n", message);
   return code;
 }
 

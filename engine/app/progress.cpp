@@ -30,7 +30,7 @@ Progress::Progress(bool quiet)
       shown_(Clock::now()) {}
 
 Progress::~Progress() {
-  if (way_ == Way::bar) tell("{}", clear_line);
+  if (way_ == Way::bar) print_note("{}", clear_line);
 }
 
 void Progress::report(std::string_view stage, std::size_t done, std::size_t of,
@@ -54,7 +54,7 @@ void Progress::report(std::string_view stage, std::size_t done, std::size_t of,
   }
   if (!found.empty()) more += fmt::format("; {}", found);
   if (way_ == Way::lines) {
-    tell("{} {}/{}{}\n", stage, done, of, more);
+    print_note("{} {}/{}{}\n", stage, done, of, more);
   } else {
     const std::string text = fmt::format(" {} {}/{}{}", stage, done, of, more);
     // One column stays free, because some terminals wrap after writing the last one.
@@ -64,7 +64,7 @@ void Progress::report(std::string_view stage, std::size_t done, std::size_t of,
     const std::size_t filled = of > 0 ? bar * done / of : 0;
     std::string line = bar > 0 ? fmt::format("[{:#>{}}{:.>{}}]", "", filled, "", bar - filled) : "";
     line += text.substr(bar > 0 ? 0 : 1);
-    tell("{}{}", clear_line, line.substr(0, columns));
+    print_note("{}{}", clear_line, line.substr(0, columns));
     std::fflush(stderr);
   }
 }

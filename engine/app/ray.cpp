@@ -78,7 +78,7 @@ void print_path(scatter::SoundRay ray, double range_m, const RayArguments& argum
     if (end_m <= edge_m) break;
   }
   for (const std::string& remark : profile.remarks(upper_m, lower_m))
-    tell("ensonify: warning: {}: {}\n", arguments.profile.string(), remark);
+    print_note("ensonify: warning: {}: {}\n", arguments.profile.string(), remark);
   print(out);
 }
 

@@ -40,7 +40,7 @@ double pings_per_s(const RunReport& report) {
 
 void print_size(const RunSize& size) {
   constexpr double gb = 1e9;
-  tell(
+  print_note(
       "{} pings in {} parts, of which {} are finished; the others need at most {:.3g} GB on "
       "the disk, and {:.2g} GB of memory for the images\n",
       size.pings, size.parts, size.finished_parts, size.max_disk_bytes / gb,
@@ -51,47 +51,48 @@ void print_report(const RunReport& report, const std::string& intersector, const
                   int threads) {
   const StageTimes& stages = report.stages;
   if (!report.surface_why.empty())
-    tell("surface: {}, because {}\n", report.surface, report.surface_why);
+    print_note("surface: {}, because {}\n", report.surface, report.surface_why);
   if (report.cached)
-    tell("analysed seafloor: read from {}\n", report.cache_file.string());
+    print_note("analysed seafloor: read from {}\n", report.cache_file.string());
   else if (!report.cache_file.empty() && report.surface != "static")
-    tell("analysed seafloor: kept in {}\n", report.cache_file.string());
+    print_note("analysed seafloor: kept in {}\n", report.cache_file.string());
   // Parts that were found took no time in this run.
   const std::string rate = report.parts_found > 0
                                ? fmt::format(" for the missing ones of {} parts", report.parts)
                                : fmt::format(": {:.4g} pings/s", pings_per_s(report));
-  tell(
+  print_note(
       "{} pings in {:.2f} s{} on {} thread{}; seafloor {:.2f} s, files {:.2f} s\n"
-      "by stage, summed over threads: surface {:.2f} s, trace {:.2f} s, echo {:.2f} s, speckle "
+      "by stage, summed over threads: surface {:.2f} s, trace {:.2f} s, echo {:.2f} s, receiver "
       "{:.2f} s\n",
       report.counts.at("pings"), report.pings_s, rate, threads, threads == 1 ? "" : "s",
       report.prepare_s, report.files_s, stages.surface_s, stages.trace_s, stages.echo_s,
       stages.receive_s);
   if (intersector_kind(intersector).builds_tree)
-    tell(
+    print_note(
         "intersector: {}; the default, fan_scan, with --surface footprint makes 1.1 to 5 "
         "times as many pings per second: the fewer faces, the more\n",
         intersector);
   // A share without a part of its own has no counts.
   if (const auto rays = report.counts.find("rays"); rays != report.counts.end() && rays->second > 0)
-    tell("sampling: {:.0f} rays per ping, of which {:.0f} % hit; {} bins starved\n",
-         static_cast<double>(rays->second) / static_cast<double>(report.counts.at("pings")),
-         100.0 * static_cast<double>(report.counts.at("hits")) / static_cast<double>(rays->second),
-         report.counts.at("starved_bins"));
+    print_note(
+        "sampling: {:.0f} rays per ping, of which {:.0f} % hit; {} bins starved\n",
+        static_cast<double>(rays->second) / static_cast<double>(report.counts.at("pings")),
+        100.0 * static_cast<double>(report.counts.at("hits")) / static_cast<double>(rays->second),
+        report.counts.at("starved_bins"));
   if (const auto bent = report.counts.find("bent_rays"); bent != report.counts.end())
-    tell("bent rays: {}, of which {} by chords\n", bent->second,
-         report.counts.at("bent_rays_by_chords"));
+    print_note("bent rays: {}, of which {} by chords\n", bent->second,
+               report.counts.at("bent_rays_by_chords"));
   if (!report.verification.empty())
-    tell("verified: {} rays of {} pings, {} different from the reference, {} unexplained\n",
-         report.verification.at("rays"), report.verification.at("pings"),
-         report.verification.at("rays") - report.verification.at("same"),
-         report.verification.at("unexplained"));
+    print_note("verified: {} rays of {} pings, {} different from the reference, {} unexplained\n",
+               report.verification.at("rays"), report.verification.at("pings"),
+               report.verification.at("rays") - report.verification.at("same"),
+               report.verification.at("unexplained"));
   if (!report.complete)
-    tell("the run has {} parts; when all are made, `ensonify merge {}` completes it\n",
-         report.parts, folder.string());
+    print_note("the run has {} parts; when all are made, `ensonify merge {}` completes it\n",
+               report.parts, folder.string());
   for (const fs::path& file : report.files)
     if (file.extension() == ".png" && file.parent_path() == folder)
-      tell("picture: {}\n", file.string());
+      print_note("picture: {}\n", file.string());
 }
 
 void print_json(const RunReport& report, const fs::path& folder, int threads) {
@@ -184,7 +185,8 @@ void add_run(CLI::App& app, Action& action) {
       .add_option("-o,--output", arguments->folder,
                   "The folder for the files, created if missing (default: the scene's name with "
                   "-run appended, in the current folder)")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->check(a_path());
   command
       .add_option("--surface", arguments->surface,
                   "The same as -D run.surface=NAME: auto, static, refined or footprint")

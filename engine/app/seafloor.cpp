@@ -63,6 +63,7 @@ void add_seafloor(CLI::App& app, Action& action) {
   arguments->scene.add_to(command);
   command.add_option("-o,--output", arguments->file, "The file to write: .ply, .npy or .tif")
       ->type_name("FILE")
+      ->check(a_path())
       ->required();
   add_memory(command, arguments->memory);
   command.add_flag("--quiet", arguments->quiet,

@@ -85,6 +85,7 @@ void add_view(CLI::App& app, Action& action) {
   arguments->scene.add_to(command);
   command.add_option("-o,--output", arguments->file, "The picture")
       ->type_name("FILE.png")
+      ->check(a_path())
       ->required();
   command.add_option("--ping", arguments->ping, "The ping, from 0 (default: the middle one)")
       ->type_name("N")

@@ -20,7 +20,7 @@ struct CurvePart {
 /// One number that says how a line looks.
 struct LineStatistic {
   std::string name;  ///< with its unit
-  double value;      ///< NaN: the line cannot tell
+  double value;      ///< NaN: the line does not show it
   CurvePart part;
 };
 

@@ -10,7 +10,7 @@ enum class Confidence {
   stated,    ///< the recording's file has it
   measured,  ///< its samples or its navigation show it directly
   fitted,    ///< chosen so that the imitation's statistics become the recording's
-  assumed    ///< the recording cannot tell; a usual value
+  assumed    ///< the recording does not show it; a usual value
 };
 std::string_view name_of(Confidence how);
 

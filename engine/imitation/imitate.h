@@ -29,7 +29,7 @@ struct Imitation {
   std::vector<std::size_t> judged;            ///< pings of both that the fit did not see
   std::vector<ComparedStatistic> statistics;  ///< of these, the recording first
   std::vector<std::string> materials;  ///< nearest first, by their level over the grazing angle
-  std::vector<std::string> unknown;    ///< what the recording cannot tell
+  std::vector<std::string> unknown;    ///< what the recording does not show
 };
 
 /// Finds a scene that looks as a recorded line does. The recording's pings are divided into blocks

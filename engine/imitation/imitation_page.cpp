@@ -148,7 +148,7 @@ std::string imitation_page(const std::string& name, const Imitation& made) {
         "<tr><td>{}</td><td>{}</td><td>{}</td><td style=\"text-align:left\">{}"
         "</td></tr>\n",
         key.name(), html_text(key.value), name_of(key.evidence.how), html_text(key.evidence.why));
-  page += "</table>\n<h2>What the recording cannot tell</h2>\n<ul>\n";
+  page += "</table>\n<h2>What the recording does not show</h2>\n<ul>\n";
   for (const std::string& what : made.unknown)
     page += fmt::format("<li>{}</li>\n", html_text(what));
   return page + "</ul></body></html>\n";

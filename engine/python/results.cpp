@@ -78,17 +78,17 @@ py::dict images(const py::object& given, const py::object& keys, const fs::path&
   std::vector<std::unique_ptr<Image>> made;
   {
     const FreeInterpreter unlocked;
-    const auto tell = [&](std::string_view stage, std::size_t done, std::size_t of) {
+    const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {
       const py::gil_scoped_acquire locked;
       check_interpreter();
       if (!progress.is_none()) progress(std::string(stage), done, of);
     };
     Simulator simulator(scene, {.cache = cache_of(cache),
                                 .threads = threads,
-                                .progress = [&](auto stage) { tell(stage, 0, 1); }});
+                                .progress = [&](auto stage) { report(stage, 0, 1); }});
     ScenePings pings =
         ping_all(scene, simulator, threads,
-                 [&](auto, std::size_t done, std::size_t of) { tell("pings", done, of); });
+                 [&](auto, std::size_t done, std::size_t of) { report("pings", done, of); });
     const Seafloor& seafloor = simulator.seafloor();
     const LabelNames names =
         renumber({seafloor.classes, seafloor.materials},

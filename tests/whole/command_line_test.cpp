@@ -122,6 +122,12 @@ TEST_CASE("A number of the command line is neither NaN nor nothing, and within i
   refused(words("mosaic run -o mosaic.tif --pixel-m -1"), "'-1' is not a number from 1e-09 to");
   refused(words("view scene.toml -o view.png --ping -1"), "not in range 0 to 1000000000");
   refused({"imitate", "line.xtf", "-o", "out", "--line", ""}, "not in range 1 to 1000000000");
+  for (const std::string line : {"run scene.toml", "generate recipe.toml", "imitate line.xtf",
+                                 "view scene.toml", "mosaic run", "seafloor scene.toml"}) {
+    std::vector<std::string> arguments = words(line);
+    arguments.insert(arguments.end(), {"-o", ""});
+    refused(arguments, "--output: the path is empty; name one");
+  }
 }
 
 TEST_CASE("Unexpected arguments are listed in their order, with a suggestion") {

@@ -118,7 +118,7 @@ TEST_CASE("the keys of a run come back from its recording", "[slow]") {
   CHECK(3 * within > 2 * known);
 
   const std::string page = read_text(folder / "b/report.html");
-  CHECK(page.find("What the recording cannot tell") != std::string::npos);
+  CHECK(page.find("What the recording does not show") != std::string::npos);
   CHECK(page.find("<polyline") != std::string::npos);
   CHECK(run_program(folder.path(), {"run", "b/scene.toml", "-o", "c", "--quiet"}).code == 0);
   CHECK(run_program(folder.path(), {"compare", "a/towfish.xtf", "c"}).code == 0);

@@ -111,7 +111,7 @@ TEST_CASE("headings stay as stated where the bed moves as they say, and are turn
     REQUIRE(path.heading_rad.size() == none.pings.size());
     CHECK(mean_heading_deg(path) == Approx(12.0).margin(2.5));
   }
-  {  // one side cannot tell
+  {  // one side is not enough
     RecordedLine single = line;
     single.port.clear();
     VehiclePath path = vehicle_path(single);
