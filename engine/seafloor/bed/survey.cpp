@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <fstream>
 #include <initializer_list>
 #include <limits>
 #include <memory>
@@ -21,7 +19,6 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
-#include <cpl_minixml.h>
 #include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
@@ -29,10 +26,13 @@
 #include <ogr_spatialref.h>
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/bed/ascii_grid.h>
 #include <ensonify/engine/seafloor/bed/netcdf_axes.h>
 #include <ensonify/engine/seafloor/bed/npy_grid.h>
 #include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/engine/seafloor/bed/soundings.h>
+#include <ensonify/engine/seafloor/bed/survey_formats.h>
+#include <ensonify/engine/seafloor/bed/survey_mosaic.h>
 #include <ensonify/engine/seafloor/bed/unit_of_length.h>
 #include <ensonify/engine/seafloor/bed/variable_resolution.h>
 #include <ensonify/engine/units.h>
@@ -41,9 +41,6 @@
 namespace ensonify::engine {
 namespace {
 
-// Only formats that keep the heights in one file: others (WMS) can name other files and hosts. A
-// VRT is opened after all that it names was looked at.
-constexpr std::array<const char*, 5> drivers = {"GTiff", "BAG", "AAIGrid", "netCDF", nullptr};
 constexpr double most_cells = 1073741824.0;  // 2^30
 constexpr std::array<const char*, 2> vrt_driver = {"VRT", nullptr};
 
@@ -55,97 +52,12 @@ std::string wkt_of(const OGRSpatialReference& reference) {
   return text ? text : "";
 }
 
-bool begins_with(const std::filesystem::path& file, std::string_view begin) {
-  std::string found(begin.size(), '\0');
-  std::ifstream in(file, std::ios::binary);
-  in.read(found.data(), static_cast<std::streamsize>(found.size()));
-  return found == begin;
-}
-constexpr std::string_view hdf5_signature = "\x89HDF\r\n\x1a\n";
-
-bool is_mosaic(const std::filesystem::path& file) { return begins_with(file, "<VRTDataset"); }
-
-bool has_refinements(GDALDataset& dataset) {
-  // GDAL copies the item into what it makes of a BAG.
-  if (std::string_view(dataset.GetDriverName()) != "BAG") return false;
-  const char* const found = dataset.GetMetadataItem("HAS_SUPERGRIDS");
-  return found && std::string_view(found) == "TRUE";
-}
-
-/// Finds the files of a VRT mosaic. It may only put local files together: whatever else GDAL would
-/// do for such a file (fetch, call functions, warp, open other mosaics) is refused.
-class SurveyMosaic {
- public:
-  explicit SurveyMosaic(const std::filesystem::path& file) : file_(file) {
-    const std::unique_ptr<CPLXMLNode, void (*)(CPLXMLNode*)> tree(
-        CPLParseXMLFile(std::filesystem::absolute(file).c_str()), CPLDestroyXMLNode);
-    if (!tree) fail("is not a whole VRT file");
-    const CPLXMLNode* const root = CPLGetXMLNode(tree.get(), "=VRTDataset");
-    if (!root) fail("is not a whole VRT file");
-    look_at(*root);
-    if (sources_.empty()) fail("names no file with heights");
-  }
-  const std::vector<std::filesystem::path>& sources() const { return sources_; }
-
- private:
-  [[noreturn]] void fail(const std::string& what) const {
-    throw refine::MeshError(fmt::format("{}: {}", file_.string(), what));
-  }
-
-  void look_at(const CPLXMLNode& node) {
-    constexpr std::array<std::string_view, 7> refused = {
-        "VRTDataset",        "subClass",        "SourceDataset",    "OpenOptions",
-        "PixelFunctionType", "GDALWarpOptions", "PixelFunctionCode"};
-    for (const CPLXMLNode* child = node.psChild; child; child = child->psNext) {
-      const std::string_view name = child->pszValue;
-      if (child->eType == CXT_Text) continue;
-      if (std::ranges::find(refused, name) != refused.end())
-        fail(
-            fmt::format("has the VRT element '{}'; only mosaics of local files are read: make a "
-                        "GeoTIFF of it with gdal_translate",
-                        name));
-      if (name == "SourceFilename") take_source(*child);
-      look_at(*child);
-    }
-  }
-
-  void take_source(const CPLXMLNode& node) {
-    const std::filesystem::path named = CPLGetXMLValue(&node, nullptr, "");
-    const bool beside = std::string_view(CPLGetXMLValue(&node, "relativeToVRT", "0")) == "1";
-    const std::filesystem::path place =
-        beside ? std::filesystem::absolute(file_).parent_path() / named : named;
-    std::error_code error;
-    if (named.empty() || !std::filesystem::is_regular_file(place, error))
-      fail(fmt::format("names '{}', which is no local file; only mosaics of local files are read",
-                       named.string()));
-    if (!GDALIdentifyDriverEx(place.c_str(), GDAL_OF_RASTER, drivers.data(), nullptr))
-      fail(
-          fmt::format("names '{}', which is no GeoTIFF, BAG, ESRI ASCII grid or netCDF file; only "
-                      "mosaics of local files of these formats are read",
-                      named.string()));
-    if (begins_with(place, hdf5_signature)) {
-      const std::unique_ptr<GDALDataset> source(
-          GDALDataset::Open(std::filesystem::absolute(place).c_str(), GDAL_OF_RASTER,
-                            drivers.data(), nullptr, nullptr));
-      if (source && has_refinements(*source))
-        fail(
-            fmt::format("names '{}', a BAG of variable resolution, of which a mosaic has the "
-                        "overview alone; write it as a GeoTIFF with `ensonify seafloor`",
-                        named.string()));
-    }
-    sources_.push_back(place);
-  }
-
-  const std::filesystem::path& file_;
-  std::vector<std::filesystem::path> sources_;
-};
-
 class SurveyReader {
  public:
   SurveyReader(const SurveyFile& file, double water_level_m, const SurveyScatter& scatter = {})
       : file_(file.path),
         cell_m_(file.cell_m),
-        may_use_hdf5_(begins_with(file_, hdf5_signature) || is_mosaic(file_)),
+        may_use_hdf5_(is_hdf5(file_) || is_mosaic(file_)),
         water_level_m_(water_level_m),
         scatter_(scatter) {}
   ~SurveyReader() {
@@ -160,7 +72,7 @@ class SurveyReader {
   std::vector<std::filesystem::path> sources() {
     const Quiet quiet(*this);
     GDALAllRegister();
-    return SurveyMosaic(file_).sources();
+    return files_of_mosaic(file_);
   }
 
   std::string reference() {
@@ -314,7 +226,10 @@ class SurveyReader {
     gdal_error_.clear();  // warnings about a file that it could open
     if (resolution_) return;
     if (soundings_) take_soundings();
-    if (is_text()) check_text();
+    if (is_text())
+      if (const std::string fault = fault_of_ascii_grid(file_, field_.columns, field_.rows);
+          !fault.empty())
+        fail(fault);
     int has_scale = 0, has_offset = 0;
     nodata_ = band().GetNoDataValue(&has_nodata_);
     declares_nodata_ = has_nodata_ != 0;
@@ -406,20 +321,19 @@ class SurveyReader {
       require_cell("an .npy file, which has no cell size");
       open_as(vrt_of_npy(file_, cell_m_), vrt_driver.data());
     } else if (is_mosaic(file_)) {
-      const SurveyMosaic files(file_);
       bytes_ = 0.0;
-      for (const std::filesystem::path& source : files.sources())
+      for (const std::filesystem::path& source : files_of_mosaic(file_))
         bytes_ += static_cast<double>(std::filesystem::file_size(source));
       open_as(std::filesystem::absolute(file_), vrt_driver.data());
     } else if (!GDALIdentifyDriverEx(std::filesystem::absolute(file_).c_str(), GDAL_OF_RASTER,
-                                     drivers.data(), nullptr) &&
+                                     survey_drivers.data(), nullptr) &&
                are_soundings(file_)) {
       require_cell("a list of soundings, which are put on a grid");
       soundings_.emplace(file_, cell_m_);
       open_grid_of_soundings();
     } else {
       // Absolute, so that no name is taken for one of GDAL's prefixes ("NETCDF:...").
-      open_as(std::filesystem::absolute(file_), drivers.data());
+      open_as(std::filesystem::absolute(file_), survey_drivers.data());
     }
     if (!dataset_)
       fail_with_gdal(
@@ -548,43 +462,6 @@ class SurveyReader {
   /// Within what is left of a size that a file prints with few digits.
   static bool is_whole(double number) {
     return number > 0.5 && std::abs(number - std::round(number)) < 1e-4 * number;
-  }
-
-  // GDAL reads words as zeros and accepts a short last line, so each number is checked and counted
-  // here.
-  void check_text() const {
-    std::ifstream in(file_, std::ios::binary);
-    const std::size_t promised =
-        static_cast<std::size_t>(field_.columns) * static_cast<std::size_t>(field_.rows);
-    std::size_t found = 0, line_number = 0;
-    for (std::string line; std::getline(in, line);) {
-      ++line_number;
-      constexpr const char* blank = " \t\r\v\f";
-      std::size_t begin = line.find_first_not_of(blank);
-      for (; begin != std::string::npos; begin = line.find_first_not_of(blank, begin)) {
-        const std::size_t end = std::min(line.find_first_of(blank, begin), line.size());
-        const std::string_view word = std::string_view(line).substr(begin, end - begin);
-        if (!is_number(word)) {
-          if (found == 0) break;  // the header's lines begin with words
-          fail(fmt::format("line {}: '{}' is not a number", line_number, word.substr(0, 40)));
-        }
-        ++found;
-        begin = end;
-      }
-    }
-    if (!in.eof()) fail("cannot be read to its end");
-    if (found != promised)
-      fail(
-          fmt::format("holds {} heights where its header promises {} x {} = {}; it is truncated or "
-                      "its header is wrong",
-                      found, field_.columns, field_.rows, promised));
-  }
-
-  static bool is_number(std::string_view word) {
-    if (word.starts_with('+')) word.remove_prefix(1);
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    return error != std::errc::invalid_argument && end == word.data() + word.size();
   }
 
   void place() {

@@ -1,0 +1,52 @@
+#include <ensonify/engine/seafloor/bed/ascii_grid.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// One beyond the range of a double counts.
+bool is_number(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error != std::errc::invalid_argument && end == word.data() + word.size();
+}
+
+}  // namespace
+
+std::string fault_of_ascii_grid(const std::filesystem::path& file, int columns, int rows) {
+  std::ifstream in(file, std::ios::binary);
+  const std::size_t promised = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  std::size_t found = 0, line_number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++line_number;
+    constexpr const char* blank = " \t\r\v\f";
+    std::size_t begin = line.find_first_not_of(blank);
+    for (; begin != std::string::npos; begin = line.find_first_not_of(blank, begin)) {
+      const std::size_t end = std::min(line.find_first_of(blank, begin), line.size());
+      const std::string_view word = std::string_view(line).substr(begin, end - begin);
+      if (!is_number(word)) {
+        if (found == 0) break;  // the header's lines begin with words
+        return fmt::format("line {}: '{}' is not a number", line_number, word.substr(0, 40));
+      }
+      ++found;
+      begin = end;
+    }
+  }
+  if (!in.eof()) return "cannot be read to its end";
+  if (found == promised) return {};
+  return fmt::format(
+      "holds {} heights where its header promises {} x {} = {}; it is truncated or its header is "
+      "wrong",
+      found, columns, rows, promised);
+}
+
+}  // namespace ensonify::engine

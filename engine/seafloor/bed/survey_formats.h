@@ -1,0 +1,24 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string_view>
+
+class GDALDataset;
+
+namespace ensonify::engine {
+
+// Only formats that keep the heights in one file: others (WMS) can name other files and hosts. A
+// VRT is opened after all that it names was looked at.
+inline constexpr std::array<const char*, 5> survey_drivers = {"GTiff", "BAG", "AAIGrid", "netCDF",
+                                                              nullptr};
+
+bool begins_with(const std::filesystem::path& file, std::string_view begin);
+/// As BAG files and newer netCDF files are. HDF5 is not safe for threads.
+bool is_hdf5(const std::filesystem::path& file);
+/// A VRT file, which puts other files together.
+bool is_mosaic(const std::filesystem::path& file);
+/// Whether it is a BAG of variable resolution.
+bool has_refinements(GDALDataset& dataset);
+
+}  // namespace ensonify::engine
