@@ -104,7 +104,7 @@ void refuse_all_land(const SeafloorOptions& options, double lowest_m, double hig
       "the water level is {:.2f} m; set water_level_m, or change the sign of depths that count "
       "downwards",
       options.survey.path.string(),
-      lowest_m < 0.0 ? fmt::format(", but for {:.2g} % of its points", 100.0 * under_water) : "",
+      lowest_m < 0.0 ? fmt::format(", except {:.2g} % of its points", 100.0 * under_water) : "",
       lowest_m + options.water_level_m, highest_m + options.water_level_m, options.water_level_m));
 }
 

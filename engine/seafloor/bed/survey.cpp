@@ -19,7 +19,6 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
-#include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
 #include <hdf5.h>
@@ -43,14 +42,6 @@ namespace {
 
 constexpr double most_cells = 1073741824.0;  // 2^30
 constexpr std::array<const char*, 2> vrt_driver = {"VRT", nullptr};
-
-std::string wkt_of(const OGRSpatialReference& reference) {
-  constexpr std::array<const char*, 2> options = {"FORMAT=WKT2", nullptr};  // 1 lacks some systems
-  char* text = nullptr;
-  reference.exportToWkt(&text, options.data());
-  const std::unique_ptr<char, void (*)(void*)> owned(text, VSIFree);
-  return text ? text : "";
-}
 
 class SurveyReader {
  public:

@@ -1,9 +1,11 @@
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
 
 #include <fstream>
-#include <string>
+#include <memory>
 
+#include <cpl_vsi.h>
 #include <gdal_priv.h>
+#include <ogr_spatialref.h>
 
 namespace ensonify::engine {
 
@@ -23,6 +25,14 @@ bool has_refinements(GDALDataset& dataset) {
   if (std::string_view(dataset.GetDriverName()) != "BAG") return false;
   const char* const found = dataset.GetMetadataItem("HAS_SUPERGRIDS");
   return found && std::string_view(found) == "TRUE";
+}
+
+std::string wkt_of(const OGRSpatialReference& reference) {
+  constexpr std::array<const char*, 2> options = {"FORMAT=WKT2", nullptr};  // 1 lacks some systems
+  char* text = nullptr;
+  reference.exportToWkt(&text, options.data());
+  const std::unique_ptr<char, void (*)(void*)> owned(text, VSIFree);
+  return text ? text : "";
 }
 
 }  // namespace ensonify::engine

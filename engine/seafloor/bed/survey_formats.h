@@ -2,9 +2,11 @@
 
 #include <array>
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 class GDALDataset;
+class OGRSpatialReference;
 
 namespace ensonify::engine {
 
@@ -20,5 +22,7 @@ bool is_hdf5(const std::filesystem::path& file);
 bool is_mosaic(const std::filesystem::path& file);
 /// Whether it is a BAG of variable resolution.
 bool has_refinements(GDALDataset& dataset);
+/// A coordinate reference system as WKT; empty if that cannot be made.
+std::string wkt_of(const OGRSpatialReference& reference);
 
 }  // namespace ensonify::engine

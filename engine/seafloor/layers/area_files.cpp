@@ -15,6 +15,7 @@
 
 #include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/seafloor/bed/reference_map.h>
+#include <ensonify/engine/seafloor/bed/survey_formats.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -47,12 +48,8 @@ std::unique_ptr<GDALDataset> open(const std::filesystem::path& file, unsigned ki
 void require_reference(const std::filesystem::path& file, const OGRSpatialReference* its,
                        const Heightfield& grid, const char* tool) {
   if (!its || its->IsGeographic() || grid.reference.empty()) return;
-  constexpr std::array<const char*, 2> options = {"FORMAT=WKT2", nullptr};
-  char* text = nullptr;
-  its->exportToWkt(&text, options.data());
-  const std::unique_ptr<char, void (*)(void*)> owned(text, VSIFree);
-  const std::string reference = text ? text : "";
-  const PlaceOfMap here = place_of_reference(reference), there = place_of_reference(grid.reference);
+  const PlaceOfMap here = place_of_reference(wkt_of(*its)),
+                   there = place_of_reference(grid.reference);
   if (!here || !there) return;
   constexpr double same_m = 5.0;  // datums that count as WGS 84 differ by less
   try {

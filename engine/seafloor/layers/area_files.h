@@ -27,7 +27,8 @@ struct AreaImage {
 /// Reads an image of integers (PNG, indexed or grey; GeoTIFF). An image with coordinates lies at
 /// these in the grid's world, and must cover the grid; one without is stretched over the grid, and
 /// must have its proportions within 2 per cent. Throws refine::MeshError for an image that cannot
-/// be read, does not fit, is on another map than the grid, or does not have the value.
+/// be read, does not fit, is in another coordinate reference system than the grid, or does not have
+/// the value.
 AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& grid, int value);
 
 /// A polygon with holes.
@@ -37,8 +38,8 @@ struct PolygonWithHoles {
 };
 
 /// Reads the polygons of a GeoJSON file and moves them from the grid's world to local metres.
-/// Throws refine::MeshError for a file that cannot be read, is on another map than the grid, or
-/// holds no polygon.
+/// Throws refine::MeshError for a file that cannot be read, is in another coordinate reference
+/// system than the grid, or holds no polygon.
 std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
                                             const Heightfield& grid);
 

@@ -35,7 +35,7 @@ double range_over_height(const scatter::SoundSpeedProfile& profile, const BentWa
 }
 
 /// Launch angles to begin with, the steepest first: between them a ray's range changes steadily,
-/// but for the angles at which it grazes the edge of a layer; these are here.
+/// except at the angles at which it grazes the edge of a layer; these are here.
 std::vector<double> first_depressions_rad(const scatter::SoundSpeedProfile& profile,
                                           const BentWay& way) {
   std::vector<double> depressions{0.5 * std::numbers::pi};

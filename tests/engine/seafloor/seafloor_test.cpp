@@ -129,6 +129,6 @@ TEST_CASE(
   write_text(folder / "depths.asc", positive + '\n');
   options.survey.path = folder / "depths.asc";
   options.water_level_m = 0.0;
-  CHECK(message_of(options).find("the whole survey lies above the sea surface, but for 0.05 % of "
+  CHECK(message_of(options).find("the whole survey lies above the sea surface, except 0.05 % of "
                                  "its points") != std::string::npos);
 }
