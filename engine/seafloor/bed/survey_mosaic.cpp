@@ -61,6 +61,14 @@ class SurveyMosaic {
     if (named.empty() || !std::filesystem::is_regular_file(place, error))
       fail(fmt::format("names '{}', which is no local file; only mosaics of local files are read",
                        named.string()));
+    // As a scene names files only below its own folder.
+    const std::filesystem::path folder =
+        std::filesystem::canonical(std::filesystem::absolute(file_).parent_path());
+    if (std::ranges::mismatch(folder, std::filesystem::canonical(place)).in1 != folder.end())
+      fail(
+          fmt::format("names '{}', which does not lie in its own folder or below it; put the files "
+                      "there",
+                      named.string()));
     if (!GDALIdentifyDriverEx(place.c_str(), GDAL_OF_RASTER, survey_drivers.data(), nullptr))
       fail(
           fmt::format("names '{}', which is no GeoTIFF, BAG, ESRI ASCII grid or netCDF file; only "

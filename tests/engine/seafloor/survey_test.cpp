@@ -589,6 +589,23 @@ TEST_CASE("A VRT mosaic that names other hosts, other mosaics or functions is re
   CHECK(has(error_of(folder, "<VRTDataset rasterXSize=\"4\"", "bed.vrt"), "VRT"));
 }
 
+TEST_CASE("A VRT mosaic names files only below its own folder") {
+  const TemporaryFolder folder;
+  write_halves(folder);
+  const std::filesystem::path inner = folder / "inner";
+  std::filesystem::create_directory(inner);
+  std::filesystem::create_symlink(folder / "east.tif", inner / "link.tif");
+  std::filesystem::copy_file(folder / "west.tif", inner / "west.tif");
+  for (const std::string& source :
+       {std::string("<SourceFilename relativeToVRT=\"1\">../east.tif"),
+        std::string("<SourceFilename relativeToVRT=\"1\">link.tif"),
+        "<SourceFilename relativeToVRT=\"0\">" + (folder / "east.tif").string()}) {
+    CAPTURE(source);
+    CHECK(has(error_of(folder, mosaic_text(source + "</SourceFilename>"), "inner/bed.vrt"),
+              "does not lie in its own folder"));
+  }
+}
+
 TEST_CASE("A survey's windows have the heights of the whole") {
   const TemporaryFolder folder;
   const Heightfield whole = read(folder, text_grid(rows_4x3), 0.5);
