@@ -248,6 +248,21 @@ std::map<std::string, std::set<std::string>> types_of(const fs::path& tree) {
 
 }  // namespace
 
+TEST_CASE("the table of rooms in doc/architecture.md has the rooms in their order") {
+  std::ifstream in(ensonify::tests::source_folder() / "doc/architecture.md");
+  std::vector<std::string> described;
+  bool in_table = false;
+  for (std::string line; std::getline(in, line);) {
+    in_table = line.starts_with("| room of `engine` |") || (in_table && line.starts_with("|"));
+    if (!in_table || line.starts_with("| room of")) continue;
+    const std::string cell = line.substr(0, line.find('|', 1));
+    static const std::regex name("`([^`]+)`");
+    for (std::sregex_iterator found(cell.begin(), cell.end(), name), end; found != end; ++found)
+      if ((*found)[1] != "simulator") described.push_back((*found)[1]);  // what simulate is made of
+  }
+  CHECK(described == std::vector<std::string>(rooms.begin(), rooms.end()));
+}
+
 TEST_CASE("no two types of a floor have one name") {
   for (const auto& [name, files] : types_of(ensonify::tests::source_folder())) {
     CAPTURE(name, files);
