@@ -54,35 +54,8 @@ struct FirstHits {
 
 /// The echoes of objects that rays cannot sample, from the patches of their surfaces.
 ///
-/// Glints: the mirror-like part of a solid's echo. By physical optics a patch L1 x L2 that lies at
-/// the range r, whose normal is inclined by t_i to the sonar in the direction of L_i, has the
-/// cross-section
-///
-///     I_1 I_2 / lambda^2,  I = |integral over L of exp(i k (z - r t)^2 / r) dz|^2,
-///
-/// with Fresnel's integral (Abramowitz and Stegun, ch. 7): far away I = L^2 sinc^2(2 L t / lambda),
-/// which gives a plate its A^2 / lambda^2; near it I = lambda r / 2, which gives a mirror its
-/// r^2 / 4. Of a round patch the integral is over its disc: far away (A / lambda 2 J1(x) / x)^2,
-/// x = 4 pi a t / lambda. Where facets stand for a curved surface, they share its energy: there
-///
-///     I = (lambda r / 4) (erf((t + h) / s) - erf((t - h) / s)),  h = L / 2 r,
-///
-/// a lobe of the same energy whose half width s is the angle between neighbouring facets, so that
-/// facets sum to the round body: a^2 / 4 for a sphere; a L^2 / (2 lambda) for a cylinder far away,
-/// a r / 4 near it. (Urick's a r / 2 is that of plane waves; those of a sonar are curved by 1 / r.)
-/// Patches of one surface at about one range are one glint.
-///
-/// Two plane patches in a right angle send sound back to where it came from, by way of both. Seen
-/// in the plane across their edge, at the angles g_i to the patches, which reach w_i from it, that
-/// is a mirror of the width W = 2 min(w_1 sin g_1, w_2 sin g_2) that faces the sonar; along the
-/// edge it is a patch. So far away it has
-///
-///     sigma = W^2 L^2 / lambda^2,
-///
-/// 2 a^2 L^2 / lambda^2 for two equal patches seen from the middle (Ruck, Radar Cross Section
-/// Handbook, 1970, ch. 8: 8 pi a^2 L^2 / lambda^2 over 4 pi). An angle that is d over a right one
-/// turns what returns by 2 d: I = |2 integral from 0 to W / 2 of exp(i k (z + r d)^2 / r) dz|^2.
-/// Both reflections lose.
+/// Glints: the mirror-like part of a solid's echo, by physical optics (glint.h). Patches of one
+/// surface at about one range are one glint.
 ///
 /// Small objects: those that only a few planes of the fan would meet, however long they are across
 /// the track. Their patches, in cells no longer than those planes are apart, scatter

@@ -1,0 +1,144 @@
+#include <ensonify/engine/sonar/echo/glint.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include <ensonify/engine/sonar/instrument/sinc.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::Vector3d;
+using std::numbers::inv_sqrtpi, std::numbers::pi;
+
+constexpr double lobe_reach = 3.0;   // half widths of a lobe that count
+constexpr double side_lobes = 10.0;  // of a flat patch that count
+constexpr double rounding_margin = 1.001;
+
+/// C(t) + i S(t): the integral of exp(i pi u^2 / 2) from 0 to t. Near 0 by its power series (7.3.11
+/// and 7.3.13 of Abramowitz and Stegun 1964), elsewhere by 7.3.9, 7.3.10, 7.3.32 and 7.3.33: within
+/// 0.002.
+std::complex<double> fresnel(double t) {
+  const double phase = 0.5 * pi * t * t;
+  if (std::abs(t) < 1.8) {
+    std::complex<double> term = t, sum = t;
+    for (int n = 1; n <= 24; ++n) {
+      term *= std::complex<double>(0.0, phase / n);
+      sum += term / (2.0 * n + 1.0);
+    }
+    return sum;
+  }
+  const double x = std::abs(t);
+  const double f = (1.0 + 0.926 * x) / (2.0 + 1.792 * x + 3.104 * x * x);
+  const double g = 1.0 / (2.0 + 4.142 * x + 3.492 * x * x + 6.670 * x * x * x);
+  const double sine = std::sin(phase), cosine = std::cos(phase);
+  const std::complex<double> value(0.5 + f * sine - g * cosine, 0.5 - f * cosine - g * sine);
+  return t < 0.0 ? -value : value;
+}
+
+/// How far a direction of a patch may be inclined, beyond what its length spans, to have a glint.
+double reach_of(double length_m, double bend_rad, double wavelength_m) {
+  return bend_rad > 0.0 ? lobe_reach * bend_rad : 0.5 * side_lobes * wavelength_m / length_m;
+}
+
+/// I_1 I_2 for a disc that is inclined by `tilt`, m^4. With its chords across the
+/// tilt, u = a cos q from the middle: |integral over q of exp(i k (u - r t)^2 / r) C(a sin q)
+/// a sin q dq|^2, C(v) = 2 integral from 0 to v of exp(i k z^2 / r) dz. The integrand is even and
+/// periodic in q, so that the midpoint rule is exact once its steps resolve the phase.
+double disc_power_m4(double radius_m, double tilt, double range_m, double wavelength_m) {
+  const double k = 2.0 * pi / wavelength_m, zone_m = std::sqrt(wavelength_m * range_m);
+  const double turned_rad = 2.0 * k * radius_m * (radius_m / range_m + tilt);  // at most, over q
+  const int steps = 16 + static_cast<int>(turned_rad);
+  std::complex<double> sum = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double q = (i + 0.5) * pi / steps;
+    const double off_m = radius_m * std::cos(q) - range_m * tilt, half_m = radius_m * std::sin(q);
+    sum += half_m * std::polar(1.0, k * off_m * off_m / range_m) * fresnel(2.0 * half_m / zone_m);
+  }
+  return std::norm(zone_m * pi / steps * sum);
+}
+
+/// Whether a direction is inclined too far for a glint at that range, by products only. foot_m:
+/// from the patch's middle to the foot of the line of sight.
+bool beyond_reach(double foot_m, double length_m, double bend_rad, double range_m2,
+                  double wavelength_m) {
+  const double off_m = std::abs(foot_m) - 0.5 * length_m;
+  const double reach = rounding_margin * reach_of(length_m, bend_rad, wavelength_m);
+  return off_m > 0.0 && off_m * off_m > reach * reach * range_m2;
+}
+
+}  // namespace
+
+MirrorExtent::MirrorExtent(double its_length_m, double bend_rad, double its_tilt,
+                           double its_range_m, double wavelength_m)
+    : length_m(its_length_m),
+      lobe(bend_rad > 0.0 ? bend_rad : 0.5 * inv_sqrtpi * wavelength_m / its_length_m),
+      reach(reach_of(its_length_m, bend_rad, wavelength_m)),
+      tilt(its_tilt),
+      range_m(its_range_m),
+      curved(bend_rad > 0.0) {}
+
+bool MirrorExtent::reaches() const { return std::abs(tilt) < 0.5 * length_m / range_m + reach; }
+
+double MirrorExtent::power_m2(double wavelength_m) const {
+  const double zone_m2 = wavelength_m * range_m;
+  if (curved) {
+    const double half = 0.5 * length_m / range_m;
+    return 0.25 * zone_m2 * (std::erf((tilt + half) / lobe) - std::erf((tilt - half) / lobe));
+  }
+  if (length_m * length_m < 0.09 * zone_m2) {  // far away
+    const double field_m = length_m * sinc(2.0 * length_m * tilt / wavelength_m);
+    return field_m * field_m;
+  }
+  const double per_m = 2.0 / std::sqrt(zone_m2), middle_m = range_m * tilt;
+  return 0.25 * zone_m2 *
+         std::norm(fresnel(per_m * (0.5 * length_m - middle_m)) -
+                   fresnel(per_m * (-0.5 * length_m - middle_m)));
+}
+
+double Mirror::cross_section_m2(double wavelength_m) const {
+  const double power_m4 =
+      disc ? disc_power_m4(std::sqrt(one.length_m * other.length_m / pi),
+                           std::hypot(one.tilt, other.tilt), one.range_m, wavelength_m)
+           : one.power_m2(wavelength_m) * other.power_m2(wavelength_m);
+  return power_m4 / (wavelength_m * wavelength_m);
+}
+
+std::optional<Mirror> mirror_of(const FlatPart& patch, const Vector3d& away, double wavelength_m) {
+  const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
+  const double length_m = double(patch.length_m), width_m = double(patch.width_m);
+  // The foot of the line of sight, and the patch's place nearest to it. Its range counts, which on
+  // a long patch is not that of the middle.
+  const double along_m = -away.dot(along), across_m = -away.dot(across);
+  const double bend_along_rad = double(patch.bend_along_rad);
+  const double bend_across_rad = double(patch.bend_across_rad);
+  // Most are inclined too far even at the range of the middle, which is not nearer.
+  const double middle_m2 = away.squaredNorm();
+  if (beyond_reach(along_m, length_m, bend_along_rad, middle_m2, wavelength_m) ||
+      beyond_reach(across_m, width_m, bend_across_rad, middle_m2, wavelength_m))
+    return std::nullopt;
+  const Vector3d offset = std::clamp(along_m, -0.5 * length_m, 0.5 * length_m) * along +
+                          std::clamp(across_m, -0.5 * width_m, 0.5 * width_m) * across;
+  const double range_m = (away + offset).norm();
+  const MirrorExtent one(length_m, bend_along_rad, along_m / range_m, range_m, wavelength_m);
+  if (!one.reaches()) return std::nullopt;
+  const MirrorExtent other(width_m, bend_across_rad, across_m / range_m, range_m, wavelength_m);
+  if (!other.reaches()) return std::nullopt;
+  return Mirror{offset, one, other, patch.round && !one.curved && !other.curved};
+}
+
+double glint_reach(const PatchBlock& block, double wavelength_m) {
+  const double curved = lobe_reach * block.max_bend_rad;
+  const double plane = reach_of(block.shortest_plane_m, 0.0, wavelength_m);
+  return rounding_margin * std::sqrt(curved * curved + 2.0 * plane * plane);
+}
+
+double corner_power_m2(double width_m, double excess_rad, double range_m, double wavelength_m) {
+  const double zone_m2 = wavelength_m * range_m;
+  const double per_m = 2.0 / std::sqrt(zone_m2), off_m = range_m * excess_rad;
+  return zone_m2 * std::norm(fresnel(per_m * (0.5 * width_m + off_m)) - fresnel(per_m * off_m));
+}
+
+}  // namespace ensonify::engine
