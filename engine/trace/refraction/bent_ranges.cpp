@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <numbers>
 
@@ -68,8 +69,7 @@ std::vector<LaunchRange> bent_ranges(const scatter::SoundSpeedProfile& profile,
   };
   std::vector<LaunchRange> made, ahead;  // those to come, the next one last
   const std::vector<double> first = first_depressions_rad(profile, way);
-  for (auto depression = first.rbegin(); depression != first.rend(); ++depression)
-    ahead.push_back(at(*depression));
+  std::transform(first.rbegin(), first.rend(), std::back_inserter(ahead), at);
   made.push_back(ahead.back());
   ahead.pop_back();
   while (!ahead.empty()) {
