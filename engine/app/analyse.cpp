@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/clock.h>
+#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/reader.h>
@@ -39,12 +40,9 @@ struct AnalyseArguments {
 
 /// Reads the scene; for a mesh file, a scene whose seafloor is that mesh.
 Scene read_input(const SceneArguments& input) {
-  const std::string kind = input.file.extension().string();
   constexpr std::array meshes{".ply", ".obj", ".stl", ".off"};
-  const auto same = [&](std::string_view mesh) {
-    return std::ranges::equal(kind, mesh, {}, [](unsigned char c) { return std::tolower(c); });
-  };
-  if (std::ranges::none_of(meshes, same)) return input.read();
+  if (std::ranges::count(meshes, lower_case(input.file.extension().string())) == 0)
+    return input.read();
   if (!fs::exists(input.file))
     throw UsageError(fmt::format("{}: there is no such file; give the path of a scene or a mesh",
                                  input.file.string()));

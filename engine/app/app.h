@@ -90,8 +90,8 @@ void add_memory(CLI::App& command, MemoryLimit& memory);
 /// --threads: the number of threads. Without the option: 0.
 void add_threads(CLI::App& command, int& threads);
 
-/// The check of an option that takes a path: an empty one would stand for the folder that the
-/// program is in.
+/// The check of an option that takes a path: refuses an empty one, which would mean the current
+/// folder or the default.
 CLI::Validator a_path();
 /// The check of an option that takes a number: `low` to `high`, or any finite one. CLI11's own
 /// takes NaN as well, and without a check an empty text is 0.
@@ -105,7 +105,7 @@ Shard parse_shard(std::string_view option, const std::string& text);
 void print(std::string_view text);
 /// Writes the object of --json to stdout. Throws as print().
 void print_object(const nlohmann::ordered_json& json);
-/// Writes to stderr. That it cannot be written, as a log on a full disk, is no fault of the work.
+/// Writes to stderr. A write error is ignored: a full disk under a log must not end the work.
 template <class... Values>
 void print_note(fmt::format_string<Values...> format, Values&&... values) {
   const std::string text = fmt::format(format, std::forward<Values>(values)...);

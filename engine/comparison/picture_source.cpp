@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,6 +11,7 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
+#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/recording/recording_reader.h>
 
 namespace ensonify::engine {
@@ -24,9 +24,7 @@ constexpr double most_pixels = 268435456.0;  // 2^28, of all pictures
 std::vector<fs::path> pictures_of(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    std::string ending = entry.path().extension().string();
-    std::ranges::transform(ending, ending.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string ending = lower_case(entry.path().extension().string());
     if (entry.is_regular_file() && (ending == ".png" || ending == ".jpg" || ending == ".jpeg"))
       files.push_back(entry.path());
   }

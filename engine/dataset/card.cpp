@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
+
+#include <ensonify/engine/lower_case.h>
 
 namespace ensonify::engine {
 namespace {
@@ -34,11 +35,7 @@ std::string hub_metadata(const Card& card) {
   const auto out = std::back_inserter(text);
   const auto quoted = [](const std::string& word) { return nlohmann::json(word).dump(); };
   fmt::format_to(out, "---\npretty_name: {}\n", quoted(card.heading()));
-  if (!card.licence.empty()) {
-    std::string name = card.licence;
-    std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
-    fmt::format_to(out, "license: {}\n", quoted(name));
-  }
+  if (!card.licence.empty()) fmt::format_to(out, "license: {}\n", quoted(lower_case(card.licence)));
   text +=
       "task_categories:\n- object-detection\n- image-segmentation\n"
       "tags:\n- sonar\n- sidescan-sonar\n- synthetic\n";

@@ -1,6 +1,5 @@
 #include <ensonify/engine/live/setting.h>
 
-#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -16,10 +15,6 @@ namespace ensonify::engine {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// In the order of the page's list.
-constexpr std::array palettes{Palette::copper, Palette::grey, Palette::viridis, Palette::bronze,
-                              Palette::paper};
 
 Json colours_of(Palette palette) {
   Json colours = Json::array();
@@ -56,7 +51,8 @@ Bytes setting_frame(const LiveScene& live, const Display& display, const std::st
   Json sonars = Json::array();
   for (const Sonar& sonar : simulator.sonars()) sonars.push_back(to_json(sonar));
   Json colours;
-  for (const Palette palette : palettes) colours[name_of(palette)] = colours_of(palette);
+  for (std::size_t i = 0; i < palette_names.size(); ++i)
+    colours[palette_names[i]] = colours_of(static_cast<Palette>(i));
   std::vector<std::string> beds;
   for (const Material& material : live.scene.materials) beds.push_back(material.name);
   for (const scatter::NamedSediment& sediment : scatter::named_sediments())

@@ -39,7 +39,7 @@ struct ArchiveWriter::Impl {
   ~Impl() { abandoned = true; }
 
   /// Keeps an error for check(): an exception must not pass through C code, and libarchive leaks
-  /// memory if it is told of an error.
+  /// memory if the callback returns an error.
   static la_ssize_t write_bytes(archive*, void* self, const void* data, std::size_t size) {
     Impl& impl = *static_cast<Impl*>(self);
     try {

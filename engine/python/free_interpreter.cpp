@@ -1,6 +1,8 @@
 #include <pthread.h>
 
 #include <chrono>
+#include <optional>
+#include <stdexcept>
 #include <thread>
 
 #include "module.h"
@@ -9,31 +11,33 @@ namespace ensonify::python {
 namespace {
 
 // Both are read and written with the interpreter's lock held.
-bool ending = false;
+std::optional<std::thread::id> ends_in;  // the thread that ends the interpreter
 int running = 0;
+
+bool is_too_late() { return ends_in && *ends_in != std::this_thread::get_id(); }
 
 }  // namespace
 
 FreeInterpreter::FreeInterpreter() {
-  if (ending) return;
-  ++running;
+  const bool too_late = is_too_late();
+  if (!too_late) ++running;
   state_ = PyEval_SaveThread();
+  while (too_late) std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
 FreeInterpreter::~FreeInterpreter() {
-  if (!state_) return;
   PyEval_RestoreThread(state_);
   --running;
 }
 
 void check_interpreter() {
-  if (ending) throw std::runtime_error("the interpreter is ending");
+  if (is_too_late()) throw std::runtime_error("the interpreter is ending");
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
 void add_ending(py::module_&) {
   py::module_::import("atexit").attr("register")(py::cpp_function([] {
-    ending = true;
+    ends_in = std::this_thread::get_id();
     while (running > 0) {
       const py::gil_scoped_release unlocked;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));

@@ -29,9 +29,12 @@ std::vector<KeyValue> key_values(const py::handle& keys, std::string_view name);
 /// The scene that a path or a mapping gives, with keys changed.
 SessionScene scene_of(const py::object& given, const py::object& keys, const fs::path& data);
 
-/// Leaves the interpreter to other threads while it lives. At its end the interpreter first waits
-/// for these; a thread that asked for its lock after that would be ended inside of C++, and the
-/// program with it. Later ones keep the lock.
+/// Releases the interpreter's lock while it exists, so that other threads can run Python.
+///
+/// When the interpreter ends, a thread that takes the lock again is ended inside of C++, which
+/// aborts the program. So the interpreter first waits until no thread has one of these. A thread
+/// that makes one later, other than the one that ends the interpreter, waits until the process is
+/// gone, as Python's own threads do.
 class FreeInterpreter {
  public:
   FreeInterpreter();
@@ -40,9 +43,10 @@ class FreeInterpreter {
   FreeInterpreter& operator=(const FreeInterpreter&) = delete;
 
  private:
-  PyThreadState* state_ = nullptr;
+  PyThreadState* state_;
 };
-/// Throws if a signal's handler does or the interpreter is ending. Needs its lock.
+/// Throws what a signal's handler throws, and std::runtime_error in a thread that the interpreter's
+/// end waits for. Needs the lock.
 void check_interpreter();
 
 /// The folder for analysed seafloors: this one, or the default.

@@ -8,8 +8,8 @@
 namespace ensonify::engine {
 
 /// A warning for each key that the scene gives and that has no effect, because another key is not
-/// given or switches it off: "file:line:column: 'KEY' has no effect ...". Values that a preset or
-/// the scene's conditions give count as well. Keys that a scene may not have are errors, not
+/// given or switches it off: "file:line:column: 'KEY' has no effect ...". What a preset or the
+/// scene's conditions switch on is on. Keys that a scene may not have are errors, not
 /// warnings (check_scene()).
 std::vector<std::string> unused_keys(const Scene& scene);
 

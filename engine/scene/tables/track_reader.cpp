@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/scene/tables/csv_table.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
@@ -235,8 +236,7 @@ class TrackReader {
                                          {"'yaw", heading_deg}}};
     const bool has_height = table_.has(z_m) || table_.has(depth_m) || table_.has(altitude_m);
     for (const std::string& quoted : table_.unknown()) {
-      std::string lower = quoted;
-      std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+      const std::string lower = lower_case(quoted);
       for (const Name& name : names) {
         const bool height = name.column < roll_deg;
         if (table_.has(name.column) || (height && has_height) || !lower.starts_with(name.begin))

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -14,6 +13,7 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
+#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/seafloor/bed/unit_of_length.h>
 
 namespace ensonify::engine {
@@ -23,16 +23,13 @@ namespace {
 std::string attribute_of(const GDALMDArray& array, const char* name) {
   const auto attribute = array.GetAttribute(name);
   const char* const text = attribute ? attribute->ReadAsString() : nullptr;
-  std::string lower = text ? text : "";
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  return lower;
+  return lower_case(text ? text : "");
 }
 
 /// 'x' or 'y', as standard_name, axis or the name says; 0: none says.
 char direction_of(const GDALMDArray& coordinate) {
   const std::string standard = attribute_of(coordinate, "standard_name");
-  std::string name = coordinate.GetName();
-  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string name = lower_case(coordinate.GetName());
   const auto begins = [](std::string_view text, auto... words) {
     return (text.starts_with(words) || ...);
   };
@@ -46,8 +43,7 @@ char direction_of(const GDALMDArray& coordinate) {
 }
 
 bool is_in_degrees(const GDALMDArray& coordinate) {
-  std::string name = coordinate.GetName();
-  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string name = lower_case(coordinate.GetName());
   const std::string standard = attribute_of(coordinate, "standard_name");
   const std::string unit = attribute_of(coordinate, "units");
   if (!unit.empty()) return unit.starts_with("degree");
@@ -97,8 +93,8 @@ std::string fault_of_netcdf_axes(const std::filesystem::path& file, std::string_
     const char its = direction_of(*coordinate);
     if (its != 0 && its != direction)
       return fmt::format(
-          "has '{}' in the place of its {} dimension; expected the order y, x: exchange them (ncpdq "
-          "-a y,x, or transpose in xarray)",
+          "has '{}' as its {} dimension, expected the order y, x; exchange them (ncpdq -a y,x, or "
+          "transpose in xarray)",
           name, direction);
     if (is_in_degrees(*coordinate))
       return fmt::format(

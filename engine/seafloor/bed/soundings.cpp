@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -16,6 +15,7 @@
 #include <fmt/format.h>
 #include <gdal_alg.h>
 
+#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/seafloor/bed/unit_of_length.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -94,7 +94,7 @@ bool has_decimal_commas(std::string_view line) {
 std::optional<std::size_t> meaning_of(std::string_view word) {
   std::string name(word);
   std::erase_if(name, [](char c) { return c == '"' || c == '\''; });
-  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  name = lower_case(std::move(name));
   const std::size_t end = std::min(name.find_first_of(" _(["), name.size());
   std::string unit = name.substr(end);
   std::erase_if(unit,

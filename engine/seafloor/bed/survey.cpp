@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <initializer_list>
@@ -24,6 +23,7 @@
 #include <hdf5.h>
 #include <ogr_spatialref.h>
 
+#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/ascii_grid.h>
 #include <ensonify/engine/seafloor/bed/netcdf_axes.h>
@@ -263,7 +263,7 @@ class SurveyReader {
   /// Whether a band's name has one of these words.
   bool band_has(int number, std::initializer_list<std::string_view> words) const {
     std::string name = dataset_->GetRasterBand(number)->GetDescription();
-    std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+    name = lower_case(std::move(name));
     return std::ranges::any_of(words,
                                [&](std::string_view word) { return name.find(word) != name.npos; });
   }
