@@ -99,8 +99,10 @@ TEST_CASE("an object is made from the keys of its table") {
   CHECK_THROWS_AS(object_of(std::vector<KeyValue>{{"shape", "\"teapot\""}}, "'add'", {}),
                   SceneError);
   CHECK_THROWS_AS(object_of(std::vector<KeyValue>{{"no such key", "1"}}, "'add'", {}), SceneError);
-  CHECK_THROWS_AS(object_of(std::vector<KeyValue>{{"shape", "\"box\"\n[[objects]]"}}, "'add'", {}),
-                  SceneError);
+  CHECK_THROWS_AS(
+      object_of(std::vector<KeyValue>{{"shape", "\"box\"\n[[objects]]\nshape = \"box\""}}, "'add'",
+                {}),
+      SceneError);
   for (const char* key : {"heading_deg", "east_m", "height_m", "count"})
     CHECK_THROWS_WITH(
         object_of(std::vector<KeyValue>{{"shape", "\"box\""}, {key, "1"}}, "'add'", {}),
