@@ -551,7 +551,7 @@ TEST_CASE("A netCDF grid has its axes in order, in metres and with equal steps, 
   const auto fault = [&](const NetCdfAxis& first, const NetCdfAxis& second) {
     return error_of(folder, netcdf({first, second}), "grid.nc");
   };
-  CHECK(has(fault(x, y), "has 'y' in the place of its x dimension; expected the order y, x"));
+  CHECK(has(fault(x, y), "has 'y' as its x dimension, expected the order y, x"));
   NetCdfAxis named = x, other = y;  // by its standard name, whatever it is called
   named.name = "a";
   other.name = "b";
