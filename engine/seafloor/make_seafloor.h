@@ -3,11 +3,11 @@
 #include <cstdint>
 #include <span>
 
-#include <ensonify/engine/memory.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/seafloor/seafloor_memory.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
 
 namespace ensonify::engine {
@@ -15,28 +15,6 @@ namespace ensonify::engine {
 /// To be raised when the same options make another seafloor than they did: caches of analysed
 /// seafloors name it.
 inline constexpr int seafloor_version = 9;
-
-/// Where make_seafloor() leaves the faces of a bed of heights. A mesh that was read has no heights:
-/// it is left in a mesh in any case.
-enum class BedForm {
-  mesh,  ///< with those of the objects, as a mesh
-  grid   ///< in the grid: about a seventh of the memory
-};
-
-/// The memory limit of make_seafloor(), and the memory that later stages need.
-///
-/// Every estimate is a lower bound: it counts only what is certainly allocated at the same time, so
-/// that no seafloor that fits is refused. For a survey the heights are counted before it is read
-/// and the faces once they are known, since holes make no faces; for random layers, what each of
-/// them needs.
-struct MemoryPlan {
-  MemoryLimit limit;
-  double bytes_per_face = 0.0;  ///< for what is built over the mesh: a tree, or the analysis
-  double more_bytes = 0.0;      ///< for what is allocated at the same time, such as a run's images
-};
-
-/// Reads only the header of a survey grid. Throws what make_seafloor() would throw for that header.
-void check_header(const SeafloorOptions& options);
 
 /// The heights of the bed that make_seafloor() makes, with the scours of the objects and without
 /// the objects. Throws std::invalid_argument if the options make no bed below the sea surface or

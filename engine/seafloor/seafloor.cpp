@@ -4,6 +4,7 @@
 
 #include <ensonify/refine/height_grid.h>
 #include <ensonify/refine/mesh_reader.h>
+#include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::engine {
 
@@ -16,6 +17,15 @@ refine::Bounds Seafloor::bounds() const {
   box.lowest = box.lowest.cwiseMin(of_objects.lowest);
   box.highest = box.highest.cwiseMax(of_objects.highest);
   return box;
+}
+
+void Seafloor::add_repairs(const refine::RepairReport& report, const std::filesystem::path& file) {
+  if (report.total() == 0) return;
+  repairs += report.total();
+  std::string what;
+  for (const auto& [name, count] : report.entries())
+    if (count > 0) what += fmt::format("{}{} {}", what.empty() ? "" : ", ", name, count);
+  warnings.push_back(fmt::format("{}: repaired: {}", file.filename().string(), what));
 }
 
 refine::TriangleMesh Seafloor::whole_mesh() const {

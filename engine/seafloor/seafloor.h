@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,13 +12,17 @@
 
 namespace ensonify::refine {
 class HeightGrid;
-}
+struct RepairReport;
+}  // namespace ensonify::refine
 
 namespace ensonify::engine {
 
 /// The number of labels, and of instances, that there can be: they have 16 bits, and label pictures
 /// ignore the last number. Number 0 means none.
 inline constexpr std::size_t max_labels = 65535;
+
+/// The number of faces that a seafloor can have.
+inline constexpr double max_seafloor_faces = 2147483648.0;  // 2^31
 
 /// What a face belongs to; 0 means none.
 struct Label {
@@ -98,6 +103,8 @@ struct Seafloor {
                                    : features.at(number - objects.size()).label;
   }
   refine::Bounds bounds() const;  ///< of all faces, local metres
+  /// Counts the repairs to a mesh file, and warns of them.
+  void add_repairs(const refine::RepairReport& report, const std::filesystem::path& file);
   /// All faces of a seafloor without a progressive mesh, in their order.
   refine::TriangleMesh whole_mesh() const;
   /// With `grid`: the objects' faces after those of `bed`, some of the bed's.

@@ -8,6 +8,7 @@
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed_height.h>
+#include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
 #include <ensonify/engine/trace/face_source.h>

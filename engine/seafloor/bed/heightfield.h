@@ -25,6 +25,7 @@ struct Heightfield {
   int whole_columns = 0, whole_rows = 0;  ///< of the larger grid; 0: this is whole
   int first_column = 0, first_row = 0;    ///< of the window in it
 
+  double points() const { return static_cast<double>(columns) * rows; }
   bool is_window() const { return whole_columns > 0; }
   int columns_in_all() const { return is_window() ? whole_columns : columns; }
   int rows_in_all() const { return is_window() ? whole_rows : rows; }

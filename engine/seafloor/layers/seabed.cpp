@@ -215,4 +215,20 @@ SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std
   return std::move(layers).map();
 }
 
+std::vector<std::string> coarse_cell_warnings(const Heightfield& grid,
+                                              const SeabedOptions& seabed) {
+  const double cell_m = std::max(grid.cell_east_m, grid.cell_north_m);
+  std::vector<std::string> warnings;
+  for_each_relief_list(seabed, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
+    const ReliefKind<Relief>& kind = kind_of(Relief{});
+    for (std::size_t i = 0; kind.size_m && i < list.size(); ++i)
+      if (const double size_m = list[i].relief.*kind.size_m; cell_m > 0.5 * size_m)
+        warnings.push_back(fmt::format(
+            "seafloor.{}.{}: cells of {} m hardly show its features of {} m; make the cells {} m or "
+            "smaller",
+            kind.list, i, cell_m, size_m, 0.25 * size_m));
+  });
+  return warnings;
+}
+
 }  // namespace ensonify::engine

@@ -53,7 +53,7 @@ struct SeabedOptions {
 /// The kinds of layers, in the order in which they are laid.
 inline constexpr std::tuple relief_lists{
     &SeabedOptions::roughness,    //
-    &SeabedOptions::bedforms,       //
+    &SeabedOptions::bedforms,     //
     &SeabedOptions::trawl_marks,  //
     &SeabedOptions::pits,         //
     &SeabedOptions::outcrops,     //
@@ -95,5 +95,8 @@ struct SeabedMap {
 /// scene's key of the layer at fault, for options that cannot be laid.
 SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
                      std::uint64_t seed, RoughnessInWindows* roughness = nullptr);
+
+/// Warns of layers whose features lie between the points of the grid: a line for each.
+std::vector<std::string> coarse_cell_warnings(const Heightfield& grid, const SeabedOptions& seabed);
 
 }  // namespace ensonify::engine

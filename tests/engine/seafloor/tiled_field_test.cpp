@@ -193,30 +193,44 @@ Heightfield part_of(const Heightfield& field, int first_column, int columns, int
   return part;
 }
 
-/// A bed of 10 km x 200 m against one transform: the slopes of the spectrum, the variogram, and
+/// A bed that consists of the blocks of a tiled field.
+Heightfield bed_of_blocks(const Heightfield& grid, const SpectralField& what, std::uint64_t seed) {
+  const TiledField tiled(grid, what, seed, Purpose::test);
+  Heightfield bed = grid;
+  for (int block_row = 0; block_row * block < grid.rows; ++block_row)
+    for (int column = 0; column * block < grid.columns; ++column) {
+      std::vector<double> z_m(std::size_t{block} * block, 0.0);
+      tiled.add_block(column, block_row, z_m);
+      const int last_row = std::min(grid.rows, (block_row + 1) * block);
+      for (int row = block_row * block; row < last_row; ++row)
+        std::copy_n(z_m.begin() + std::ptrdiff_t{row - block_row * block} * block,
+                    std::min(block, grid.columns - column * block), &bed.at(column * block, row));
+    }
+  return bed;
+}
+
+/// Beds of 10 km x 200 m against one transform: the slopes of the spectrum, the variogram, and
 /// steps over the borders of blocks.
 void check_long_bed(double cell_m) {
   const int columns = static_cast<int>(10000.0 / cell_m), rows = static_cast<int>(200.0 / cell_m);
   const FractalRelief relief{.height_at_1m_m = 0.1, .hurst = 0.6};
   const Heightfield grid = flat(columns, rows, cell_m, cell_m);
   const SpectralField what = fractal_field(grid, relief);
-  const TiledField tiled(grid, what, 11, Purpose::test);
-  Heightfield bed = grid;
-  for (int block_row = 0; block_row * block < rows; ++block_row)
-    for (int column = 0; column * block < columns; ++column) {
-      std::vector<double> z_m(std::size_t{block} * block, 0.0);
-      tiled.add_block(column, block_row, z_m);
-      const int last_row = std::min(rows, (block_row + 1) * block);
-      for (int row = block_row * block; row < last_row; ++row)
-        std::copy_n(z_m.begin() + std::ptrdiff_t{row - block_row * block} * block,
-                    std::min(block, columns - column * block), &bed.at(column * block, row));
-    }
 
-  for (const int lag : {1, 2, 4, 8, 16, 32}) {
-    CAPTURE(lag);
-    const double expected = expected_variogram(what, lag * cell_m, cell_m);
-    CHECK(0.5 * (variogram(bed, lag, 0) + variogram(bed, 0, lag)) ==
-          Approx(expected).epsilon(0.05));
+  // A bed has few of the longest waves: at a lag of 32 cells its variogram differs by 4 % (rms).
+  constexpr int beds = 8;
+  const std::array lags{1, 2, 4, 8, 16, 32};
+  std::array<double, lags.size()> mean_variogram{};
+  Heightfield bed;
+  for (std::uint64_t seed = 1; seed <= beds; ++seed) {
+    bed = bed_of_blocks(grid, what, seed);
+    for (std::size_t i = 0; i < lags.size(); ++i)
+      mean_variogram[i] += 0.5 * (variogram(bed, lags[i], 0) + variogram(bed, 0, lags[i])) / beds;
+  }
+  for (std::size_t i = 0; i < lags.size(); ++i) {
+    CAPTURE(lags[i]);
+    CHECK(mean_variogram[i] ==
+          Approx(expected_variogram(what, lags[i] * cell_m, cell_m)).epsilon(0.05));
   }
 
   constexpr int side = 1000, other_side = 400;

@@ -1,0 +1,91 @@
+#include <ensonify/engine/seafloor/add_objects.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/seafloor/bed/tessellate.h>
+#include <ensonify/engine/seafloor/bed_height.h>
+#include <ensonify/engine/seafloor/layers/bed_labels.h>
+#include <ensonify/engine/seafloor/objects/objects.h>
+#include <ensonify/engine/seafloor/objects/scour.h>
+#include <ensonify/refine/height_grid.h>
+
+namespace ensonify::engine {
+namespace {
+
+void add_object(PlacedObjects::One& object, Seafloor& seafloor) {
+  refine::TriangleMesh& whole = seafloor.mesh;
+  const auto first = static_cast<std::uint32_t>(whole.positions.size());
+  whole.positions.insert(whole.positions.end(), object.mesh.positions.begin(),
+                         object.mesh.positions.end());
+  for (const refine::Face& face : object.mesh.faces)
+    whole.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+  const std::size_t label = seafloor.labels.size();
+  for (const ObjectPart& part : object.parts)
+    seafloor.labels.push_back({.sediment = number_in(seafloor.materials, part.material),
+                               .class_id = number_in(seafloor.classes, part.class_name),
+                               .instance = static_cast<std::uint16_t>(seafloor.objects.size() + 1),
+                               .two_sided = part.two_sided});
+  object.record.label = seafloor.labels[label];
+  seafloor.objects.push_back(object.record);
+  if (seafloor.face_label.empty())
+    seafloor.first_labelled = static_cast<std::uint32_t>(seafloor.bed_faces);
+  for (std::size_t f = 0; f < object.mesh.faces.size(); ++f)
+    seafloor.face_label.push_back(
+        static_cast<std::uint16_t>(label + (object.face_part.empty() ? 0 : object.face_part[f])));
+  object.mesh = {};
+}
+
+}  // namespace
+
+void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
+                 std::span<const Material> materials, Heightfield* scoured, Seafloor& seafloor) {
+  if (tables.empty()) return;
+  const auto require_labels = [&](std::size_t count, std::string_view what) {
+    if (count + seafloor.labels.size() > max_labels)
+      throw std::invalid_argument(
+          fmt::format("{} {} are more than the {} labels that are left; use fewer objects", count,
+                      what, max_labels - seafloor.labels.size()));
+  };
+  require_labels(count_of(tables), "objects");
+  PlacedObjects placed = place_objects(tables, seed, BedGrid(seafloor), materials);
+  if (const std::optional<std::size_t> first = first_scoured(tables)) {
+    if (!scoured)
+      throw std::invalid_argument(
+          fmt::format("objects.{}: scour_ratio and tail_ratio need a bed of heights that is made "
+                      "at once, not a mesh and not one in tiles; leave them out",
+                      *first));
+    add_scours(*scoured, placed, tables, seed);
+    seafloor.grid = std::make_shared<const refine::HeightGrid>(height_grid(*scoured));
+    seafloor.mean_bed_m = seafloor.grid->mean_height_m();
+  }
+  std::size_t parts = 0;
+  for (const PlacedObjects::One& object : placed.objects) parts += object.parts.size();
+  require_labels(parts, "parts of objects");
+  for (const auto& [file, report] : placed.repairs) seafloor.add_repairs(report, file);
+  seafloor.warnings.insert(seafloor.warnings.end(), placed.warnings.begin(), placed.warnings.end());
+  std::size_t faces = 0, vertices = 0;
+  for (const PlacedObjects::One& object : placed.objects) {
+    faces += object.mesh.faces.size();
+    vertices += object.mesh.positions.size();
+  }
+  seafloor.faces += faces;
+  seafloor.vertices += vertices;
+  if (static_cast<double>(seafloor.faces) > max_seafloor_faces)
+    throw refine::MeshError(fmt::format(
+        "with its {} objects the seafloor has more than 2^31 faces; use coarser meshes or a "
+        "coarser bed",
+        placed.objects.size()));
+  seafloor.mesh.faces.reserve(seafloor.mesh.faces.size() + faces);
+  seafloor.mesh.positions.reserve(seafloor.mesh.positions.size() + vertices);
+  for (PlacedObjects::One& object : placed.objects) add_object(object, seafloor);
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,126 @@
+#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/seafloor/add_objects.h>
+#include <ensonify/engine/seafloor/base.h>
+#include <ensonify/engine/seafloor/bed/relief_fields.h>
+#include <ensonify/engine/seafloor/layers/seabed_in_windows.h>
+#include <ensonify/engine/seafloor/seafloor_memory.h>
+#include <ensonify/refine/height_grid.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double most_survey_points = 67108864.0;        // 2^26, that are read at once
+constexpr double most_points_with_detail = 268435456.0;  // 2^28, that with_detail() makes
+
+std::string not_at_once(const SeafloorOptions& options) {
+  const Heightfield grid = base_grid(options);
+  return fmt::format(
+      "seafloor: a bed of {} x {} points is too large to be made at once, which this needs (run, "
+      "stream and live make it where pings need it); {}",
+      grid.columns, grid.rows, smaller_bed_cure(options, BedForm::grid));
+}
+
+/// The heights and kinds of a bed's tiles.
+refine::HeightTiles::Heights heights_of_tiles(const SeafloorOptions& options,
+                                              const Heightfield& grid, std::uint64_t seed) {
+  refine::HeightTiles::Heights base = base_in_windows(options, seed);
+  if (options.seabed.empty()) return base;
+  refine::HeightTiles::Heights bed =
+      with_seabed(grid, std::move(base), options.seabed, options.material, seed);
+  if (options.kind != SeafloorKind::fractal) return bed;
+  return [bed = std::move(bed), depth_m = options.depth_m](
+             int first_column, int first_row, int columns, int rows, std::span<double> z_m,
+             std::span<std::uint8_t> kinds) {
+    bed(first_column, first_row, columns, rows, z_m, kinds);
+    refuse_land(z_m, depth_m);
+  };
+}
+
+/// The labels of a bed whose tiles have the kinds of its points, which features have no numbers in.
+void label_tiles(const SeabedOptions& seabed, std::span<const SeabedMap::Kind> kinds,
+                 Seafloor& seafloor) {
+  for (const SeabedMap::Kind& kind : kinds)
+    seafloor.labels.push_back({.sediment = number_in(seafloor.materials, kind.material),
+                               .class_id = number_in(seafloor.classes, kind.class_name)});
+  seafloor.labels_in_grid = kinds.size() > 1;
+  for_each_relief_list(seabed, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
+    const ReliefKind<Relief>& kind = kind_of(Relief{});
+    for (std::size_t i = 0; kind.has_instances() && i < list.size(); ++i)
+      if (!list[i].class_name.empty())
+        seafloor.warnings.push_back(fmt::format(
+            "seafloor.{}.{}: a bed that is made in tiles has no numbers of features; the truth has "
+            "their class, but no instances of them",
+            kind.list, i));
+  });
+}
+
+/// The grid whose tiles are made later. Its mean height is that of the options, or of a sample.
+void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const TileFile& tiles,
+                       Seafloor& seafloor) {
+  const Heightfield grid = base_grid(options);
+  require_windows(grid, options.seabed);
+  const std::vector<SeabedMap::Kind> kinds = possible_kinds(options.seabed, options.material);
+  const auto describe = [&](refine::HeightTiles::Shape& shape) {
+    const SurveySample sample = sample_base(options);
+    shape.mean_height_m = sample.mean_m;
+    shape.lowest_m = static_cast<float>(sample.lowest_m);
+    shape.highest_m = static_cast<float>(sample.highest_m);
+  };
+  auto [x_m, y_m] = places(grid);
+  Eigen::Vector3d world_origin = grid.world_origin;
+  if (options.kind == SeafloorKind::survey) world_origin.z() = options.water_level_m;
+  seafloor.grid = std::make_shared<const refine::HeightGrid>(std::make_shared<refine::HeightTiles>(
+      std::move(x_m), std::move(y_m), world_origin, describe, heights_of_tiles(options, grid, seed),
+      tiles.file, tiles.key, kinds.size() > 1));
+  seafloor.mesh.world_origin = world_origin;
+  seafloor.utm_zone = grid.utm_zone;
+  seafloor.vertices = seafloor.grid->vertices();
+  seafloor.faces = seafloor.bed_faces = seafloor.grid->faces();
+  seafloor.mean_bed_m = seafloor.grid->mean_height_m();
+  seafloor.warnings = coarse_cell_warnings(grid, options.seabed);
+  label_tiles(options.seabed, kinds, seafloor);
+}
+
+}  // namespace
+
+bool needs_tiles(const SeafloorOptions& options) {
+  if (!options.is_grid()) return false;
+  const Heightfield grid = base_grid(options);
+  if (options.kind == SeafloorKind::survey) {
+    const bool detail = options.detail.cell_m > 0.0;
+    return grid.points() > (detail ? most_points_with_detail : most_survey_points) &&
+           !(detail && grid.cell_east_m != grid.cell_north_m) &&
+           obstacle_to_windows(grid, options.seabed).empty();
+  }
+  const auto fits = [&](const FractalRelief& relief) {
+    return fits_one_transform(
+        grid, relief.height_at_1m_m > 0.0 ? fractal_field(grid, relief) : SpectralField{});
+  };
+  return !fits(options.fractal) ||
+         !std::ranges::all_of(options.seabed.roughness, fits, &ReliefLayer<FractalRelief>::relief);
+}
+
+void require_at_once(const SeafloorOptions& options) {
+  if (needs_tiles(options)) throw std::invalid_argument(not_at_once(options));
+}
+
+Seafloor make_seafloor_in_tiles(const SeafloorOptions& options, std::uint64_t seed,
+                                std::span<const ObjectOptions> objects,
+                                std::span<const Material> materials, const TileFile& tiles) {
+  Seafloor seafloor;
+  take_bed_in_tiles(options, seed, tiles, seafloor);
+  add_objects(objects, seed, materials, nullptr, seafloor);
+  return seafloor;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+
+#include <ensonify/engine/memory.h>
+#include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/seafloor/seafloor_options.h>
+
+namespace ensonify::engine {
+
+/// Where make_seafloor() leaves the faces of a bed of heights. A mesh that was read has no heights:
+/// it is left in a mesh in any case.
+enum class BedForm {
+  mesh,  ///< with those of the objects, as a mesh
+  grid   ///< in the grid: about a seventh of the memory
+};
+
+/// The memory limit of make_seafloor(), and the memory that later stages need.
+///
+/// Every estimate is a lower bound: it counts only what is certainly allocated at the same time, so
+/// that no seafloor that fits is refused. For a survey the heights are counted before it is read
+/// and the faces once they are known, since holes make no faces; for random layers, what each of
+/// them needs.
+struct MemoryPlan {
+  MemoryLimit limit;
+  double bytes_per_face = 0.0;  ///< for what is built over the mesh: a tree, or the analysis
+  double more_bytes = 0.0;      ///< for what is allocated at the same time, such as a run's images
+};
+
+/// How to need less memory for a bed of this form.
+std::string smaller_bed_cure(const SeafloorOptions& options, BedForm form);
+
+/// Throws MemoryError before anything is made, if the options and the header show that the heights
+/// cannot fit.
+void require_heights_fit(const SeafloorOptions& options, const MemoryPlan& plan);
+
+/// The same for all of a bed; of a survey only the heights count.
+void require_bed_fits(const SeafloorOptions& options, const MemoryPlan& plan, BedForm form);
+
+/// Throws MemoryError if what is made of these heights cannot fit.
+void require_faces_fit(const SeafloorOptions& options, const Heightfield& field,
+                       const MemoryPlan& plan, BedForm form);
+
+}  // namespace ensonify::engine
