@@ -156,6 +156,7 @@ std::array<double, 3> viridis(double t) {
 /// A Gaussian's weights at 0, 1, 2 ... pixels, to three standard deviations. Those of both sides
 /// make 1.
 std::vector<float> gaussian(double sigma_px) {
+  if (sigma_px == 0.0) return {1.0f};
   std::vector<float> weights;
   float sum = 0.0f;
   for (double at = 0.0; at <= std::ceil(3.0 * sigma_px); at += 1.0) {
@@ -178,13 +179,14 @@ Row weighted_sum(std::span<const float> weights, At&& at) {
 }
 
 /// Smooths a grey picture by a Gaussian. Beyond the border the outermost pixels continue.
-void smooth(Picture& grey, double sigma_px) {
-  const std::vector<float> weights = gaussian(sigma_px);
+void smooth(Picture& grey, double track_sigma_px, double range_sigma_px) {
+  const std::vector<float> over_rows = gaussian(track_sigma_px),
+                           over_columns = gaussian(range_sigma_px);
   const Eigen::Index rows = static_cast<Eigen::Index>(grey.height),
                      columns = static_cast<Eigen::Index>(grey.width),
-                     reach = std::ssize(weights) - 1;
+                     reach = std::ssize(over_rows) - 1, side = std::ssize(over_columns) - 1;
   // The rows that a row's sum needs, as they were before they were smoothed.
-  std::vector<Row> near(2 * weights.size() - 1);
+  std::vector<Row> near(2 * over_rows.size() - 1);
   const auto values = [&](Eigen::Index row) -> Row& {
     return near[static_cast<std::size_t>(row) % near.size()];
   };
@@ -199,17 +201,17 @@ void smooth(Picture& grey, double sigma_px) {
                     Bytes(first + 1, columns, Eigen::InnerStride<>(bytes)).cast<float>();
   };
   for (Eigen::Index row = 0; row < std::min(reach, rows); ++row) load(row);
-  Row beyond(columns + 2 * reach);
+  Row beyond(columns + 2 * side);
   std::uint8_t* to = grey.pixels.data();
   for (Eigen::Index row = 0; row < rows; ++row) {
     if (row + reach < rows) load(row + reach);
-    beyond.segment(reach, columns) = weighted_sum(weights, [&](Eigen::Index k) -> const Row& {
+    beyond.segment(side, columns) = weighted_sum(over_rows, [&](Eigen::Index k) -> const Row& {
       return values(std::clamp<Eigen::Index>(row + k, 0, rows - 1));
     });
-    beyond.head(reach) = beyond[reach];
-    beyond.tail(reach) = beyond[reach + columns - 1];
+    beyond.head(side) = beyond[side];
+    beyond.tail(side) = beyond[side + columns - 1];
     for (const float value : weighted_sum(
-             weights, [&](Eigen::Index k) { return beyond.segment(reach + k, columns); })) {
+             over_columns, [&](Eigen::Index k) { return beyond.segment(side + k, columns); })) {
       const auto step = static_cast<unsigned>(std::lround(value));
       if (grey.bits == 16) *to++ = static_cast<std::uint8_t>(step >> 8);
       *to++ = static_cast<std::uint8_t>(step & 0xff);
@@ -382,7 +384,9 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
       if (bits == 16) *pixel++ = static_cast<std::uint8_t>(step >> 8);
       *pixel++ = static_cast<std::uint8_t>(step & 0xff);
     }
-  if (display.smoothing_px > 0.0) smooth(picture, display.smoothing_px);
+  if (display.smoothing_px > 0.0 || display.track_smoothing_px > 0.0)
+    smooth(picture, std::hypot(display.smoothing_px, display.track_smoothing_px),
+           display.smoothing_px);
   return painted(std::move(picture), display.palette);
 }
 

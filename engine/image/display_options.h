@@ -42,6 +42,8 @@ struct Display {
   /// Standard deviation of the Gaussian that the picture is smoothed by, in pixels: what displays
   /// do that enlarge or interpolate. 0: not smoothed.
   double smoothing_px = 0.0;
+  /// The same along the track alone, in addition: rows at even distances are mixtures of pings.
+  double track_smoothing_px = 0.0;
   Palette palette = Palette::grey;
 };
 

@@ -39,7 +39,7 @@ Json to_json(const Sonar& sonar) {
 
 Display line_display(Display display) {
   display.beam_normalisation = display.flat_field = false;
-  display.smoothing_px = 0.0;
+  display.smoothing_px = display.track_smoothing_px = 0.0;
   if (display.mapping == Mapping::equalised) display.mapping = Mapping::gamma;
   display.palette = Palette::grey;  // the page applies the palette
   return display;

@@ -11,6 +11,7 @@ namespace {
 // slow ones by steering and depth keeping. Typical values.
 MotionOptions survey_motion() {
   MotionOptions motion;
+  motion.crab_rad = 5.0 * degree;  // a current of 0.15 m/s from the side
   motion.roll = {.rms = 0.8 * degree, .period_s = 5.0};
   motion.pitch = {.rms = 0.4 * degree, .period_s = 5.0};
   motion.heading = {
@@ -40,6 +41,7 @@ void use_conditions(Scene& scene) {
     for (Sonar& sonar : scene.sonars) use_survey_recorder(sonar.receiver);
     // As displays at sea: beds get darker with range. By Lambert's law they would need 50.
     scene.display.spreading = 30.0;
+    scene.display.track_smoothing_px = 0.5;  // rows at even distances
   } else if (scene.conditions == Conditions::ideal) {
     scene.texture = false;
   }

@@ -542,6 +542,10 @@ const std::vector<Section<Scene>>& scene_sections() {
             "Standard deviation of the Gaussian that the picture is smoothed by, as by a display "
             "that enlarges or interpolates; 0: not smoothed.",
             at(&Scene::display, &Display::smoothing_px)},
+           {"track_smoothing_px", "px", {0, 20},
+            "The same along the track alone, in addition, as by a display that draws rows at even "
+            "distances, mixtures of pings; 0: none.",
+            at(&Scene::display, &Display::track_smoothing_px)},
            {"palette", "", {}, "Colours; paper is grey with strong echoes dark.",
             at(&Scene::display, &Display::palette),
             {palette_names.begin(), palette_names.end()}},

@@ -119,6 +119,10 @@ const Section<Sonar>& sonar_section() {
            "Lowest level of the vertical beam, re its peak; unset: -20, or no limit if the beam "
            "was measured.",
            at(&Sonar::vertical, &VerticalPattern::floor_db)},
+          {"vertical_floor_below_db", "dB", {-200, 0},
+           "The same between the beam's axis and straight down, where the nulls of real elements "
+           "are filled; unset: vertical_floor_db.",
+           at(&Sonar::vertical, &VerticalPattern::floor_below_db)},
           {"vertical_ripple_db", "dB", {0, 100},
            "Ripple over the vertical beam, a cosine in dB: from its brightest to its darkest.",
            at(&Sonar::vertical, &VerticalPattern::ripple_db)},

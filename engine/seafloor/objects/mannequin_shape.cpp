@@ -46,28 +46,28 @@ void make_mannequin(FamilyForm& form) {
   solids.ball({0.0, 0.43 * l, z}, 0.065 * l, 3);
   solids.begin_part(limbs);
   for (const double side : {-1.0, 1.0}) {
-    // On a side the limbs lie along the body, so that they neither carry it nor stand up from it;
-    // only on the back are knees raised.
-    const double swing = draws.between(0.15, on_side ? 0.4 : 2.4);
-    const double bend = draws.between(0.0, on_side ? 0.3 : 1.6);
-    const Vector3d from(side * 0.12 * l, shoulder - 0.02 * l, z);
-    const auto way = [&](double angle) {
-      return Vector3d(side * std::sin(angle), -std::cos(angle), 0.0);
+    // On a side the limbs lie in front of the body, so that they neither carry it nor stand up from
+    // it; only on the back are knees raised.
+    const auto spread = [&](double aside, double along, double up) {
+      return on_side ? Vector3d(0.0, along, aside + up) : Vector3d(side * aside, along, up);
     };
+    const double swing = draws.between(0.15, on_side ? 1.2 : 2.4);
+    const double bend = draws.between(0.0, on_side ? 1.0 : 1.6);
+    const Vector3d from(side * 0.12 * l, shoulder - 0.02 * l, z);
+    const auto way = [&](double angle) { return spread(std::sin(angle), -std::cos(angle), 0.0); };
     const Vector3d elbow =
         from + 0.186 * l * way(swing) + Vector3d(0.0, 0.0, draws.between(-0.02, 0.03) * l);
     limb(solids, from, elbow, elbow + 0.2 * l * way(swing + bend), 0.03 * l, 0.024 * l, 0.018 * l,
          sides);
-    const double apart = draws.between(0.0, on_side ? 0.15 : 0.5);
+    const double apart = draws.between(0.0, 0.5);
     const double raised = draws.chance(0.35) && on_back ? draws.between(0.2, 0.9) : 0.0;
     const Vector3d hip_at(side * 0.055 * l, hip, z);
     const Vector3d knee =
         hip_at +
-        0.245 * l *
-            Vector3d(side * std::sin(apart), -std::cos(apart) * std::cos(raised), std::sin(raised));
-    const Vector3d foot = knee + 0.25 * l *
-                                     Vector3d(side * std::sin(0.5 * apart), -std::cos(0.8 * raised),
-                                              -std::sin(0.8 * raised));
+        0.245 * l * spread(std::sin(apart), -std::cos(apart) * std::cos(raised), std::sin(raised));
+    const Vector3d foot =
+        knee +
+        0.25 * l * spread(std::sin(0.5 * apart), -std::cos(0.8 * raised), -std::sin(0.8 * raised));
     limb(solids, hip_at, knee, foot, 0.048 * l, 0.033 * l, 0.022 * l, sides);
     const Vector3d toes = on_back ? Vector3d(side * 0.03, -0.02, 0.09)   // pointing up
                                   : Vector3d(side * 0.01, -0.09, 0.02);  // stretched

@@ -98,6 +98,8 @@ Preset preset_of(const PresetRow& row) {
   sonar.vertical.beamwidth_rad = row.vertical_beamwidth_deg * degree;
   sonar.vertical.tilt_rad = row.tilt_deg * degree;
   sonar.vertical.floor_db = -30.0;  // typical of a baffled array, towards the surface
+  // Recordings have no nulls below the axis: fits of one have -13 dB at 69 degrees.
+  sonar.vertical.floor_below_db = -13.0;
   // The length is rounded to a millimetre.
   const double length_m =
       Shading().beam_width_x() * sound_speed_mps / row.frequency_hz / preset.beamwidth_rad;

@@ -308,7 +308,7 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
       {head + "[display]\nzzzzzzzzzz = 5",
        "s.toml:3:1: unknown key \"zzzzzzzzzz\" in [display]; expected one of of, spreading, "
        "absorption, slant_range_correction, beam_normalisation, flat_field, gain_db, mapping, gamma, "
-       "range_db, smoothing_px, palette"},
+       "range_db, smoothing_px, track_smoothing_px, palette"},
       {head + "\"sea.temperature_c\" = 5",
        "s.toml:2:1: unknown key \"sea.temperature_c\"; did you mean 'sea.temperature_c'?"},
       {head + "sea = 3", "s.toml:2:7: 'sea' is 3, expected a table, [sea]"},

@@ -187,6 +187,15 @@ TEST_CASE("A family's member has exactly the sizes that are given") {
     }
 }
 
+TEST_CASE("A mannequin lies on the bed in every posture") {
+  // On a side its shoulders are 0.3 of its length wide; on the back raised knees are as high.
+  for_each_member(shape_named("mannequin"), 60,
+                  [](const ShapeKind&, std::string_view, std::uint64_t, const ShapeBody& body) {
+                    const Vector3d extent = extent_of(body.mesh);
+                    CHECK(extent.z() < 0.36 * std::max(extent.x(), extent.y()));
+                  });
+}
+
 TEST_CASE("A family draws its main size from the range that is listed") {
   for (const ShapeKind* kind : families()) {
     const Dimension& main = kind->dimensions.front();

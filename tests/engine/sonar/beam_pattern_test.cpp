@@ -168,6 +168,23 @@ TEST_CASE(
   CHECK(starboard_db(0.75) == Approx(-15.0));
 }
 
+TEST_CASE("a floor below fills nulls from the axis straight down, and no others") {
+  VerticalPattern with;
+  with.beamwidth_rad = 40.0 * degree;
+  with.tilt_rad = 15.0 * degree;
+  with.floor_db = -60.0;
+  VerticalPattern without = with;
+  with.floor_below_db = -15.0;
+  const auto db = [](const VerticalPattern& pattern, double depression_deg) {
+    return to_db(pattern.power(depression_deg * degree, Side::port));
+  };
+  CHECK(db(without, 65.5) < -40.0);  // the null of sinc^2
+  CHECK(db(with, 65.5) == Approx(-15.0));
+  CHECK(db(with, 89.9) == Approx(-15.0));
+  for (const double depression_deg : {-90.0, -40.0, -36.0, 0.0, 15.0, 30.0, 91.0, 120.0})
+    CHECK(db(with, depression_deg) == db(without, depression_deg));
+}
+
 TEST_CASE(
     "a ripple keeps the pattern at its maxima and has its minima at the requested depressions") {
   VerticalPattern even, pattern;
