@@ -172,7 +172,8 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
                                         .t_s = pose.t_s,
                                         .array = {fan.origin, fan.array_axis, down},
                                         .altitude_m = beam.height_m,
-                                        .speed_mps = pose.velocity_mps.norm()},
+                                        .speed_mps = pose.velocity_mps.norm(),
+                                        .motion = tracer.receptions()},
                                        lines, worker.memory);
     watch.lap(worker.times.receive_s);
     first_line += sides;

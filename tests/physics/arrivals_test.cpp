@@ -42,6 +42,7 @@ Sonar open_sonar() {  // has the same gain in all vertical directions
 struct Circumstances {
   Side side = Side::starboard;
   ArrayFrame array_frame = context.array;
+  Pose motion = {};  // its rates
   ArtefactOptions artefacts = {};
   std::optional<scatter::Sediment> bed = {};
   std::function<double(double sine)> strength = [](double) { return 3e-4; };
@@ -64,6 +65,9 @@ std::vector<double> received(const Sonar& sonar, const OtherPathsOptions& arriva
   SignalChain::Memory memory;
   PingContext now = context;
   now.array = under.array_frame;
+  for (const Side side : {Side::port, Side::starboard})
+    now.motion[static_cast<std::size_t>(side)] =
+        receiver_motion(under.motion, side, sonar.range_m, 1500.0);
   chain.receive(now, std::span(&line, 1), memory);
   return {line.bins.intensity.begin(), line.bins.intensity.end()};
 }
@@ -178,6 +182,98 @@ TEST_CASE("a sonar that rolls receives the same as one whose sides are mounted l
       const bool nothing_there = what.artefacts.wake_db && side == Side::port;
       CHECK((nothing_there || changed > 0.02));
     }
+}
+
+TEST_CASE("surface, water and earlier pings are heard where a moving receiver looks by then") {
+  // The beam in each direction, sent from the pose at transmission and heard at the pose when the
+  // echo is back, is summed over the place of each bin. The array heads north.
+  Sonar sonar = quiet_sonar();
+  sonar.focused = true;
+  const double wavelength_m = 1500.0 / sonar.frequency_hz, interval_s = 0.1;
+  const LineArray line{sonar.array_length_m, wavelength_m};
+  const auto power = [&](const Pose& pose, Side side, const Eigen::Vector3d& to) {
+    const Eigen::Vector3d in_body = body_to_world(pose).transpose() * to.normalized();
+    const double abeam = (side == Side::port ? -1.0 : 1.0) * in_body.y();
+    return line.power(in_body.x()) * sonar.vertical.power(std::atan2(in_body.z(), abeam), side);
+  };
+  // Of the line along the track through a place in the plane abeam.
+  const auto along = [&](const Pose& pose, Side side, double level_m, double up_m, double sent_s) {
+    const double range_m = std::hypot(level_m, up_m), null_m = range_m * line.null_rad(1);
+    const double back_s = 2.0 * range_m / 1500.0;
+    double sum = 0.0;
+    for (double y = -3.995; y < 4.0; y += 0.01) {
+      const Eigen::Vector3d place{level_m, y * null_m, up_m};
+      const double sine = body_to_world(pose.after(sent_s)).col(0).dot(place) / range_m;
+      if (std::abs(sine) > std::sin(line.null_rad(1))) continue;  // no rays go there
+      sum += power(pose.after(sent_s), side, place) *
+             power(pose.after(sent_s + back_s), side, place - back_s * pose.velocity_mps);
+    }
+    return sum;
+  };
+  struct Path {
+    const char* name;
+    OtherPathsOptions arrivals;
+    std::function<double(const Pose&, Side, double range_m)> sum;
+  };
+  const Path paths[] = {
+      {"surface",
+       {.surface = true},
+       [&](const Pose& pose, Side side, double r) {
+         const double level_m = std::sqrt(r * r - depth_m * depth_m);
+         return along(pose, side, level_m, depth_m, 0.0) +
+                along(pose, side, -level_m, depth_m, 0.0);
+       }},
+      {"water",
+       {.volume = true},
+       [&](const Pose& pose, Side side, double r) {
+         double sum = 0.0;
+         for (int i = 0; i < 360; ++i) {
+           const double turn_rad = (i + 0.5) * degree;
+           const double level_m = r * std::cos(turn_rad), up_m = r * std::sin(turn_rad);
+           if (up_m < depth_m && up_m > -altitude_m) sum += along(pose, side, level_m, up_m, 0.0);
+         }
+         return sum;
+       }},
+      {"earlier ping", {.second_time_around = true}, [&](const Pose& pose, Side side, double r) {
+         double sum = 0.0;
+         for (int pings = 1; pings <= 8; ++pings) {
+           const double from_m = r + pings * 0.5 * 1500.0 * interval_s;
+           const double level_m = std::sqrt(from_m * from_m - altitude_m * altitude_m);
+           const double to_side_m = side == Side::port ? -level_m : level_m;
+           sum += along(pose, side, to_side_m, -altitude_m, -pings * interval_s) *
+                  scatter::from_db(-2.0 * 0.03 * from_m) / (from_m * from_m * level_m);
+         }
+         return sum;
+       }}};
+  const Pose still;
+  Pose rolls, yaws, dives, sails, all;
+  rolls.roll_rate_radps = all.roll_rate_radps = 0.3;
+  yaws.heading_rate_radps = all.heading_rate_radps = 0.04;
+  dives.pitch_rate_radps = all.pitch_rate_radps = -0.05;
+  sails.velocity_mps = all.velocity_mps = {0.0, 2.5, 0.0};
+  double most_db = 0.0;
+  for (const Path& path : paths)
+    for (const Pose& pose : {rolls, yaws, dives, sails, all})
+      for (const Side side : {Side::port, Side::starboard}) {
+        const auto receive = [&](const Pose& motion) {
+          return received(sonar, path.arrivals, {}, {.wind_mps = 0.0},
+                          {.side = side, .motion = motion, .ping_interval_s = interval_s});
+        };
+        const std::vector<double> moved = receive(pose), at_rest = receive(still);
+        for (const double r : {8.0, 20.0, 40.0, 70.0}) {
+          if (r < depth_m && path.arrivals.surface) continue;
+          const auto bin = static_cast<std::size_t>(r / sonar.bin_m());
+          const double from_m = (static_cast<double>(bin) + 0.5) * sonar.bin_m() -
+                                0.25 * 1500.0 * sonar.pulse.effective_length_s();
+          const double expected_db =
+              scatter::to_db(path.sum(pose, side, from_m) / path.sum(still, side, from_m));
+          CAPTURE(path.name, static_cast<int>(side), r, pose.roll_rate_radps,
+                  pose.heading_rate_radps, pose.pitch_rate_radps, pose.velocity_mps.y());
+          CHECK(scatter::to_db(moved[bin] / at_rest[bin]) == Approx(expected_db).margin(0.1));
+          most_db = std::max(most_db, std::abs(expected_db));
+        }
+      }
+  CHECK(most_db > 3.0);
 }
 
 TEST_CASE("in open water, nearer than surface and bed, roll does not change the reverberation") {
@@ -342,14 +438,23 @@ TEST_CASE("multiples of an array that is not focused have the level of image sou
   }
 }
 
-TEST_CASE("multiples of a pitched array have the level of image sources") {
+TEST_CASE("multiples of a pitched or moving array have the level of image sources") {
   // The array's image at the surface is pitched the other way, so that its beam meets the bed
   // astern where the array's own meets it ahead. The bed is level, of even strength, cut into
-  // squares; far away an array has the pattern sinc^2(L u / lambda).
+  // squares; far away an array has the pattern sinc^2(L u / lambda). It is sent from the pose at
+  // transmission and heard at the pose when the echo is back.
   Sonar sonar = open_sonar();
   sonar.bins = 3000;
   const double wavelength_m = 1500.0 / sonar.frequency_hz, up_m = altitude_m + 2.0 * depth_m;
-  for (const double pitch_deg : {0.1, 0.25, 0.6, 3.0}) {
+  struct Case {
+    double pitch_deg;
+    Pose motion;
+  };
+  for (const auto& [pitch_deg, motion] :
+       {Case{0.1, {}}, Case{0.25, {}}, Case{0.6, {}}, Case{3.0, {}},
+        Case{0.1, {.velocity_mps = {0.0, 3.0, 0.0}}}, Case{-0.2, {.pitch_rate_radps = 0.04}},
+        Case{0.0, {.heading_rate_radps = 0.03}},
+        Case{0.1, {.velocity_mps = {0.0, 2.0, 0.0}, .pitch_rate_radps = -0.04}}}) {
     const double cosine = std::cos(pitch_deg * degree), sine = std::sin(pitch_deg * degree);
     std::vector<double> own(3000, 0.0), by_surface(3000, 0.0);
     const auto power = [&](double along, double range_m) {
@@ -360,22 +465,35 @@ TEST_CASE("multiples of a pitched array have the level of image sources") {
     for (double x_m = 0.5 * square_m; x_m < 60.0; x_m += square_m)
       for (double y_m = -up_m * sine - 2.0; y_m < altitude_m * sine + 2.0; y_m += square_m) {
         const double r = std::hypot(x_m, y_m, altitude_m), back_m = std::hypot(x_m, y_m, up_m);
-        const double one = power(y_m * cosine - altitude_m * sine, r),
-                     other = power(y_m * cosine + up_m * sine, back_m);
+        Pose sent = motion;
+        sent.pitch_rad = pitch_deg * degree;
+        const auto leg = [&](double up, double after_s) {
+          const Eigen::Vector3d place{x_m, y_m, up};
+          return power(
+              body_to_world(sent.after(after_s)).col(0).dot(place - after_s * motion.velocity_mps),
+              place.norm());
+        };
+        // Both ways, if the receiver hears it on one leg and on the other.
+        const auto two_way = [&](double out_up_m, double back_up_m, double range_m) {
+          const double back_s = 2.0 * range_m / 1500.0;
+          return leg(out_up_m, 0.0) * leg(back_up_m, back_s);
+        };
         const auto add = [&](std::vector<double>& bins, double range_m, double length_m,
                              double share) {
           const auto bin = static_cast<std::size_t>(range_m / sonar.bin_m());
           if (bin < bins.size())
             bins[bin] += 1e9 * share / std::pow(length_m, 2) * scatter::from_db(-0.06 * range_m);
         };
-        add(own, r, r * r, one * one);
-        add(by_surface, 0.5 * (r + back_m), r * back_m, 2.0 * one * other);
-        add(by_surface, back_m, back_m * back_m, other * other);
+        const double once_m = 0.5 * (r + back_m);
+        add(own, r, r * r, two_way(-altitude_m, -altitude_m, r));
+        add(by_surface, once_m, r * back_m,
+            two_way(-altitude_m, up_m, once_m) + two_way(up_m, -altitude_m, once_m));
+        add(by_surface, back_m, back_m * back_m, two_way(up_m, up_m, back_m));
       }
     const ArrayFrame array_frame{array, {0.0, cosine, sine}, {0.0, sine, -cosine}};
     const std::vector<double> all =
         received(sonar, {.multiples = true, .bottom_loss_db = 200.0}, {own.begin(), own.end()},
-                 {.wind_mps = 0.0}, {.array_frame = array_frame});
+                 {.wind_mps = 0.0}, {.array_frame = array_frame, .motion = motion});
     for (const auto& [from_m, to_m] : {std::pair(25.0, 30.0), std::pair(30.0, 37.0),
                                        std::pair(39.0, 42.0), std::pair(45.0, 55.0)}) {
       double its = 0.0, summed = 0.0;
@@ -385,7 +503,8 @@ TEST_CASE("multiples of a pitched array have the level of image sources") {
         summed += by_surface[n];
       }
       if (pitch_deg > 1.0 && from_m < up_m) continue;  // beyond the eighth null, where beams end
-      CAPTURE(pitch_deg, from_m, to_m);
+      CAPTURE(pitch_deg, from_m, to_m, motion.pitch_rate_radps, motion.heading_rate_radps,
+              motion.velocity_mps.y());
       CHECK(scatter::to_db(its / summed) == Approx(0.0).margin(0.3));
     }
   }

@@ -57,6 +57,8 @@ class PingTracer {
   const FanRuns& runs(refine::Triangles triangles, Side side);
   /// The fan of one side, as aim() placed it.
   const RayFan& fan(Side side) const { return fans_[static_cast<std::size_t>(side)]; }
+  /// How the receiver of each side moves, as aim() found it.
+  const std::array<ReceiverMotion, 2>& receptions() const { return receptions_; }
   /// Forms the expected echo of the side that was traced last, over these triangles. Sets the side
   /// and the beam of the line.
   void echo(refine::Triangles triangles, Side side, EchoLine& line);

@@ -109,7 +109,7 @@ void Disturbances::add_interference(const PingContext& context, Side, std::span<
 // Bubbles at the surface along a ship's track.
 void Disturbances::add_wake(const PingContext& context, Side side, std::span<float>,
                             std::span<float> power, Artefacts& artefacts) const {
-  const BeamPlane plane(context.array, side);
+  const BeamPlane plane(context, side);
   const double depth_m = plane.slant_m(context.depth_m());
   const double strength = scatter::from_db(*options_.wake_db);
   const double s = std::sin(options_.wake_heading_rad), c = std::cos(options_.wake_heading_rad);
@@ -140,11 +140,10 @@ void Disturbances::add_wake(const PingContext& context, Side side, std::span<flo
     if (before_m > far_m) break;
     const double middle_m = 0.5 * (before_m + behind_m), strip_m = behind_m - before_m;
     const double from_middle = (from_line_m + middle_m * per_metre) / (0.5 * options_.wake_width_m);
-    const double pattern = law_.vertical(side, plane, middle_m, -depth_m);
     power[n] +=
         static_cast<float>(law_.per_m2(n) * strength * std::exp(-from_middle * from_middle) *
                            plane.slant_m(law_.width_m(n)) * strip_m * law_.cell_m() / law_.bin_m() *
-                           pattern * pattern);
+                           law_.two_way(side, plane, law_.range_m(n), middle_m, -depth_m));
     artefacts.add(Artefact::wake);
   }
 }
@@ -208,21 +207,26 @@ void Disturbances::add_one_fish(const PingContext& context, Side side,
   const double range_m = from_array.norm();
   const auto bin = static_cast<std::size_t>(range_m / law_.bin_m());
   if (bin >= power.size()) return;
-  const double along_m =
-      std::max(std::abs(from_array.dot(context.array.axis)) - 0.5 * options_.fish_length_m, 0.0);
+  const BeamPlane plane(context, side);
+  const Eigen::Vector3d to_side =
+      (side == Side::starboard ? 1.0 : -1.0) * context.array.down.cross(context.array.axis);
+  const double abeam = from_array.dot(to_side), down = from_array.dot(context.array.down);
+  const double level_m = abeam * plane.cos_roll_tilt - down * plane.sin_roll_tilt,
+               below_m = down * plane.cos_roll_tilt + abeam * plane.sin_roll_tilt;
+  // The beam of a receiver that has moved lies halfway between the transmitter's and its own.
+  const double from_beam_m =
+      from_array.dot(context.array.axis) + 0.5 * range_m * plane.shift(level_m, below_m);
+  const double along_m = std::max(std::abs(from_beam_m) - 0.5 * options_.fish_length_m, 0.0);
   const double in_beam = law_.pattern(bin, along_m);
   if (!(in_beam > 0.0)) return;
   artefacts.add(Artefact::fish);
   const double over_m = from_array.head<2>().norm();
-  const Eigen::Vector3d to_side =
-      (side == Side::starboard ? 1.0 : -1.0) * context.array.down.cross(context.array.axis);
-  const double pattern =
-      law_.vertical(side, from_array.dot(to_side), from_array.dot(context.array.down));
   const double thick_m = fish_height_share * options_.fish_length_m;
   // The energy of a cell, spread over the bins that the fish or the cell fills.
   const auto bins = static_cast<std::size_t>(std::max(thick_m, law_.cell_m()) / law_.bin_m()) + 1;
   const double echo = law_.per_m2(bin) * scatter::from_db(options_.fish_strength_db) * in_beam *
-                      pattern * pattern * law_.cell_m() / law_.bin_m() / static_cast<double>(bins);
+                      law_.two_way(side, plane, range_m, level_m, below_m) * law_.cell_m() /
+                      law_.bin_m() / static_cast<double>(bins);
   for (std::size_t n = bin; n < std::min(bin + bins, power.size()); ++n)
     power[n] += static_cast<float>(echo);
 

@@ -21,6 +21,7 @@ constexpr int wave_oscillator = 100;        // `number` of the waves' Oscillator
 constexpr std::size_t directions = 1440;    // per turn, at which VerticalSum takes the pattern
 constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
 constexpr int most_pings_back = 8;          // whose echoes are added
+constexpr int directions_of_volume = 4;     // to the side, of a sonar that turns
 constexpr double inaudible = 1e-3;          // over the noise
 
 /// Waves of a fully developed sea (Pierson and Moskowitz, J. Geophys. Res. 69, 5181, 1964):
@@ -66,13 +67,21 @@ double at_sine(std::span<const double> table, double sine) {
 
 // In the plane abeam, `level` is the horizontal direction to starboard and `up` is upwards. A
 // positive roll turns the sonar's downward axis to port.
-BeamPlane::BeamPlane(const ArrayFrame& array, Side side)
-    : cos_pitch(std::sqrt(std::max(1.0 - array.axis.z() * array.axis.z(), 0.0))) {
+BeamPlane::BeamPlane(const PingContext& context, Side side)
+    : cos_pitch(std::sqrt(std::max(1.0 - context.array.axis.z() * context.array.axis.z(), 0.0))),
+      sin_pitch(context.array.axis.z()) {
   if (cos_pitch < 1e-6) return;
+  const ArrayFrame& array = context.array;
+  const double to_side = side == Side::starboard ? 1.0 : -1.0;
   const Eigen::Vector3d level = array.axis.cross(Eigen::Vector3d::UnitZ()) / cos_pitch;
   const Eigen::Vector3d up = level.cross(array.axis);
   cos_roll_tilt = -array.down.dot(up);
-  sin_roll_tilt = (side == Side::starboard ? -1.0 : 1.0) * array.down.dot(level);
+  sin_roll_tilt = -to_side * array.down.dot(level);
+  const ReceiverMotion& motion = context.motion[static_cast<std::size_t>(side)];
+  roll_tilt_per_m = motion.abeam_turn.dot(array.down);
+  turn_level_per_m = to_side * motion.array_turn.dot(level);
+  turn_down_per_m = -motion.array_turn.dot(up);
+  drift_along = motion.drift_along;
 }
 
 SonarEquation::SonarEquation(const Sonar& sonar, double sound_speed_mps, double absorption_db_per_m,
@@ -86,6 +95,7 @@ SonarEquation::SonarEquation(const Sonar& sonar, double sound_speed_mps, double 
       absorption_db_per_m_(absorption_db_per_m),
       vertical_{VerticalTable(sonar.vertical, Side::port),
                 VerticalTable(sonar.vertical, Side::starboard)},
+      moved_beam_(sonar, wavelength_m_),
       scatterers_(&scatterers) {
   for (std::size_t bin = 0; bin < static_cast<std::size_t>(sonar.bins); ++bin)
     per_m2_.push_back(on_axis(range_m(bin)));
@@ -111,11 +121,11 @@ double SonarEquation::width_m_at(double range_m) const {
   return width_m(static_cast<std::size_t>(range_m / bin_m_));
 }
 
-double SonarEquation::level_bed(Side side, const BeamPlane& plane, double range_m,
-                                double sine) const {
+double SonarEquation::level_bed(Side side, const BeamPlane& plane, double range_m, double sine,
+                                double before_m) const {
   const double down = std::min(sine, 0.9), level = std::sqrt(1.0 - down * down);
-  const double pattern = vertical(side, plane, level, down);
-  return per_m2_at(range_m) * width_m_at(range_m) * cell_m_ / level * pattern * pattern;
+  return per_m2_at(range_m) * width_m_at(range_m) * cell_m_ / level *
+         two_way(side, plane, range_m, level * range_m, down * range_m, before_m);
 }
 
 double SonarEquation::vertical_width_rad(Side side, int power) const {
@@ -197,7 +207,7 @@ void OtherPaths::add(const PingContext& context, const EchoLine& line,
                      std::vector<double>& sums) const {
   const double depth_m = context.depth_m();
   const double height = options_.surface || options_.multiples ? waves_.at(context.t_s) : 0.0;
-  const BeamPlane plane(context.array, line.side);
+  const BeamPlane plane(context, line.side);
   if (options_.second_time_around) add_earlier_pings(context.altitude_m, line.side, plane, power);
   if (options_.surface) add_surface(std::max(depth_m + height, 0.0), line.side, plane, power);
   if (options_.volume) add_volume(depth_m, context.altitude_m, line.side, plane, power);
@@ -213,8 +223,8 @@ void OtherPaths::add_earlier_pings(double altitude_m, Side side, const BeamPlane
   const double slant_m = plane.slant_m(altitude_m), noise = power.front();
   for (int pings = 1; pings <= most_pings_back; ++pings) {
     const auto intensity = [&](std::size_t n) {
-      const double from_m = law_.cell_middle_m(n) + pings * ping_m_;
-      return law_.level_bed(side, plane, from_m, slant_m / from_m) *
+      const double before_m = pings * ping_m_, from_m = law_.cell_middle_m(n) + before_m;
+      return law_.level_bed(side, plane, from_m, slant_m / from_m, before_m) *
              bed_strength_(std::min(altitude_m / from_m, 1.0));
     };
     const double first = std::max(slant_m - pings * ping_m_, 0.0) / law_.bin_m();
@@ -240,13 +250,12 @@ void OtherPaths::add_surface(double depth_m, Side side, const BeamPlane& plane,
     const double near_m = horizontal_m(std::max(range_m - 0.5 * length_m, 0.0));
     const double far_m = horizontal_m(range_m + 0.5 * length_m);
     const double middle_m = 0.5 * (near_m + far_m);
-    const double own = law_.vertical(side, plane, middle_m, -slant_m);
-    const double other = law_.vertical(side, plane, -middle_m, -slant_m);
+    const double own = law_.two_way(side, plane, range_m, middle_m, -slant_m);
+    const double other = law_.two_way(side, plane, range_m, -middle_m, -slant_m);
     const double area_m2 =
         plane.slant_m(law_.width_m_at(range_m)) * (far_m - near_m) * law_.cell_m() / length_m;
     const double sine = std::min(depth_m / range_m, 1.0);
-    return law_.per_m2_at(range_m) * at_sine(surface_strength_, sine) * area_m2 *
-           (own * own + other * other);
+    return law_.per_m2_at(range_m) * at_sine(surface_strength_, sine) * area_m2 * (own + other);
   };
   const double first = slant_m / law_.bin_m();
   if (first < static_cast<double>(power.size()))
@@ -254,7 +263,9 @@ void OtherPaths::add_surface(double depth_m, Side side, const BeamPlane& plane,
               [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });
 }
 
-// A bin receives a shell of water. The shell has no parts above the surface or below the bed.
+// A bin receives a shell of water. The shell has no parts above the surface or below the bed. Both
+// vertical patterns of a sonar that rolls are taken at the mean of their angles, and what is left
+// of its beam along the track, in some directions.
 void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                             std::span<float> power) const {
   const VerticalSum& sum = vertical_sums_[static_cast<std::size_t>(side)];
@@ -264,8 +275,19 @@ void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const 
     const double r = law_.cell_middle_m(n);
     const double up = std::asin(std::min(surface_m / r, 1.0));
     const double down = std::asin(std::min(bed_m / r, 1.0));
-    return sum.between(-up - roll_tilt, down - roll_tilt) +
-           sum.between(pi - down - roll_tilt, pi + up - roll_tilt);
+    const double mean_tilt = roll_tilt + 0.5 * r * plane.roll_tilt_per_m;
+    const auto between = [&](double from, double to, int parts) {
+      const double part = (to - from) / parts;
+      double width = 0.0;
+      for (int i = 0; i < parts; ++i) {
+        const double begin = from + i * part, middle = begin + 0.5 * part;
+        width += sum.between(begin - mean_tilt, begin + part - mean_tilt) *
+                 law_.moved_share(plane, r, r * std::cos(middle), r * std::sin(middle));
+      }
+      return width;
+    };
+    return between(-up, down, plane.turns() ? directions_of_volume : 1) +
+           between(pi - down, pi + up, 1);
   };
   const auto add = [&](std::size_t n, double width) {
     power[n] += static_cast<float>(volume_[n] * width);
@@ -276,15 +298,19 @@ void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const 
   };
   const std::size_t near = bin_of(std::min(surface_m, bed_m)),
                     far = bin_of(std::max(surface_m, bed_m));
-  const double whole = sum.between(0.0, 2.0 * pi);
-  for (std::size_t n = 0; n < near; ++n) add(n, whole);
+  if (plane.at_rest()) {
+    const double whole = sum.between(0.0, 2.0 * pi);
+    for (std::size_t n = 0; n < near; ++n) add(n, whole);
+  } else {
+    over_bins(0, near, width_rad, add);
+  }
   over_bins(near, far, width_rad, add);
   over_bins(far, power.size(), width_rad, add);
 }
 
-// Sums of the direct energy up to each bin, without the pattern of the direct path. Where this
-// pattern hides the bed, the bins hold little more than side lobes of the pulse: there the bed is
-// taken as level.
+// Sums of the direct energy up to each bin, as it would be without the vertical pattern of the
+// direct path and at rest. Where that pattern hides the bed, the bins hold little more than side
+// lobes of the pulse: there the bed is taken as level.
 void OtherPaths::sum_bed(double slant_m, Side side, const BeamPlane& plane,
                          std::span<const float> direct, std::vector<double>& sums) const {
   constexpr double hidden = 1e-5;  // two-way pattern
@@ -293,8 +319,7 @@ void OtherPaths::sum_bed(double slant_m, Side side, const BeamPlane& plane,
     return std::sqrt(std::max(r * r - slant_m * slant_m, 0.0));
   };
   const auto two_way = [&](std::size_t n) {
-    const double pattern = law_.vertical(side, plane, horizontal_m(n), slant_m);
-    return pattern * pattern;
+    return law_.two_way(side, plane, law_.range_m(n), horizontal_m(n), slant_m);
   };
   sums.assign(direct.size() + 2, two_way(0));
   const auto first = static_cast<std::size_t>(slant_m / law_.bin_m());
@@ -327,13 +352,12 @@ void OtherPaths::sum_bed(double slant_m, Side side, const BeamPlane& plane,
 // the track the beam is as wide as the legs' patterns overlap. The plane abeam of
 // an array with the pitch p is inclined: in it these extents are longer by 1 / cos p, and a leg
 // meets the bed ahead of the array by sin p of its extent if it leaves downwards, or astern by as
-// much if it leaves upwards.
+// much if it leaves upwards. The leg back meets it where the receiver looks when the echo is back.
 void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                                std::span<const float> direct, std::span<float> power,
                                std::vector<double>& sums) const {
   const double per_m = 1.0 / law_.bin_m(), last = static_cast<double>(direct.size());
   const double h = plane.slant_m(altitude_m), d = plane.slant_m(depth_m);
-  const double sin_pitch = std::sqrt(1.0 - plane.cos_pitch * plane.cos_pitch);
   sum_bed(h, side, plane, direct, sums);
   const double by_surface = h + 2.0 * d, by_bed = 3.0 * h + 2.0 * d;
   struct Path {
@@ -350,9 +374,6 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
   for (const Path& path : paths) {
     const double difference =
         path.back_height_m * path.back_height_m - path.out_height_m * path.out_height_m;
-    const double apart_m =
-        sin_pitch * (path.up_out == path.up_back ? path.back_height_m - path.out_height_m
-                                                 : path.back_height_m + path.out_height_m);
     // For the apparent range rho of this echo: returns the range at which the direct echo of the
     // same place appears, and sets the gain from the direct echo's energy to this echo's.
     const auto source = [&](double rho, double& gain) {
@@ -363,18 +384,27 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
           std::max(out * out - path.out_height_m * path.out_height_m, 0.0);
       const double r = std::sqrt(horizontal_squared + h * h);
       const double horizontal = std::sqrt(horizontal_squared);
-      const double pattern = law_.vertical(side, plane, horizontal,
-                                           path.up_out ? -path.out_height_m : path.out_height_m) *
-                             law_.vertical(side, plane, horizontal,
-                                           path.up_back ? -path.back_height_m : path.back_height_m);
+      const double out_down = path.up_out ? -path.out_height_m : path.out_height_m;
+      const double back_down = path.up_back ? -path.back_height_m : path.back_height_m;
+      // Both vertical patterns, and the overlap along the track, of sound that goes out by one leg
+      // and comes back by the other.
+      const auto beams = [&](double leg_m, double down, double other_m, double other_down) {
+        const double shift_m = rho * (horizontal * plane.turn_level_per_m +
+                                      other_down * plane.turn_down_per_m - plane.drift_along);
+        return law_.vertical(side, plane, horizontal, down) *
+               law_.vertical_at(side, plane, rho, horizontal, other_down) *
+               beams_->overlap_m(leg_m, other_m,
+                                 std::abs(plane.sin_pitch * (other_down - down) - shift_m));
+      };
+      double both = beams(out, out_down, back, back_down);
+      if (path.count > 1.0 && !plane.at_rest())
+        both = 0.5 * (both + beams(back, back_down, out, out_down));
       // Spreading and absorption of the legs relative to those of the direct path.
       const double out_sine = plane.cos_pitch * path.out_height_m / out;
       const double back_sine = plane.cos_pitch * path.back_height_m / back;
       const double strengths = strength(out_sine) * strength(back_sine);
-      gain = path.count * pattern *
-             std::sqrt(strengths * law_.per_m2_at(out) * law_.per_m2_at(back)) /
-             (strength(plane.cos_pitch * h / r) * law_.per_m2_at(r)) *
-             beams_->overlap_m(out, back, apart_m) / beams_->overlap_m(r, r);
+      gain = path.count * both * std::sqrt(strengths * law_.per_m2_at(out) * law_.per_m2_at(back)) /
+             (strength(plane.cos_pitch * h / r) * law_.per_m2_at(r)) / beams_->overlap_m(r, r);
       const auto through_bubbles = [&](double sine) {
         const double grazing_rad = std::asin(std::min(sine, 1.0));
         return scatter::from_db(-scatter::bubble_loss_db(surface_, grazing_rad));

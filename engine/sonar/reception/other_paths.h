@@ -12,6 +12,7 @@
 
 #include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/reception/moved_beam.h>
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
 #include <ensonify/engine/sonar/reception/other_paths_options.h>
 #include <ensonify/engine/sonar/reception/scatterers.h>
@@ -27,20 +28,33 @@ struct PingContext {
   int beam = 0;
   double t_s = 0.0;
   ArrayFrame array;
-  double altitude_m = 10.0;  ///< above the bed below
-  double speed_mps = 0.0;    ///< of the vehicle
+  double altitude_m = 10.0;                ///< above the bed below
+  double speed_mps = 0.0;                  ///< of the vehicle
+  std::array<ReceiverMotion, 2> motion{};  ///< by side
 
   double depth_m() const { return std::max(-array.origin.z(), 0.0); }
 };
 
 /// The plane abeam of an array, in which it transmits and receives, and the rotation of one side's
-/// pattern in it. Horizontal planes, the surface and the bed, cut it in horizontal lines.
+/// pattern in it; and how the receiver has moved when an echo comes back. Horizontal planes, the
+/// surface and the bed, cut it in horizontal lines.
 struct BeamPlane {
-  double cos_pitch = 1.0;                           ///< cosine of the pitch
+  double cos_pitch = 1.0, sin_pitch = 0.0;          ///< of the pitch
   double cos_roll_tilt = 1.0, sin_roll_tilt = 0.0;  ///< the pattern's rotation down, by the roll
+  // The receiver's motion, per metre of the echo's range:
+  double roll_tilt_per_m = 0.0;                          ///< of that rotation
+  double turn_level_per_m = 0.0, turn_down_per_m = 0.0;  ///< of the axis, to the side and down
+  double drift_along = 0.0;                              ///< along the axis
 
-  BeamPlane() = default;  ///< of a level array
-  BeamPlane(const ArrayFrame& array, Side side);
+  BeamPlane() = default;  ///< of a level array at rest
+  BeamPlane(const PingContext& context, Side side);
+  bool turns() const { return turn_level_per_m != 0.0 || turn_down_per_m != 0.0; }
+  bool at_rest() const { return roll_tilt_per_m == 0.0 && drift_along == 0.0 && !turns(); }
+  /// By how much the sine of the direction to a place in the plane, along the array, has grown for
+  /// the receiver when its echo is back.
+  double shift(double level_m, double down_m) const {
+    return level_m * turn_level_per_m + down_m * turn_down_per_m - drift_along;
+  }
   /// The distance, within the plane, of a horizontal line that lies height_m above or below.
   double slant_m(double height_m) const { return height_m / std::max(cos_pitch, 1e-6); }
 };
@@ -89,10 +103,32 @@ class SonarEquation {
     return vertical(side, level * plane.cos_roll_tilt + down * plane.sin_roll_tilt,
                     down * plane.cos_roll_tilt - level * plane.sin_roll_tilt);
   }
+  /// The same when an echo from a range comes back; from a negative range: that long before the
+  /// ping.
+  double vertical_at(Side side, const BeamPlane& plane, double range_m, double level,
+                     double down) const {
+    const double turned_rad = range_m * plane.roll_tilt_per_m;
+    return vertical(side, plane, level + turned_rad * down, down - turned_rad * level);
+  }
+  /// Two-way power of the vertical pattern towards a place in the plane, at a range, times what is
+  /// left of the beam along the track. before_m: how long before this ping the sound was
+  /// transmitted, as a range.
+  double two_way(Side side, const BeamPlane& plane, double range_m, double level_m, double down_m,
+                 double before_m = 0.0) const {
+    const double sent = vertical_at(side, plane, -before_m, level_m, down_m);
+    if (plane.at_rest()) return sent * sent;
+    return sent * vertical_at(side, plane, range_m - before_m, level_m, down_m) *
+           moved_share(plane, range_m, level_m, down_m);
+  }
+  double moved_share(const BeamPlane& plane, double range_m, double level_m, double down_m) const {
+    return plane.at_rest() ? 1.0 : moved_beam_.share(range_m, plane.shift(level_m, down_m));
+  }
+  const MovedBeam& moved_beam() const { return moved_beam_; }
   /// Intensity, uPa^2, of the echo of a level bed of unit strength on one side of the plane, from
   /// cells about a range. `sine`: of their depression in the plane; at most 0.9 counts, since cells
-  /// near the vertical do not grow without limit.
-  double level_bed(Side side, const BeamPlane& plane, double range_m, double sine) const;
+  /// near the vertical do not grow without limit. before_m: as in two_way().
+  double level_bed(Side side, const BeamPlane& plane, double range_m, double sine,
+                   double before_m = 0.0) const;
   /// Integral over depression of the one-way vertical pattern raised to `power`: 1: one-way, 2:
   /// two-way.
   double vertical_width_rad(Side side, int power) const;
@@ -104,6 +140,7 @@ class SonarEquation {
   double source_level_db_, absorption_db_per_m_;
   std::vector<double> per_m2_;
   std::array<VerticalTable, 2> vertical_;
+  MovedBeam moved_beam_;
   const Scatterers* scatterers_;
 };
 

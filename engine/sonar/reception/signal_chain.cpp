@@ -20,42 +20,13 @@ constexpr int looks_of_beam = 2000;   // look numbers of a beam's noise
 constexpr double least_share = 0.01;  // of the beam, for which the gain makes up on the move
 constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
-/// Of the two-way beam at rest, what is left at the nominal speed, in each bin: as the direct echo
-/// has it, within the lobes to which rays go.
-std::vector<double> moved_shares(const Sonar& sonar, const ChainOptions& options,
-                                 const SonarEquation& law) {
+/// Of the two-way beam at rest, what is left at the nominal speed, in each bin.
+std::vector<double> moved_shares(const ChainOptions& options, const SonarEquation& law) {
   std::vector<double> shares(law.bins(), 1.0);
-  if (options.nominal_speed_mps == 0.0) return shares;
-  Sonar all_round = sonar;  // the vertical pattern does not matter
-  all_round.vertical = {};
-  all_round.vertical.beamwidth_rad = 0.0;
-  const Beam beam(all_round, law.wavelength_m());
-  const Eigen::Vector3d north = Eigen::Vector3d::UnitY(), east = Eigen::Vector3d::UnitX();
-  const auto motion = [&](double speed_mps) {
-    return receiver_motion({.velocity_mps = speed_mps * north}, Side::starboard, sonar.range_m,
-                           options.sound_speed_mps);
-  };
-  const ReceiverMotion at_rest = motion(0.0), moved = motion(options.nominal_speed_mps);
-  std::array<BeamSample, 256> samples;
-  for (std::size_t bin = 0; bin < shares.size(); ++bin) {
-    const double range_m = law.range_m(bin);
-    const auto lobes_rad = [&](const LineArray& array, double defocus) {
-      return array.null_rad(sonar.side_lobes + 1) +
-             0.5 * array.length_m * std::abs(defocus) / range_m;
-    };
-    const double reach_rad = std::min(
-        lobes_rad(sonar.transmit_array(law.wavelength_m()), sonar.transmit_defocus(range_m)),
-        lobes_rad(sonar.receive_array(law.wavelength_m()), sonar.defocus(range_m)) +
-            moved.drift_along);
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      const double place = (2.0 * static_cast<double>(i) + 1.0) / samples.size() - 1.0;
-      samples[i] = {static_cast<float>(place * reach_rad), 1.0f};
-    }
-    const auto width = [&](const ReceiverMotion& of) {
-      return beam.two_way(Side::starboard, samples, 1.0, east, range_m, of);
-    };
-    shares[bin] = std::max(width(moved) / width(at_rest), least_share);
-  }
+  const double drift_along = 2.0 / options.sound_speed_mps * options.nominal_speed_mps;
+  for (std::size_t bin = 0; bin < shares.size() && drift_along != 0.0; ++bin)
+    shares[bin] =
+        std::max(law.moved_beam().summed_share(law.range_m(bin), drift_along), least_share);
   return shares;
 }
 
@@ -107,7 +78,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
       scatterers_(sonar, options.sound_speed_mps, options.seed, options.heading_rad,
                   options.textures),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
-      moved_shares_(moved_shares(sonar, options, law_)),
+      moved_shares_(moved_shares(options, law_)),
       sea_noise_{sea_noise_power(sonar, law_, options.sea, Side::port),
                  sea_noise_power(sonar, law_, options.sea, Side::starboard)},
       other_paths_(options.arrivals, sonar, options.sea, law_,

@@ -1,0 +1,76 @@
+#include <ensonify/engine/sonar/reception/moved_beam.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace ensonify::engine {
+namespace {
+
+Sonar all_round(Sonar sonar) {  // the vertical pattern does not matter
+  sonar.vertical = {};
+  sonar.vertical.beamwidth_rad = 0.0;
+  return sonar;
+}
+
+}  // namespace
+
+MovedBeam::MovedBeam(const Sonar& sonar, double wavelength_m)
+    : sonar_(sonar),
+      transmit_(sonar.transmit_array(wavelength_m)),
+      receive_(sonar.receive_array(wavelength_m)),
+      beam_(all_round(sonar), wavelength_m),
+      half_way_m_(0.25 * sonar.range_m) {
+  const double nearest_m = 0.5 * (transmit_.length_m + receive_.length_m);
+  for (std::size_t i = 0; i < share_rows; ++i) {
+    const double place = static_cast<double>(i) / share_rows;
+    const double range_m = std::max(half_way_m_ * place / (1.0 - place), nearest_m);
+    const double reach = lobes_rad(transmit_, sonar.transmit_defocus(range_m), range_m) +
+                         lobes_rad(receive_, sonar.defocus(range_m), range_m);
+    Row& row = rows_.emplace_back();
+    row.steps_per_shift = shift_steps / reach;
+    for (std::size_t step = 0; step <= shift_steps; ++step)
+      row.shares[step] =
+          summed_share(range_m, reach * static_cast<double>(step) / double(shift_steps));
+  }
+}
+
+double MovedBeam::lobes_rad(const LineArray& array, double defocus, double range_m) const {
+  return array.null_rad(sonar_.side_lobes + 1) + 0.5 * array.length_m * std::abs(defocus) / range_m;
+}
+
+double MovedBeam::summed_share(double range_m, double shift) const {
+  const double reach_rad =
+      std::min(lobes_rad(transmit_, sonar_.transmit_defocus(range_m), range_m),
+               lobes_rad(receive_, sonar_.defocus(range_m), range_m) + std::abs(shift));
+  std::array<BeamSample, 256> samples;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double place = (2.0 * static_cast<double>(i) + 1.0) / samples.size() - 1.0;
+    samples[i] = {static_cast<float>(place * reach_rad), 1.0f};
+  }
+  ReceiverMotion motion{.abeam = Eigen::Vector3d::UnitX(), .down = -Eigen::Vector3d::UnitZ()};
+  const auto width = [&] {
+    return beam_.two_way(Side::starboard, samples, 1.0, motion.abeam, range_m, motion);
+  };
+  const double at_rest = width();
+  motion.steady = false;
+  motion.drift_along = shift;
+  return width() / at_rest;
+}
+
+double MovedBeam::share(double range_m, double shift) const {
+  const double place = double(share_rows) * range_m / (range_m + half_way_m_);
+  const std::size_t below = std::min(static_cast<std::size_t>(place), share_rows - 2);
+  const double up = std::min(place - static_cast<double>(below), 1.0);
+  const auto at = [&](const Row& row) {
+    const double steps = std::abs(shift) * row.steps_per_shift;
+    if (!(steps < double(shift_steps))) return 0.0;
+    const auto step = static_cast<std::size_t>(steps);
+    const double* its = &row.shares[step];
+    return its[0] + (steps - static_cast<double>(step)) * (its[1] - its[0]);
+  };
+  const double here = at(rows_[below]);
+  return here + up * (at(rows_[below + 1]) - here);
+}
+
+}  // namespace ensonify::engine
