@@ -19,7 +19,7 @@ pings = 2
 [sonar.left-right]
 range_m = 15
 bins = 20
-elevations = 16
+elevations = 32
 )",
           "fuzz",
           {},

@@ -284,6 +284,45 @@ TEST_CASE("twice the planes, elevations or bins change the level by less than 0.
   }
 }
 
+TEST_CASE("the fewest elevations of a scene light a level bed, 64 give its energy at 37 heights") {
+  // Cells of 20 cm, over which the rays step.
+  Seafloor bed;
+  constexpr int columns = 1000, rows = 20;
+  constexpr float cell_m = 0.2f;
+  for (int j = 0; j <= rows; ++j)
+    for (int i = 0; i <= columns; ++i)
+      bed.mesh.positions.emplace_back((i - columns / 2) * cell_m, (j - rows / 2) * cell_m, -20.0f);
+  for (std::uint32_t j = 0; j < rows; ++j)
+    for (std::uint32_t i = 0; i < columns; ++i) {
+      const std::uint32_t a = j * (columns + 1) + i, b = a + columns + 1;
+      bed.mesh.faces.push_back({a, a + 1, b + 1});
+      bed.mesh.faces.push_back({a, b + 1, b});
+    }
+  bed.bed_faces = static_cast<std::uint32_t>(bed.mesh.faces.size());
+  bed.labels = {{1, 1, 0}};
+  for (const double height_m : {2.0, 10.0, 30.0})
+    for (const int elevations : {32, 64}) {
+      Sonar sonar = plain_sonar();
+      sonar.elevations = elevations;
+      const auto lines = ping_once(sonar, bed, {.position = {0.0, 0.0, height_m - 20.0}}, height_m);
+      sonar.elevations = 4096;
+      const auto fine =
+          ping_once(sonar, level_bed(20.0), {.position = {0.0, 0.0, height_m - 20.0}}, height_m);
+      double energy = 0.0, its_energy = 0.0, dark = 0.0;
+      for (std::size_t i = 0; i < lines[1].bins.region.size(); ++i) {
+        const double r = double(fine[1].bins.range_m[i]);
+        if (r < 1.2 * height_m) continue;
+        energy += r * r * r * double(lines[1].bins.intensity_mean[i]);
+        its_energy += r * r * r * double(fine[1].bins.intensity_mean[i]);
+        dark += lines[1].bins.region[i] == static_cast<std::uint32_t>(Region::shadow);
+      }
+      CAPTURE(height_m, elevations);
+      CHECK(dark == 0.0);
+      CHECK(scatter::to_db(energy / its_energy) ==
+            Approx(0.0).margin(elevations == 32 ? 0.3 : 0.03));
+    }
+}
+
 TEST_CASE("port and starboard of a level sonar over a level bed are equal") {
   const auto lines = ping_once(plain_sonar(), level_bed(20.0), above_bed, altitude_m);
   for (std::size_t i = 0; i < lines[0].bins.intensity_mean.size(); ++i)

@@ -145,6 +145,10 @@ const std::vector<Rule<Sonar>>& sonar_rules() {
   using S = const Sonar&;
   static const std::vector<Rule<Sonar>> rules = {
       {{"window"}, [](S s) { return s.pulse.kind == PulseKind::cw; }, "with pulse = \"cw\""},
+      {{"bandwidth_hz"},
+       [](S s) { return s.pulse.kind == PulseKind::cw && s.pulse.length_s > 0.0; },
+       "with pulse = \"cw\" and 'pulse_length_s', whose bandwidth is 1 / pulse_length_s: give one of "
+       "the two"},
       {{"shading_side_lobe_db"},
        [](S s) {
          const auto has = [](ShadingKind kind) {

@@ -145,7 +145,10 @@ const Section<Sonar>& sonar_section() {
            at(&Sonar::sector_high_rad)},
           {"planes", "", {2, 1024}, "Planes of rays across the main beam, an even number.",
            at(&Sonar::planes)},
-          {"elevations", "", {2, 1 << 20}, "Rays per plane.", at(&Sonar::elevations)},
+          {"elevations", "", {32, 1 << 20},
+           "Rays per plane. A level bed needs 64; a rough one at grazing angles many more, or small "
+           "lit places between the rays are taken for shadow.",
+           at(&Sonar::elevations)},
           {"noise", "", {}, "Whether it receives the sea's noise and its own.",
            at(&Sonar::receiver, &ReceiverOptions::noise)},
           {"self_noise_db", "dB re 1 uPa^2/Hz", {-100, 250},

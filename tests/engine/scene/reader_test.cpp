@@ -346,6 +346,8 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
       {head + "seed = -1",
        "s.toml:2:8: 'seed' is -1, expected a whole number from 0 to 9223372036854775807"},
       {head + "speckle = 1", "s.toml:2:11: 'speckle' is 1, expected true or false"},
+      {head + "[sonar.a]\nelevations = 31",
+       "s.toml:3:14: 'sonar.a.elevations' is 31, expected a whole number from 32 to 1048576"},
       {head + "[track]\n  pings = 7.0",
        "s.toml:3:11: 'track.pings' is 7.0, expected a whole number from 1 to 10000000"},
       {head + "[track]\nspeed_mps = true",
