@@ -139,6 +139,44 @@ TEST_CASE("the shape of a cell is that of its patches times their number, whatev
   }
 }
 
+TEST_CASE("the shape of a sweep's cell follows from its compressed pulse, also in longer bins") {
+  // As for a CW pulse, but over range the weights are the intensity of the pulse, sinc^2(B t),
+  // with a Hann window (sinc(B t) / (1 - (B t)^2))^2: (integral)^2 over the integral of the square
+  // is 1.5 / B, or 2.1 / B, however long a bin is: it is a sample of the echo.
+  constexpr double patch_m = 0.004, shape = 0.0005;
+  for (const PulseWindow window : {PulseWindow::none, PulseWindow::hann}) {
+    double sum = 0.0, squares = 0.0;
+    for (double x = -39.9951; x < 40.0; x += 0.01) {
+      const double a = std::numbers::pi * x;
+      const double hann = window == PulseWindow::hann ? 1.0 - x * x : 1.0;
+      const double intensity = std::pow(std::sin(a) / (a * hann), 2);
+      sum += 0.01 * intensity;
+      squares += 0.01 * intensity * intensity;
+    }
+    for (const double bins_per_lobe : {0.1, 0.25, 0.6, 4.0}) {
+      Sonar sonar = quiet_sonar();
+      sonar.focused = true;
+      sonar.pulse.kind = PulseKind::lfm;
+      sonar.pulse.window = window;
+      sonar.pulse.bandwidth_hz = 750.0 / (bins_per_lobe * sonar.bin_m());
+      const double long_m = 750.0 / sonar.pulse.bandwidth_hz * sum * sum / squares;
+      const double beam =
+          1500.0 / sonar.frequency_hz / sonar.array_length_m * (4.0 / 9.0) * 315.0 / 151.0;
+      double expected = 0.0;  // mean of 1 / shape over the ranges
+      constexpr int steps = 200;
+      for (int i = 0; i < steps; ++i) {
+        const double r = 30.0 + (i + 0.5) / steps * (sonar.range_m - 30.0);
+        const double over_bed_m = long_m / std::sqrt(1.0 - std::pow(altitude_m / r, 2));
+        expected += patch_m * patch_m / (shape * beam * r * over_bed_m) / steps;
+      }
+      const Moments its = moments(sonar, patches(patch_m, shape), 800);
+      CAPTURE(static_cast<int>(window), bins_per_lobe, its.excess, expected);
+      CHECK(its.mean == Approx(1.0).epsilon(0.05));
+      CHECK(its.excess / expected == Approx(1.0).epsilon(0.1));
+    }
+  }
+}
+
 TEST_CASE("the shape of a cell grows with the width of the beam") {
   // Far away an array half as long has a beam twice as wide.
   std::vector<double> excess;

@@ -38,7 +38,8 @@ std::complex<double> one_way(const LineArray& array, double y_m, double range_m,
 /// The length over range whose patches the scatterer of a bin stands for, so that a pulse sums as
 /// many as it covers. With the weights w^2 of its filter (speckle_filter), n bins in all count as 1
 /// / sum of w^4, which for a CW pulse is n only if n is whole. A bin that is longer than the cell
-/// is a sample of the echo, as of its speckle: it has the patches of one cell.
+/// is a sample of the echo, as of its speckle: it has the patches of one cell, of a sweep the
+/// square of its intensity's integral over the integral of the squared intensity.
 double ground_per_bin_m(const Sonar& sonar, double sound_speed_mps) {
   const double bin_m = sonar.bin_m(), cell_m = sonar.pulse.cell_m(sound_speed_mps);
   const bool sweep = sonar.pulse.kind == PulseKind::lfm;
@@ -50,8 +51,14 @@ double ground_per_bin_m(const Sonar& sonar, double sound_speed_mps) {
     return sum;
   };
   if (!sweep) return fourth_powers(bin_m) * cell_m;
-  const double fine_m = cell_m / 16.0;  // there the filter has the shape of the pulse
-  return fourth_powers(bin_m) * fine_m / fourth_powers(fine_m);
+  const double step_s = 1.0 / (16.0 * sonar.pulse.bandwidth_hz);
+  double sum = 0.0, squares = 0.0;
+  for (double t_s = sonar.pulse.begin_s(); t_s < sonar.pulse.end_s(); t_s += step_s) {
+    const double intensity = sonar.pulse.intensity(t_s);
+    sum += intensity;
+    squares += intensity * intensity;
+  }
+  return fourth_powers(bin_m) * 0.5 * sound_speed_mps * step_s * sum * sum / squares;
 }
 
 /// The number of the direction of cells nearest to a heading, or to the opposite one.
