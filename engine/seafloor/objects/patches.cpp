@@ -95,8 +95,10 @@ struct Sum {
     const double ratio = std::sqrt(std::max(along.dot(spread * along), shortest) /
                                    std::max(across.dot(spread * across), shortest));
     const double length_m = std::sqrt(area_m2 * ratio);
-    // Of all shapes of one area the disc has the least polar moment, A / 2 pi; a square has A / 6.
-    const bool round = spread.trace() < 0.5 * (0.5 / pi + 1.0 / 6.0) * area_m2;
+    // Of all shapes of one area ellipses have the least product of the moments, (A / 4 pi)^2; a
+    // rectangle has (A / 12)^2.
+    const bool round =
+        std::sqrt(std::max(xx * yy - xy * xy, 0.0)) < 0.5 * (0.25 / pi + 1.0 / 12.0) * area_m2;
     return {.middle = origin + middle,
             .normal = normal.cast<float>(),
             .along = along.cast<float>(),

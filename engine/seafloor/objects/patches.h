@@ -13,7 +13,8 @@
 namespace ensonify::engine {
 
 /// A flat part of a body's surface: faces that join in one plane, as the rectangle of their area
-/// and second moments. Where the surface is curved, its facets are such parts.
+/// and second moments, or the ellipse of that area whose axes have the ratio of the rectangle's
+/// sides. Where the surface is curved, its facets are such parts.
 struct FlatPart {
   Eigen::Vector3d middle;
   Eigen::Vector3f normal;         ///< unit, out of the body
@@ -22,7 +23,7 @@ struct FlatPart {
   /// The angle to the normals of the neighbours in these directions; 0 where the surface ends or
   /// has a real edge.
   float bend_along_rad, bend_across_rad;
-  bool round;             ///< nearer to a disc than to a square
+  bool round;             ///< nearer to an ellipse than to a rectangle
   std::uint32_t surface;  ///< parts that join without a real edge have the same number
 };
 

@@ -43,21 +43,31 @@ double reach_of(double length_m, double bend_rad, double wavelength_m) {
   return bend_rad > 0.0 ? lobe_reach * bend_rad : 0.5 * side_lobes * wavelength_m / length_m;
 }
 
-/// I_1 I_2 for a disc that is inclined by `tilt`, m^4. With its chords across the
-/// tilt, u = a cos q from the middle: |integral over q of exp(i k (u - r t)^2 / r) C(a sin q)
-/// a sin q dq|^2, C(v) = 2 integral from 0 to v of exp(i k z^2 / r) dz. The integrand is even and
-/// periodic in q, so that the midpoint rule is exact once its steps resolve the phase.
-double disc_power_m4(double radius_m, double tilt, double range_m, double wavelength_m) {
-  const double k = 2.0 * pi / wavelength_m, zone_m = std::sqrt(wavelength_m * range_m);
-  const double turned_rad = 2.0 * k * radius_m * (radius_m / range_m + tilt);  // at most, over q
-  const int steps = 16 + static_cast<int>(turned_rad);
+/// I_1 I_2 for an ellipse with the half axes a and b, whose normal is inclined by t and by s in
+/// their directions, m^4. It is a unit disc in (p, w) if u = a (c p - d w) and v = b (d p + c w);
+/// with (c, d) = (a t, b s) / n the inclination is along p alone: u t + v s = n p, and u^2 + v^2 =
+/// A p^2 + 2 B p w + G w^2. With chords across it, p = cos q: |a b integral over q of exp(i k ((A -
+/// B^2 / G) p^2 / r - 2 n p)) C sin q dq|^2, C = the integral of exp(i k G (w + p B / G)^2 / r)
+/// over w from -sin q to sin q. The integrand is even and periodic in q, so that the midpoint rule
+/// is exact once its steps resolve the phase.
+double ellipse_power_m4(const MirrorExtent& one, const MirrorExtent& other, double wavelength_m) {
+  const double range_m = one.range_m, k = 2.0 * pi / wavelength_m;
+  const double a = one.length_m * inv_sqrtpi, b = other.length_m * inv_sqrtpi;
+  const double n = std::hypot(a * one.tilt, b * other.tilt);
+  const double c = n > 0.0 ? a * one.tilt / n : 1.0, d = n > 0.0 ? b * other.tilt / n : 0.0;
+  const double A = a * a * c * c + b * b * d * d, B = (b * b - a * a) * c * d,
+               G = a * a * d * d + b * b * c * c;
+  const double per_w = 2.0 * std::sqrt(G / (wavelength_m * range_m));
+  const int steps = 16 + static_cast<int>(2.0 * k * (std::max(a * a, b * b) / range_m + n));
   std::complex<double> sum = 0.0;
   for (int i = 0; i < steps; ++i) {
     const double q = (i + 0.5) * pi / steps;
-    const double off_m = radius_m * std::cos(q) - range_m * tilt, half_m = radius_m * std::sin(q);
-    sum += half_m * std::polar(1.0, k * off_m * off_m / range_m) * fresnel(2.0 * half_m / zone_m);
+    const double p = std::cos(q), half = std::sin(q), off = p * B / G;
+    const double phase = k * ((A - B * B / G) * p * p / range_m - 2.0 * n * p);
+    sum += half * std::polar(1.0, phase) *
+           (fresnel(per_w * (half + off)) + fresnel(per_w * (half - off)));
   }
-  return std::norm(zone_m * pi / steps * sum);
+  return std::norm(a * b / per_w * pi / steps * sum);
 }
 
 /// Whether a direction is inclined too far for a glint at that range, by products only. foot_m:
@@ -99,10 +109,8 @@ double MirrorExtent::power_m2(double wavelength_m) const {
 }
 
 double Mirror::cross_section_m2(double wavelength_m) const {
-  const double power_m4 =
-      disc ? disc_power_m4(std::sqrt(one.length_m * other.length_m / pi),
-                           std::hypot(one.tilt, other.tilt), one.range_m, wavelength_m)
-           : one.power_m2(wavelength_m) * other.power_m2(wavelength_m);
+  const double power_m4 = round ? ellipse_power_m4(one, other, wavelength_m)
+                                : one.power_m2(wavelength_m) * other.power_m2(wavelength_m);
   return power_m4 / (wavelength_m * wavelength_m);
 }
 

@@ -16,8 +16,9 @@ namespace ensonify::engine {
 //
 // with Fresnel's integral (Abramowitz and Stegun, ch. 7): far away I = L^2 sinc^2(2 L t / lambda),
 // which gives a plate its A^2 / lambda^2; near it I = lambda r / 2, which gives a mirror its
-// r^2 / 4. Of a round patch the integral is over its disc: far away (A / lambda 2 J1(x) / x)^2,
-// x = 4 pi a t / lambda. Where facets stand for a curved surface, they share its energy: there
+// r^2 / 4. Of a round patch the integral is over its ellipse: far away (A / lambda 2 J1(x) / x)^2,
+// x = 4 pi / lambda times the root of (a t)^2 + (b s)^2, for its half axes a and b. Where facets
+// stand for a curved surface, they share its energy: there
 //
 //     I = (lambda r / 4) (erf((t + h) / s) - erf((t - h) / s)),  h = L / 2 r,
 //
@@ -58,7 +59,7 @@ struct MirrorExtent {
 struct Mirror {
   Eigen::Vector3d offset;  ///< from the patch's middle
   MirrorExtent one, other;
-  bool disc;
+  bool round;  ///< an ellipse
 
   double cross_section_m2(double wavelength_m) const;
 };

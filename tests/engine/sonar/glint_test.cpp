@@ -1,0 +1,67 @@
+#include <ensonify/engine/sonar/echo/glint.h>
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <optional>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/seafloor/objects/patches.h>
+#include <ensonify/refine/triangle_mesh.h>
+#include <ensonify/scatter/decibel.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+
+namespace {
+
+/// A flat polygon in the plane z = 0, with corners on an ellipse, or at its four ends if there are
+/// four, as a fan of triangles.
+refine::TriangleMesh polygon(double a_m, double b_m, int corners, bool rectangle) {
+  refine::TriangleMesh mesh;
+  for (int i = 0; i < corners; ++i) {
+    const double angle_rad = 2.0 * std::numbers::pi * (i + 0.5) / corners;
+    const double reach = rectangle ? std::numbers::sqrt2 : 1.0;
+    mesh.positions.emplace_back(static_cast<float>(reach * a_m * std::cos(angle_rad)),
+                                static_cast<float>(reach * b_m * std::sin(angle_rad)), 0.0f);
+  }
+  for (std::uint32_t i = 1; i + 1 < static_cast<std::uint32_t>(corners); ++i)
+    mesh.faces.push_back({0, i, i + 1});
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("a flat elliptic patch glints as the integral over its ellipse, near and far") {
+  constexpr double wavelength_m = 1500.0 / 400e3, k = 2.0 * std::numbers::pi / wavelength_m;
+  for (const double b_m : {0.3, 0.2, 0.1}) {
+    constexpr double a_m = 0.3;
+    const auto patches = patches_of(polygon(a_m, b_m, 96, false));
+    REQUIRE(patches.size() == 1);
+    CHECK(patches[0].round);
+    CHECK(patches[0].length_m / patches[0].width_m == Approx(a_m / b_m).epsilon(1e-3));
+    for (const double range_m : {20.0, 200.0})
+      for (const auto& [t, s] : {std::pair(0.0, 0.0), std::pair(0.004, 0.0), std::pair(0.0, 0.006),
+                                 std::pair(0.004, 0.005)}) {
+        constexpr int steps = 600;
+        std::complex<double> sum = 0.0;
+        for (int i = 0; i < steps; ++i)
+          for (int j = 0; j < steps; ++j) {
+            const double u = (2.0 * (i + 0.5) / steps - 1.0), v = (2.0 * (j + 0.5) / steps - 1.0);
+            if (u * u + v * v > 1.0) continue;
+            const double off_m = a_m * u - range_m * t, aside_m = b_m * v - range_m * s;
+            sum += std::polar(4.0 * a_m * b_m / steps / steps,
+                              k / range_m * (off_m * off_m + aside_m * aside_m));
+          }
+        const Eigen::Vector3d away =
+            range_m * Eigen::Vector3d(-t, -s, std::sqrt(1.0 - t * t - s * s));
+        const std::optional<Mirror> mirror = mirror_of(patches[0], away, wavelength_m);
+        CAPTURE(b_m, range_m, t, s);
+        REQUIRE(mirror);
+        CHECK(scatter::to_db(mirror->cross_section_m2(wavelength_m)) ==
+              Approx(scatter::to_db(std::norm(sum) / wavelength_m / wavelength_m)).margin(0.3));
+      }
+    CHECK_FALSE(patches_of(polygon(a_m, b_m, 4, true))[0].round);
+  }
+}
