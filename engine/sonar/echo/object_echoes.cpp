@@ -120,10 +120,11 @@ std::array<ObjectEchoes::FirstHit, 2> ObjectEchoes::first_hits(std::size_t plane
 }
 
 /// How much of the sound reaches a place: of the four rays that surround it, the share that goes at
-/// least so far. What has own_label (-1: there is none) and is less than own_m nearer hides
-/// nothing.
-double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_label,
-                                double own_m) const {
+/// least so far. What has own_label (-1: there is none) and is less than own_m nearer hides nothing
+/// if the tangent plane at the place, of which own_slope is the range over the distance across, may
+/// be as near: no convex body is before it.
+double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_label, double own_m,
+                                double own_slope) const {
   const FanGrid& grid = *view_->fan->grid;
   const auto beside = [](const auto& values, double value, const auto& of) {
     const auto above = std::ranges::lower_bound(values, value, {}, of);
@@ -136,6 +137,11 @@ double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_l
   const auto plane =
       beside(grid.planes, line.sin_azimuth, [](const FanGrid::Plane& p) { return p.sin_azimuth; });
   const auto ray = beside(grid.sin_elevation, line.sin_elevation, [](double sine) { return sine; });
+  const double apart_m =
+      time_range_m *
+      std::hypot(grid.planes[plane.first].sin_azimuth - grid.planes[plane.first - 1].sin_azimuth,
+                 grid.sin_elevation[ray.first] - grid.sin_elevation[ray.first - 1]);
+  own_m = std::min(own_m, own_slope * apart_m);
   double seen = 0.0;
   for (const std::size_t p : {0, 1}) {
     const std::array<FirstHit, 2> ends = first_hits(plane.first - 1 + p, ray.first - 1);
@@ -263,10 +269,11 @@ void ObjectEchoes::add_facets(const FlatPart& patch, const Vector3d& away,
     Line line;
     if (!ray || (!(ray->apparent.dot(normal) < 0.0) && !label.two_sided) || !see(*ray, line))
       continue;
-    const double seen = seen_share(line, ray->range_m, object.label, small_m);
-    if (!(seen > 0.0)) continue;
     const Vector3d arrival = ray->apparent.normalized();
     const double sine = std::min(std::abs(arrival.dot(normal)), 1.0);
+    const double slope = std::sqrt(1.0 - sine * sine) / sine;
+    const double seen = seen_share(line, ray->range_m, object.label, small_m, slope);
+    if (!(seen > 0.0)) continue;
     const double area_m2 = cell_length_m * cell_width_m;
     const double cross_section_m2 = table.sigma_over_sine(sine) * sine * area_m2;
     facets_.push_back({.range_m = ray->range_m,

@@ -104,8 +104,8 @@ class ObjectEchoes {
   };
   std::optional<RayToPlace> ray_to(const Eigen::Vector3d& away) const;
   bool see(const RayToPlace& ray, Line& line) const;
-  double seen_share(const Line& line, double time_range_m, int own_label = -1,
-                    double own_m = 0.0) const;
+  double seen_share(const Line& line, double time_range_m, int own_label = -1, double own_m = 0.0,
+                    double own_slope = 0.0) const;
   struct FirstHit {  // of a ray
     double range_m = std::numeric_limits<double>::infinity();
     int label = -1;
