@@ -27,6 +27,8 @@ install(FILES cmake/package/completion.bash RENAME ensonify
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
 file(GLOB example_files CONFIGURE_DEPENDS scenes/*.toml)
 install(FILES ${example_files} DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples COMPONENT program)
+file(GLOB slurm_files CONFIGURE_DEPENDS scenes/slurm/*.sbatch)
+install(FILES ${slurm_files} DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples/slurm COMPONENT program)
 
 # A manual page of the program and of each command, from their --help.
 find_program(HELP2MAN help2man)

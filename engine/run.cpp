@@ -1,9 +1,11 @@
 #include <ensonify/engine/run.h>
 
 #include <algorithm>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -11,11 +13,14 @@
 #include <ensonify/engine/run/one_part.h>
 #include <ensonify/engine/run/several_parts.h>
 #include <ensonify/engine/run/whole_run.h>
+#include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
+#include <ensonify/engine/sonar/vehicle/ground_path.h>
+#include <ensonify/engine/sonar/vehicle/motion.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
@@ -29,11 +34,37 @@ std::size_t pings_of_a_part(const RunState& run, std::span<const Sonar> sonars, 
   return run.control.on_outputs ? pings : pings_per_part(run.scene.output, sonars, pings);
 }
 
-RunParts parts_of(const RunState& run, const TrackPings& track, std::span<const Sonar> sonars) {
-  const std::size_t most = pings_of_a_part(run, sonars, track.count());
+RunParts parts_of(const RunState& run, std::span<const std::size_t> leg_starts, std::size_t pings,
+                  std::span<const Sonar> sonars) {
+  const std::size_t most = pings_of_a_part(run, sonars, pings);
   return run.scene.output.file_per_leg && !run.control.on_outputs
-             ? parts_of_legs(track.leg_starts(), track.count(), most)
-             : equal_parts(track.count(), most);
+             ? parts_of_legs(leg_starts, pings, most)
+             : equal_parts(pings, most);
+}
+
+/// The parts, where they are known before there is a seafloor to fly over.
+std::optional<RunParts> known_parts(const RunState& run) {
+  const Scene& scene = run.scene;
+  const TrackOptions& track = scene.track;
+  const double interval_s = track.ping_interval_s;
+  // Otherwise their number depends on the track's file, or on the sound speed.
+  if (track.kind == TrackKind::file ||
+      (track.kind == TrackKind::lawn_mower && !(track.speed_mps * interval_s > 0.0)) ||
+      std::ranges::any_of(scene.sonars, [](const Sonar& one) { return one.sample_rate_hz > 0.0; }))
+    return std::nullopt;
+  check_pings(scene, generated_pings(track, interval_s), "track");
+  const GeneratedPings pings =
+      generate_pings(track, interval_s, Motion(scene.motion, scene.seed).speed());
+  if (pings.poses.empty()) return std::nullopt;
+  return parts_of(run, pings.leg_starts, pings.poses.size(), scene.sonars);
+}
+
+/// Why a share of a run makes nothing; empty if it has parts.
+std::string no_parts(const Shard& shard, const RunParts& parts) {
+  if (shard.begin(parts.count()) < shard.end(parts.count()) || parts.count() == 1) return "";
+  return fmt::format(
+      "share {} of {} has no parts, because the run has {}; take at most as many shares as parts",
+      shard.index, shard.count, parts.count());
 }
 
 /// Of the pings that are known before there is a seafloor to fly over; none otherwise. Throws
@@ -56,6 +87,15 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
                .control = control,
                .threads = refine::thread_count(control.threads),
                .scene_toml = dump_scene(scene, false)};
+  if (control.shard.count > 1)
+    if (const std::optional<RunParts> parts = known_parts(run))
+      if (std::string warning = no_parts(control.shard, *parts); !warning.empty()) {
+        run.report.counts["pings"] = 0;
+        run.report.parts = parts->count();
+        run.report.complete = false;
+        run.report.warnings.push_back(std::move(warning));
+        return std::move(run.report);
+      }
   OutputFolder output(folder, control.staged);
   const Clock::time_point start = Clock::now();
   Simulator simulator(scene,
@@ -78,7 +118,9 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
   const TrackPings track(scene, simulator);
   run.warnings.assign(simulator.warnings().begin(), simulator.warnings().end());
   run.warnings.insert(run.warnings.end(), track.warnings().begin(), track.warnings().end());
-  const RunParts parts = parts_of(run, track, simulator.sonars());
+  const RunParts parts = parts_of(run, track.leg_starts(), track.count(), simulator.sonars());
+  if (std::string warning = no_parts(control.shard, parts); !warning.empty())
+    run.warnings.push_back(std::move(warning));
   require_images(control.memory, simulator.sonars(), run.pings_in_memory(parts));
   run.world = {track.middle(),
                world_reference(scene, simulator.seafloor().mesh.world_origin, track.middle())};

@@ -71,7 +71,7 @@ struct RunControl {
   /// files. Otherwise run() syncs each (of a run of one part).
   bool staged = false;
   /// The parts to make of a run in several parts. A run of which a share is made is completed by
-  /// merge_run().
+  /// merge_run(). A share without parts makes no pings, and a warning says so.
   Shard shard = {};
   /// Called before the first ping of a run in several parts.
   std::function<void(const RunSize&)> on_parts = {};
@@ -127,7 +127,8 @@ bool is_run_in_parts(const std::filesystem::path& folder);
 
 /// Checks the hash of every file of a run in several parts; if all are there and sound, writes the
 /// whole run's pictures, targets and manifest. progress(done, of) counts parts; if it returns
-/// false, Stopped is thrown. Throws std::runtime_error, std::system_error.
+/// false, Stopped is thrown. Throws SceneError for a damaged plan, record or picture,
+/// std::system_error.
 RunMergeReport merge_run(const std::filesystem::path& folder,
                          const std::function<bool(std::size_t done, std::size_t of)>& progress);
 

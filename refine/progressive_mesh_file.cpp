@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <new>
@@ -523,6 +524,12 @@ void ProgressiveMesh::contradicts(std::string_view what, std::uint32_t number) c
 
 ProgressiveMesh map_progressive_mesh(const std::filesystem::path& file) {
   return ProgressiveMesh(std::make_shared<const ProgressiveMesh::File>(file));
+}
+
+bool is_progressive_mesh(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::array<char, 8> begin{};
+  return in.read(begin.data(), begin.size()) && begin == magic;
 }
 
 }  // namespace ensonify::refine

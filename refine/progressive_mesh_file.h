@@ -41,4 +41,7 @@ void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
 /// version or byte order; DamagedFile if it is truncated or changed.
 ProgressiveMesh map_progressive_mesh(const std::filesystem::path& file);
 
+/// Whether a file begins like one with a progressive mesh.
+bool is_progressive_mesh(const std::filesystem::path& file);
+
 }  // namespace ensonify::refine

@@ -5,14 +5,17 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <csignal>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/json_text.h>
@@ -116,6 +119,18 @@ CLI::Validator number(double low, double high) {
                    : fmt::format("'{}' is not a number{}", text, range);
       },
       any ? "" : fmt::format("FLOAT in [{:g} - {:g}]", low, high));
+}
+
+CLI::Validator one_of(std::vector<std::string> words) {
+  const std::string expected = words.size() == 2 ? fmt::format("{} or {}", words[0], words[1])
+                                                 : fmt::format("one of {}", fmt::join(words, ", "));
+  return CLI::Validator(
+      [words = std::move(words), expected](std::string& text) {
+        return std::ranges::count(words, text) > 0
+                   ? std::string()
+                   : fmt::format("'{}', expected {}", text, expected);
+      },
+      "");
 }
 
 Shard parse_shard(std::string_view option, const std::string& text) {

@@ -98,6 +98,9 @@ CLI::Validator a_path();
 CLI::Validator number(double low = std::numeric_limits<double>::lowest(),
                       double high = std::numeric_limits<double>::max());
 
+/// The check of an option that takes one of these words.
+CLI::Validator one_of(std::vector<std::string> words);
+
 /// Reads the value I/N of an option; I counts from 0. Throws UsageError.
 Shard parse_shard(std::string_view option, const std::string& text);
 

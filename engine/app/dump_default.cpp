@@ -12,7 +12,7 @@ void add_dump_default(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand("dump-default", "Print a commented file with all keys");
   command.add_option("WHAT", *what, "run: a scene; generate: a dataset's recipe")
       ->required()
-      ->check(CLI::IsMember({"run", "generate"}));
+      ->check(one_of({"run", "generate"}));
   command.callback([&action, what] {
     action = [what] { print(*what == "run" ? dump_scene(Scene{}) : dump_recipe()); };
   });

@@ -52,12 +52,20 @@ std::pair<std::size_t, std::size_t> within_spread(const Imitation& made) {
   return {within, known};
 }
 
+/// A field of CSV, in quotes if it needs them.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\n") == text.npos) return text;
+  std::string field = "\"";
+  for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
+  return field + '"';
+}
+
 std::string summary(const Imitation& made) {
   std::string text = "key,value,how,why\n";
   for (const FoundKey& key : found_keys(made.model)) {
-    std::string why = key.evidence.why;
-    std::ranges::replace(why, ',', ';');
-    text += fmt::format("{},{},{},{}\n", key.name(), key.value, name_of(key.evidence.how), why);
+    text += fmt::format("{},{},{},{}\n", key.name(),
+                        key.value.starts_with('"') ? key.value : csv_field(key.value),
+                        name_of(key.evidence.how), csv_field(key.evidence.why));
   }
   return text;
 }

@@ -19,6 +19,7 @@ struct LiveArguments {
   SceneArguments scene;
   ServerOptions server{.port = 8347};
   std::optional<double> pings_per_s;
+  std::filesystem::path cache;
   MemoryLimit memory;
   bool hold = false;
   bool quiet = false;
@@ -46,6 +47,7 @@ void show(const LiveArguments& arguments) {
                                 .data_folder = arguments.scene.data_folder,
                                 .pings_per_s = arguments.pings_per_s,
                                 .hold = arguments.hold,
+                                .cache = arguments.cache,
                                 .memory = arguments.memory,
                                 .progress = [&](std::string_view stage) {
                                   stop_on_signal();
@@ -88,6 +90,7 @@ void add_live(CLI::App& app, Action& action) {
       ->type_name("N")
       ->check(number(0.0, 10000.0));
   command.add_flag("--hold", arguments->hold, "Do not ping until a page starts it");
+  add_cache(command, arguments->cache);
   add_memory(command, arguments->memory);
   command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors remain");
   command.callback([&action, arguments] { action = [arguments] { show(*arguments); }; });

@@ -6,6 +6,7 @@
 
 #include <ensonify/refine/height_tiles.h>
 #include <ensonify/refine/mesh_repair.h>
+#include <ensonify/refine/progressive_mesh_file.h>
 
 #include "app.h"
 #include "mesh_file.h"
@@ -42,8 +43,31 @@ void print_tiles(const refine::HeightTiles& tiles) {
   print(out);
 }
 
+/// Of a file that `analyse` wrote.
+void print_progressive(const refine::ProgressiveMesh& mesh) {
+  std::string out;
+  const auto line = [&](std::string_view name, auto value) {
+    out += fmt::format("{} {}\n", name, value);
+  };
+  mesh.verify_all();
+  line("vertices", mesh.leaves());
+  line("triangles", std::ranges::count_if(mesh.source_face, [](std::uint32_t face) {
+         return face != refine::ProgressiveMesh::none;
+       }));
+  for (int axis = 0; axis < 3; ++axis) {
+    line(fmt::format("{}_min", "xyz"[axis]), mesh.bounds.lowest[axis]);
+    line(fmt::format("{}_max", "xyz"[axis]), mesh.bounds.highest[axis]);
+  }
+  line("base_vertices", mesh.roots.size());
+  line("base_triangles", mesh.base_faces().size());
+  line("made_from", mesh.key());
+  print(out);
+}
+
 void print_info(const std::filesystem::path& file, double cell_m) {
   if (refine::HeightTiles::is_one(file)) return print_tiles(refine::HeightTiles(file));
+  if (refine::is_progressive_mesh(file))
+    return print_progressive(refine::map_progressive_mesh(file));
   const MeshFile input(file, cell_m);
   const refine::MeshSummary summary = refine::summarise(input.mesh);
   std::string out;
@@ -79,8 +103,8 @@ void add_mesh_info(CLI::App& app, Action& action) {
   const auto cell_m = std::make_shared<double>(0.0);
   CLI::App& command = *app.add_subcommand(
       "mesh-info",
-      "Describe a mesh (PLY, OBJ, STL, OFF), a survey grid, or the tiles of a bed in the cache: one "
-      "`name value` per line, in metres. Counts are of the file itself; repairs are the changes that "
+      "Describe a mesh (PLY, OBJ, STL, OFF), a survey grid, a progressive mesh that `analyse` wrote, "
+      "or the tiles of a bed in the cache: one `name value` per line, in metres. Counts are of the file itself; repairs are the changes that "
       "a run would make");
   command.add_option("FILE", *file, "The mesh or grid")->required();
   add_cell(command, *cell_m);

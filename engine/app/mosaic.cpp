@@ -1,6 +1,5 @@
 #include <ensonify/engine/mosaic/mosaic.h>
 
-#include <map>
 #include <memory>
 
 #include <fmt/format.h>
@@ -61,11 +60,14 @@ void add_mosaic(CLI::App& app, Action& action) {
       ->type_name("SIZE")
       ->check(number(1e-9, 1e6));
   command
-      .add_option("--positions", options.positions,
-                  "truth: where each echo came from (default). navigation: as software for "
-                  "recordings does it, from the reported pose and the altitude, over a level bed")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Positions>{
-          {"truth", Positions::truth}, {"navigation", Positions::navigation}}))
+      .add_option_function<std::string>(
+          "--positions",
+          [&options](const std::string& word) {
+            options.positions = word == "truth" ? Positions::truth : Positions::navigation;
+          },
+          "truth: where each echo came from (default). navigation: as software for "
+          "recordings does it, from the reported pose and the altitude, over a level bed")
+      ->check(one_of({"truth", "navigation"}))
       ->type_name("truth|navigation");
   command
       .add_option("--layer", options.layer,
@@ -73,13 +75,18 @@ void add_mosaic(CLI::App& app, Action& action) {
                   "layer of the images: sample, intensity, intensity_mean (NaN for no data), "
                   "region, sediment, class, instance (65535 for no data)")
       ->type_name("NAME")
-      ->check(CLI::IsMember(std::vector<std::string>(mosaic_layers.begin(), mosaic_layers.end())));
+      ->check(one_of({mosaic_layers.begin(), mosaic_layers.end()}));
   command
-      .add_option("--overlap", options.overlap,
-                  "What is shown where pings overlap: the newest (default: the last in the order "
-                  "of the runs), the mean, or the one from the nearest ground range")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Overlap>{
-          {"newest", Overlap::newest}, {"mean", Overlap::mean}, {"nearest", Overlap::nearest}}))
+      .add_option_function<std::string>(
+          "--overlap",
+          [&options](const std::string& word) {
+            options.overlap = word == "newest" ? Overlap::newest
+                              : word == "mean" ? Overlap::mean
+                                               : Overlap::nearest;
+          },
+          "What is shown where pings overlap: the newest (default: the last in the order "
+          "of the runs), the mean, or the one from the nearest ground range")
+      ->check(one_of({"newest", "mean", "nearest"}))
       ->type_name("newest|mean|nearest");
   command.add_flag("--quiet", arguments->quiet, "No progress and no summary; errors remain");
   command.callback([&action, arguments] { action = [arguments] { write_mosaic(*arguments); }; });

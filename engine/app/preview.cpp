@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 struct PreviewArguments {
   fs::path recipe, file, data_folder, cache;
   std::vector<std::string> overrides;
+  MemoryLimit memory;
   int samples = 16, threads = 0;
   bool quiet = false;
 };
@@ -43,6 +44,7 @@ void make_preview(const PreviewArguments& arguments) {
     sheet = preview(recipe, wanted,
                     {.threads = arguments.threads,
                      .cache = arguments.cache,
+                     .memory = arguments.memory,
                      .scratch = scratch.path(),
                      .progress = [&](std::size_t done, std::size_t of) {
                        progress.report("samples", done, of);
@@ -77,6 +79,7 @@ void add_preview(CLI::App& app, Action& action) {
   add_threads(command, arguments->threads);
   add_data(command, arguments->data_folder);
   add_cache(command, arguments->cache);
+  add_memory(command, arguments->memory);
   command.add_flag("--quiet", arguments->quiet, "No progress; errors remain");
   command.callback([&action, arguments] { action = [arguments] { make_preview(*arguments); }; });
 }

@@ -10,6 +10,9 @@
 #include <memory>
 #include <new>
 #include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -200,8 +203,17 @@ int run_command_line(int argc, char** argv) {
   app::add_backscatter(program, action);
   app::add_sediments(program, action);
   app::add_presets(program, action);
+  // `ensonify help`, and `ensonify help run`, as other programs have it.
+  std::vector<std::string> words(argv + std::min(1, argc), argv + argc);
+  if (!words.empty() && words.front() == "help") {
+    words.erase(words.begin());
+    if (words.empty() ||
+        std::ranges::count(program.get_subcommands({}), words.front(), &CLI::App::get_name) > 0)
+      words.emplace_back("--help");
+  }
+  std::ranges::reverse(words);  // as CLI11 takes them
   try {
-    program.parse(argc, argv);
+    program.parse(std::move(words));
   } catch (const CLI::Success& help) {
     const int code = program.exit(help);
     std::cout.flush();

@@ -110,15 +110,17 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
       {"warnings", report.extrapolation.behind(report.warnings)},
       {"surface", {{"name", report.surface}, {"why", report.surface_why}}},
       {"cache", {{"file", report.cache_file.string()}, {"hit", report.cached}}},
-      {"pings_per_s", report.parts_found > 0 ? nlohmann::ordered_json(nullptr)
-                                             : nlohmann::ordered_json(pings_per_s(report))},
+      {"pings_per_s", report.parts_found > 0 || report.counts.at("pings") == 0
+                          ? nlohmann::ordered_json(nullptr)
+                          : nlohmann::ordered_json(pings_per_s(report))},
       {"times_s",
        {{"seafloor", report.prepare_s}, {"pings", report.pings_s}, {"files", report.files_s}}},
       {"stages_s",  // summed over threads
        {{"surface", stages.surface_s},
         {"trace", stages.trace_s},
         {"echo", stages.echo_s},
-        {"speckle", stages.receive_s}}},
+        {"receiver", stages.receive_s},
+        {"speckle", stages.receive_s}}},  // its earlier name
       {"threads", threads},
       {"host",
        {{"name", system.nodename},
@@ -165,7 +167,8 @@ void run_scene(RunArguments arguments) {
   }
   print_warnings(report.warnings);
   if (!arguments.quiet) print_warnings(report.extrapolation.behind({}));
-  if (!arguments.quiet) print_report(report, scene.run.intersector, arguments.folder, threads);
+  if (!arguments.quiet && report.counts.at("pings") > 0)
+    print_report(report, scene.run.intersector, arguments.folder, threads);
   if (arguments.json) print_json(report, arguments.folder, threads);
   if (!report.verification.empty() && report.verification.at("unexplained") > 0)
     throw std::runtime_error(fmt::format(

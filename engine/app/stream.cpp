@@ -161,6 +161,7 @@ class PoseSession {
       for (const Side side : sides_of(sonar)) sides.push_back(name_of(side));
       sonars.push_back({{"name", sonar.name},
                         {"sides", sides},
+                        {"beams", sonar.beams},
                         {"range_m", sonar.range_m},
                         {"bins", sonar.bins},
                         {"bin_m", sonar.bin_m()}});

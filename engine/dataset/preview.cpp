@@ -216,6 +216,9 @@ ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewCon
   std::mutex mutex;
   std::size_t done = 0;
   const int threads = refine::thread_count(control.threads);
+  const MemoryLimit memory_each{
+      control.memory.bytes /
+      static_cast<double>(std::clamp<std::size_t>(samples, 1, static_cast<std::size_t>(threads)))};
   const auto draw = [&](std::size_t k) {
     // Evenly chosen, but not in step with stratified keys.
     const std::size_t step = recipe.samples() / samples, number = k * step + k % step;
@@ -230,6 +233,7 @@ ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewCon
                return !control.progress || control.progress(done, samples);
              },
          .cache = control.cache,
+         .memory = memory_each,
          .growing_picture = false,
          .on_outputs =
              [&](const RunOutputs& outputs) {

@@ -9,12 +9,14 @@
 
 #include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/image/display.h>
+#include <ensonify/engine/memory.h>
 
 namespace ensonify::engine {
 
 struct PreviewControl {
   int threads = 0;
-  std::filesystem::path cache = {};
+  std::filesystem::path cache = {};    ///< for analysed seafloors
+  MemoryLimit memory = {};             ///< shared by the samples that are made at the same time
   std::filesystem::path scratch = {};  ///< a folder for the runs' files, which are removed again
   std::function<bool(std::size_t done, std::size_t of)> progress = {};  ///< as in GenerateControl
 };

@@ -259,7 +259,7 @@ void PingLoop::report_status(bool at_rest, const MeshViewer& viewer) {
        {{"surface", per_ping * since.surface_s},
         {"trace", per_ping * since.trace_s},
         {"echo", per_ping * since.echo_s},
-        {"speckle", per_ping * since.receive_s}}},
+        {"receiver", per_ping * since.receive_s}}},
       {"vehicle",
        {{"altitude_m", control.vehicle.altitude_m}, {"speed_mps", control.vehicle.speed_mps}}},
       {"things", added_.size()},

@@ -31,8 +31,9 @@ struct LiveSession::Inner {
       : memory(its_options.memory),
         ring(its_options.ring_bytes),
         mailbox(source, scene, its_options.pings_per_s, its_options.hold),
-        loop(std::make_shared<LiveScene>(
-                 scene, Preparation{.progress = its_options.progress, .memory = memory}),
+        loop(std::make_shared<LiveScene>(scene, Preparation{.cache = its_options.cache,
+                                                            .progress = its_options.progress,
+                                                            .memory = memory}),
              its_options.scene.stem().string(), mailbox, ring) {}
 
   void change(std::string_view json) {

@@ -23,6 +23,7 @@ struct LiveOptions {
   std::filesystem::path data_folder;
   std::optional<double> pings_per_s;  ///< 0: as fast as possible; unset: the scene's rate
   bool hold = false;                  ///< do not ping until a page ends the hold
+  std::filesystem::path cache = {};   ///< of the scene's own seabed, as in Preparation
   MemoryLimit memory = {};            ///< as in Preparation
   std::size_t ring_bytes = std::size_t{192} << 20;  ///< for lines that pages can scroll back to
   /// Called with the stage of the preparation; if it throws, the preparation ends.
@@ -31,7 +32,7 @@ struct LiveOptions {
 
 /// A scene that pings along its track while pages watch and change its sonars, vehicle and seabed.
 /// One thread pings, another refines a separate mesh while a page shows it; both write to a ring
-/// and never wait for a reader. Nothing is written to disk.
+/// and never wait for a reader. Only the cache of the scene's own seabed is written to disk.
 ///
 /// Until something is changed, its lines are bit by bit those of a run of the scene.
 class LiveSession {

@@ -24,8 +24,8 @@ Picture picture_of(const fs::path& file) {
   try {
     return decode_png(std::as_bytes(std::span(content)));
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error(fmt::format("{}: {}; remove the part's folder and run it again",
-                                         file.string(), error.what()));
+    throw SceneError(fmt::format("{}: {}; remove the part's folder and run it again", file.string(),
+                                 error.what()));
   }
 }
 
@@ -86,7 +86,7 @@ void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t fi
     if (beams == 0 || picture.height != beams * parts.range(part).count ||
         picture.width != first.width || picture.channels != first.channels ||
         picture.bits != first.bits)
-      throw std::runtime_error(
+      throw SceneError(
           fmt::format("{}: its size does not fit its pings and the other parts' pictures; remove "
                       "the part's folder and run it again",
                       its_file.string()));

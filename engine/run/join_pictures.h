@@ -14,7 +14,7 @@ std::size_t pings_per_row(std::size_t pings);
 
 /// Joins the pictures of a run's first `finished_parts` parts to FOLDER/SONAR.png, the newest ping
 /// on top. A row is the mean of pings_per_row() pings of the whole run. Takes the memory of one
-/// part's picture. Throws std::runtime_error for a damaged picture, std::system_error.
+/// part's picture. Throws SceneError for a damaged picture, std::system_error.
 void join_pictures(const std::filesystem::path& folder, const RunParts& parts,
                    std::size_t finished_parts, const std::string& sonar);
 

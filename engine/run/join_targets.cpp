@@ -257,7 +257,7 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
             .first->second.add(target, beams * (parts.pings() - parts.range(part).end()));
       }
     } catch (const std::exception& error) {
-      throw std::runtime_error(
+      throw SceneError(
           fmt::format("{}: not the targets of a part ({}); remove the part's folder and run it "
                       "again",
                       file.string(), error.what()));

@@ -50,7 +50,7 @@ PartRecord& PartRecord::operator+=(const PartRecord& next) {
   const auto require_same = [&](std::string_view what, const std::string& mine,
                                 const std::string& its) {
     if (mine != its)
-      throw std::runtime_error(
+      throw SceneError(
           fmt::format("the parts that begin at pings {} and {} were made with another {}: {} and "
                       "{}; set run.instruction_set, remove one part and run it again",
                       pings.first, next.pings.first, what, mine, its));
@@ -58,7 +58,7 @@ PartRecord& PartRecord::operator+=(const PartRecord& next) {
   require_same("surface", surface, next.surface);
   require_same("code path", code_path, next.code_path);
   if (seafloor != next.seafloor)
-    throw std::runtime_error(
+    throw SceneError(
         fmt::format("the parts that begin at pings {} and {} were made over different seafloors; "
                     "remove one and run it again",
                     pings.first, next.pings.first));
@@ -121,7 +121,7 @@ PartRecord read_part_json(const std::filesystem::path& file) {
     whole_numbers(json.at("pings_over_hole")).get_to(record.pings_over_hole);
     const auto inside = [&](const std::string& name) {
       if (stays_inside(name)) return name;
-      throw std::runtime_error(
+      throw SceneError(
           fmt::format("{}: '{}' is not in the run's folder; remove the part's folder and run it "
                       "again",
                       file.string(), name));
@@ -135,11 +135,11 @@ PartRecord read_part_json(const std::filesystem::path& file) {
                               its.at("xxh128").get<std::string>()});
     return record;
   } catch (const nlohmann::json::exception& error) {
-    throw std::runtime_error(
+    throw SceneError(
         fmt::format("{}: not the record of a part ({}); remove the part's folder and run it again",
                     file.string(), error.what()));
   } catch (const std::out_of_range&) {
-    throw std::runtime_error(
+    throw SceneError(
         fmt::format("{}: an object that is not there; remove the part's folder and run it again",
                     file.string()));
   }

@@ -31,13 +31,13 @@ struct PartRecord {
   std::vector<std::string> warnings;  ///< about the scene and its track; the same for all parts
   std::vector<FileRecord> files;
 
-  /// Adds the part that follows. Throws std::runtime_error if it was made in another way: with
+  /// Adds the part that follows. Throws SceneError if it was made in another way: with
   /// other code, or over another seafloor.
   PartRecord& operator+=(const PartRecord& next);
 };
 
 std::string part_json(const PartRecord& record);
-/// Throws std::runtime_error with the file's name if it cannot be read.
+/// Throws SceneError with the file's name if it cannot be read.
 PartRecord read_part_json(const std::filesystem::path& file);
 
 }  // namespace ensonify::engine

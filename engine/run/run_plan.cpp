@@ -92,11 +92,11 @@ RunPlan read_plan(const std::filesystem::path& folder) {
             .libraries = json.at("libraries").dump(),
             .files = json.at("input_files").get<std::map<std::string, std::string>>()};
   } catch (const nlohmann::json::exception&) {
-    throw std::runtime_error(fmt::format(
+    throw SceneError(fmt::format(
         "{}: is damaged, expected the plan of a run; remove it and the folder's parts, and run again",
         plan_file(folder).string()));
   } catch (const std::logic_error& error) {  // JSON too deep, or a number that is not whole
-    throw std::runtime_error(
+    throw SceneError(
         fmt::format("{}: not the plan of a run ({})", plan_file(folder).string(), error.what()));
   }
 }

@@ -31,7 +31,7 @@ RunPlan make_plan(const Scene& scene, const std::string& reference, std::size_t 
 std::filesystem::path plan_file(const std::filesystem::path& folder);  ///< run.json
 std::string plan_json(const RunPlan& plan);
 std::string hash_of(const RunPlan& plan);  ///< of its plan_json()
-/// Throws std::runtime_error with the file's name if it is not the plan of a run.
+/// Throws SceneError with the file's name if it is not the plan of a run.
 RunPlan read_plan(const std::filesystem::path& folder);
 
 /// What differs between two plans, in words: "sonar.sidescan.range_m was 50 and is 75".

@@ -16,7 +16,7 @@
 namespace ensonify::engine {
 
 /// What the parts [first, end) of a run made, from their part.json; no pings if there are none. The
-/// names of files begin with the part's folder. Throws std::runtime_error as read_part_json() and
+/// names of files begin with the part's folder. Throws SceneError as read_part_json() and
 /// PartRecord::operator+=.
 PartRecord sum_of_parts(const std::filesystem::path& folder, const RunParts& parts,
                         std::size_t first, std::size_t end);
@@ -33,7 +33,7 @@ std::string manifest_of(const PartRecord& run, const RunPlan& plan,
 
 /// Writes what the whole of a run in parts has, once all parts are there: pictures, targets and the
 /// manifest. Returns the run's record. `waiting` as in StagingFolder::wait_for(). Throws
-/// std::runtime_error, std::system_error.
+/// SceneError, std::system_error.
 PartRecord finish_run(const std::filesystem::path& folder, const RunPlan& plan,
                       const std::function<void()>& waiting);
 

@@ -4,6 +4,7 @@
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
@@ -41,6 +42,15 @@ void dump_example(std::string& out, const Section<Owner>& section, std::string_v
   }
 }
 
+/// For people: degrees with four digits, because those of a value in radians may have seventeen.
+template <class Owner>
+std::string default_text(const Key<Owner>& key, const Owner& owner) {
+  const ConstOption option = key.option(owner);
+  if (const auto* value = std::get_if<const double*>(&option); value && key.in_degrees())
+    return fmt::format("{:.4g}", **value / degree);
+  return option_text(key, owner).value_or("unset");
+}
+
 template <class Owner>
 void describe(std::string& out, const Section<Owner>& section, std::string_view heading,
               const Owner& owner) {
@@ -49,7 +59,7 @@ void describe(std::string& out, const Section<Owner>& section, std::string_view 
       fmt::format("\n{}\n\n| key | is | expected | default |\n|---|---|---|---|\n", section.help);
   for (const Key<Owner>& key : section.keys)
     out += fmt::format("| `{}` | {} | {} | {} |\n", key.name, key.help, expectation(key),
-                       option_text(key, owner).value_or("unset"));
+                       default_text(key, owner));
 }
 
 void describe_shapes(std::string& out) {
@@ -152,8 +162,8 @@ range_m = { log_uniform = [30, 75] }
 std::string schema_text() {
   std::string out =
       "# Scene files\n\n"
-      "A scene is a TOML file that begins with `version = 1`. A key's unit is in its name; every "
-      "key has a default. `ensonify dump-default run` prints them all; `-D key=value` changes one "
+      "A scene is a TOML file that begins with `version = 1`. A key's unit is in its name. Every "
+      "other key may be left out. `ensonify dump-default run` prints them all; `-D key=value` changes one "
       "by its whole name with dots, as in `-D sea.temperature_c=12`, `-D "
       "sonar.sidescan.range_m=50` or, for the first object, `-D objects.0.height_m=2`. In words "
       "such as `fan_scan`, `-` and `_` mean the same. A scene without a sonar has one, called "

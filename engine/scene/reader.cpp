@@ -46,6 +46,7 @@ class Reader {
 
   void read_file(std::string_view text) {
     const toml::table table = parse(text);
+    require_no_recipe(table);
     const toml::node* version = table.get("version");
     if (!version)
       throw SceneError(fmt::format("{}:1:1: no 'version', expected version = 1 at the top", name_));
@@ -63,7 +64,9 @@ class Reader {
     overrides_.push_back(override_text);
     source_ = "-D " + override_text;
     in_file_ = false;
-    read_table(parse(toml_override(override_text)), "");
+    const toml::table table = parse(toml_override(override_text));
+    require_no_recipe(table);
+    read_table(table, "");
   }
 
   DatasetOptions read_dataset(std::string_view text, std::span<const std::string> overrides) {
@@ -146,6 +149,15 @@ class Reader {
     return SceneError(fmt::format("{}: {}", place(node.source()), message));
   }
 
+  /// Before any key is read: a recipe's distributions would be refused as values.
+  void require_no_recipe(const toml::table& table) const {
+    if (drawn_) return;
+    for (const auto& [key, node] : table)
+      if (key == "dataset" || key == "draw")
+        throw fault(key,
+                    "this is a dataset's recipe, expected a scene: `ensonify generate` takes it");
+  }
+
   void read_table(const toml::table& table, const std::string& section_name) {
     for (const auto& [key, node] : table) {
       const std::string path = joined(section_name, key.str());
@@ -153,10 +165,7 @@ class Reader {
         throw unknown(key, section_name, known_names(section_name));
       } else if (path == "version") {
         read_version(node);
-      } else if (path == "dataset" || path == "draw") {
-        if (!drawn_)
-          throw fault(key,
-                      "this is a dataset's recipe, expected a scene: `ensonify generate` takes it");
+      } else if (path == "dataset" || path == "draw") {  // Recipe reads them
       } else if (path == "sonar") {
         read_named(node, "sonar", sonar_section(), scene_.sonars);
       } else if (path == "material") {

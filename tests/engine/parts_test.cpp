@@ -229,10 +229,10 @@ TEST_CASE("parts whose pictures have another width or number of rows are not put
   write(1, grey(5, 4));
   for (const Picture& wrong : {grey(4, 4), grey(5, 3), Picture{5, 4, 3, grey(15, 4).pixels}}) {
     write(0, wrong);
-    CHECK_THROWS_AS(join_pictures(folder.path(), parts, 2, "a"), std::runtime_error);
+    CHECK_THROWS_AS(join_pictures(folder.path(), parts, 2, "a"), SceneError);
   }
   write(1, grey(5, 3));  // less rows than pings
-  CHECK_THROWS_AS(join_pictures(folder.path(), parts, 2, "a"), std::runtime_error);
+  CHECK_THROWS_AS(join_pictures(folder.path(), parts, 2, "a"), SceneError);
   write(0, grey(5, 4));
   write(1, grey(5, 4));
   CHECK_NOTHROW(join_pictures(folder.path(), parts, 2, "a"));
@@ -256,5 +256,5 @@ TEST_CASE(
         R"("polygons": [[1, 9, 3, 9, 3, 2, 1, 2]])",
         R"("polygons": [], "rle": {"size": [2, 9], "counts": [0, 100000000000000]})",
         R"("polygons": [], "rle": {"size": [0, 9], "counts": [0, 1]})"})
-    CHECK_THROWS_AS(joined(wrong), std::runtime_error);
+    CHECK_THROWS_AS(joined(wrong), SceneError);
 }

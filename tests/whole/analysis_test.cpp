@@ -46,6 +46,21 @@ TEST_CASE("analyse writes a progressive mesh for a scene, from a scene and from 
   CHECK(json.at("faces") == 2 * 80 * 40);
   CHECK(json.at("bytes") == fs::file_size(folder / "bed.mesh"));
 
+  const Outcome described = run_program(folder.path(), {"mesh-info", "bed.mesh"});
+  INFO(described.err);
+  REQUIRE(described.code == 0);
+  CHECK(
+      described.out.starts_with("vertices 3321\ntriangles 6400\nx_min -20\nx_max 20\ny_min -10\n"
+                                "y_max 10\nz_min -"));
+  CHECK(described.out.find("\nbase_vertices " +
+                           std::to_string(json.at("base_vertices").get<int>()) + "\n") !=
+        std::string::npos);
+  CHECK(described.out.find("\nmade_from ") != std::string::npos);
+  fs::copy_file(folder / "bed.mesh", folder / "cut.mesh");
+  fs::resize_file(folder / "cut.mesh", fs::file_size(folder / "cut.mesh") / 2);
+  CHECK(run_program(folder.path(), {"mesh-info", "cut.mesh"}).err.find("cut.mesh: ") !=
+        std::string::npos);
+
   std::string scene = tiny_scene;
   const std::string bed = "extent_east_m = 40\nextent_north_m = 20\ncell_m = 0.5\n";
   scene.replace(scene.find(bed), bed.size(),

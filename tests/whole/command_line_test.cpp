@@ -77,6 +77,12 @@ TEST_CASE("Help goes to stdout, and a wrong command line gets one message and ex
     CHECK(own.code == 0);
     CHECK(own.out.find(command) != std::string::npos);
   }
+  const Outcome asked = run_program(folder.path(), {"help"});
+  CHECK(asked.code == 0);
+  CHECK(asked.out == help.out);
+  CHECK(run_program(folder.path(), {"help", "mosaic"}).out ==
+        run_program(folder.path(), {"mosaic", "--help"}).out);
+  check_refused(run_program(folder.path(), {"help", "rum"}), 2, "rum");
   check_refused(run_program(folder.path(), {}), 2, "a subcommand is required");
   check_refused(run_program(folder.path(), {"rum"}), 2, "rum");
   check_refused(run_program(folder.path(), {"run"}), 2, "SCENE is required");
@@ -86,6 +92,21 @@ TEST_CASE("Help goes to stdout, and a wrong command line gets one message and ex
   check_refused(run_program(folder.path(), {"run", "none.toml"}), 2,
                 "none.toml: there is no such file; give the path of a scene file");
   CHECK(fs::is_empty(folder.path()));
+}
+
+TEST_CASE("Every command that makes a seafloor takes a memory limit, and a cache if it analyses") {
+  const TemporaryFolder folder;
+  const auto takes = [&](const std::string& command, const std::string& option) {
+    CAPTURE(command, option);
+    CHECK(run_program(folder.path(), {command, "--help"}).out.find("\n  " + option + " ") !=
+          std::string::npos);
+  };
+  for (const std::string command :
+       {"run", "stream", "live", "generate", "preview", "analyse", "check", "view"}) {
+    takes(command, "--memory");
+    takes(command, "--cache");
+  }
+  takes("seafloor", "--memory");
 }
 
 TEST_CASE("A number of the command line is neither NaN nor nothing, and within its short bounds") {
@@ -259,6 +280,8 @@ TEST_CASE("A run writes its files, reports on stderr, and as JSON on stdout when
   CHECK(report["threads"] == 2);
   CHECK(report["pings_per_s"] > 0.0);
   CHECK(report["stages_s"]["trace"] > 0.0);
+  CHECK(report["stages_s"].value("receiver", 0.0) > 0.0);
+  CHECK(report["stages_s"]["speckle"] == report["stages_s"]["receiver"]);
   CHECK(report["files"].size() == 5);
   for (const std::string file : report["files"]) CHECK(fs::is_regular_file(folder / file));
   const auto manifest = nlohmann::json::parse(read_text(folder / "deep/out/manifest.json"));

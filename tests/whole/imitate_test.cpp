@@ -117,6 +117,15 @@ TEST_CASE("the keys of a run come back from its recording", "[slow]") {
   CHECK(known > 40);
   CHECK(3 * within > 2 * known);
 
+  // The table is CSV, whose last field is quoted where it has a comma.
+  const Outcome table = run_program(folder.path(), {"imitate", "a/towfish.xtf", "-o", "t"});
+  CHECK(table.out.starts_with("key,value,how,why\n"));
+  for (const auto& [key, found] : keys.items()) {
+    const std::string why = found["why"].get<std::string>();
+    if (why.find(',') == std::string::npos) continue;
+    CAPTURE(why);
+    CHECK(table.out.find(",\"" + why + "\"\n") != std::string::npos);
+  }
   const std::string page = read_text(folder / "b/report.html");
   CHECK(page.find("What the recording does not show") != std::string::npos);
   CHECK(page.find("<polyline") != std::string::npos);

@@ -508,7 +508,15 @@ TEST_CASE("A mosaic refuses what it cannot use, with one message and exit code 2
 
   refused({"none"}, "there is no manifest.json; give the folder of a finished `ensonify run`");
   refused({"good", "--sonar", "echosounder"}, "no sonar 'echosounder', expected one of: sidescan");
-  refused({"good", "--layer", "grazing_rad"}, "grazing_rad");
+  refused({"good", "--layer", "grazing_rad"},
+          "--layer: 'grazing_rad', expected one of brightness, sample, ");
+  // Not the numbers of the words, either.
+  for (const std::string word : {"1", "value", ""}) {
+    refused({"good", "--positions", word},
+            "--positions: '" + word + "', expected truth or navigation (see ensonify mosaic");
+    refused({"good", "--overlap", word}, "'" + word + "', expected one of newest, mean, nearest");
+  }
+  CHECK(run_program(folder.path(), {"mosaic", "--help"}).out.find('{') == std::string::npos);
   refused({"good", "--layer", "class", "--overlap", "mean"}, "have no mean");
   refused({"good", "--pixel-m", "1e-8"}, "too many pixels");
   refused({"good", "--pixel-m", "-1"}, "--pixel-m");

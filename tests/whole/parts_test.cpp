@@ -258,11 +258,25 @@ TEST_CASE("shares of a run's parts, merged, are the run") {
   }
   for (const char* share : {"3", "4/4", "-1/4", "a/b", "0/0"})
     CHECK(run_scene(folder.path(), "other", {"--part=" + std::string(share)}).code == 2);
-  // With more shares than parts some have none, which their reports must bear.
-  const Outcome none = run_program(
-      folder.path(), {"run", "scene.toml", "-o", "none", "--part", "0/7", "--verify", "2"});
-  INFO(none.err);
-  CHECK(none.code == 0);
+  // With more shares than parts some have none: those end before there is a seafloor.
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{},
+        {"-D", "output.pings_per_file=0", "-D", "output.file_per_leg=true", "-D",
+         "track.kind=lawn-mower", "-D", "track.legs=2", "-D", "track.leg_length_m=8", "-D",
+         "track.leg_spacing_m=5", "-D", "track.turn_radius_m=2", "-D",
+         "track.ping_interval_s=0.5"}}) {
+    std::vector<std::string> arguments{"run", "scene.toml", "-o", "none",  "--part",
+                                       "0/7", "--verify",   "2",  "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome none = run_program(folder.path(), arguments);
+    INFO(none.err);
+    CHECK(none.code == 0);
+    const std::string parts = more.empty() ? "5" : "2";
+    CHECK(none.err.find("share 0 of 7 has no parts, because the run has " + parts) !=
+          std::string::npos);
+    CHECK(Json::parse(none.out).at("counts").at("pings") == 0);
+    CHECK(!fs::exists(folder / "none"));
+  }
   const Outcome one =
       run_scene(folder.path(), "other", {"--part=0/2", "-D", "output.pings_per_file=100"});
   CHECK(one.code == 2);
@@ -289,6 +303,24 @@ TEST_CASE("merge names missing and damaged parts of a run, and writes nothing") 
   CHECK(outcome.code == 1);
   CHECK(outcome.err.find("left-right_0002.exr: its content has changed") != std::string::npos);
   CHECK(!fs::exists(folder / "run/manifest.json"));
+}
+
+TEST_CASE("a run's folder with a damaged plan or record is a wrong input of run and merge") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", many_pings());
+  run_whole(folder.path(), "run");
+  const auto refused = [&](const Outcome& outcome, const std::string& message) {
+    INFO(outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.find(message) != std::string::npos);
+  };
+  write_text(folder / "run/part_0002/part.json", "{}");
+  refused(run_program(folder.path(), {"merge", "run", "--quiet"}), "not the record of a part");
+  for (const std::string plan : {"{", "{}", R"({"seed": -1, "scene": "", "intersector": ""})"}) {
+    write_text(folder / "run/run.json", plan);
+    refused(run_program(folder.path(), {"merge", "run", "--quiet"}), "run/run.json: ");
+    refused(run_scene(folder.path(), "run"), "run/run.json: ");
+  }
 }
 
 TEST_CASE("a part of another run is noticed by merge, and made again by run") {

@@ -91,3 +91,23 @@ for path in glob.glob("fault*.toml"):
   else
     CHECK(status == 0);
 }
+
+TEST_CASE("The table of keys states what run takes, and rounds degrees") {
+  const TemporaryFolder folder;
+  const std::string scene = run_program(folder.path(), {"schema"}).out;
+  const std::string recipe = run_program(folder.path(), {"dump-default", "generate"}).out;
+  const auto line_of = [](const std::string& text, const std::string& begin) {
+    const std::size_t at = text.find("\n" + begin);
+    REQUIRE(at != text.npos);
+    return text.substr(at + 1, text.find('\n', at + 1) - at - 1);
+  };
+  CHECK(scene.find("every key has a default") == scene.npos);
+  CHECK(line_of(scene, "| `png_bits`").ends_with("| 8 or 16 | 8 |"));
+  CHECK(line_of(scene, "| `start_time`").ends_with("| a time, \"2025-06-01T12:00:00Z\" | unset |"));
+  CHECK(line_of(scene, "| `bend_deg`").ends_with("| 8.594 |"));
+  CHECK(line_of(scene, "| `dip_deg`").ends_with("| 2.865 |"));
+  CHECK(line_of(recipe, "# Its date").ends_with("(a date, YYYY-MM-DD)"));
+  CHECK(line_of(recipe, "# Its page").ends_with("(an address)"));
+  // A file of all defaults has their exact values.
+  CHECK(engine::dump_scene({}).find("bend_deg = 8.594366926962348") != std::string::npos);
+}

@@ -127,6 +127,30 @@ TEST_CASE("in a stream a sonar can be set, and objects can be added, moved and r
   CHECK_FALSE(seen(10));
 }
 
+TEST_CASE("a client finds the number of a ping's lines in the start line, and after each set") {
+  const Folder folder;
+  const std::string changed_beams = R"({"set": {"sonar.left-right.beams": 3}})"
+                                    "\n";
+  const tests::Outcome outcome =
+      folder.stream(pose + changed_beams + pose,
+                    {"--json", "-D", "sonar.left-right.beams=2", "--layers", "region"});
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  const std::vector<Json> answers = json_lines(outcome.out);
+  std::size_t at = 0;
+  for (const int beams : {2, 3}) {
+    REQUIRE(at < answers.size());
+    std::size_t lines = 0;
+    for (const Json& sonar : answers[at]["sonars"]) {
+      CHECK(sonar.value("beams", 0) == beams);
+      lines += sonar["sides"].size() * sonar.value("beams", std::size_t{0});
+    }
+    CHECK(lines == 2 * static_cast<std::size_t>(beams));
+    at += 1 + lines;
+  }
+  CHECK(at == answers.size());
+}
+
 /// Lines that are refused, and what the message says.
 const std::vector<std::pair<std::string, std::string>> wrong_lines = {
     {"pose", "is not JSON"},

@@ -77,6 +77,7 @@ struct Key {
   OptionAt<Owner> option;
   /// The words allowed; those of an enumeration in its order. A scene may write - for _ in them.
   std::vector<std::string_view> choices;
+  std::string_view expected = {};  ///< what it accepts, where type and range do not define that
 
   bool in_degrees() const { return name.ends_with("_deg"); }
 };

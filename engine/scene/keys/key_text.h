@@ -16,6 +16,7 @@ std::string expectation(std::string_view unit, const Range& range,
                         std::span<const std::string_view> choices, const ConstOption& option);
 template <class Owner>
 std::string expectation(const Key<Owner>& key) {
+  if (!key.expected.empty()) return std::string(key.expected);
   const Owner owner{};
   return expectation(key.unit, key.range, key.choices, key.option(owner));
 }

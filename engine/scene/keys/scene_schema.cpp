@@ -68,8 +68,8 @@ std::vector<Key<Scene>> output_keys() {
        "All sonars in one recording, recording.xtf and recording.jsf, instead of NAME.xtf and "
        "NAME.jsf for each. XTF holds three sonars.",
        at(&Scene::output, &OutputOptions::one_recording)},
-      {"png_bits", "", {8, 16}, "Bits per channel of NAME.png, 8 or 16.",
-       at(&Scene::output, &OutputOptions::png_bits)},
+      {"png_bits", "", {8, 16}, "Bits per channel of NAME.png.",
+       at(&Scene::output, &OutputOptions::png_bits), {}, "8 or 16"},
       {"truth", "", {}, "The truth drawn over the image, with a legend, as NAME_truth.png.",
        at(&Scene::output, &OutputOptions::truth)},
       {"class_names", "", {},
@@ -79,9 +79,9 @@ std::vector<Key<Scene>> output_keys() {
       {"sediment_names", "", {}, "The same for materials in the layer sediment.",
        at(&Scene::output, &OutputOptions::sediment_names)},
       {"start_time", "", {},
-       "Time of t_s = 0 in the recordings, such as 2025-06-01T12:00:00Z; unset: 2000-01-01, or the "
+       "Time of t_s = 0 in the recordings; unset: 2000-01-01, or the "
        "track's own time if it counts from 1970.",
-       at(&Scene::output, &OutputOptions::start_time)},
+       at(&Scene::output, &OutputOptions::start_time), {}, "a time, \"2025-06-01T12:00:00Z\""},
   };
   keys.insert(keys.end(), others.begin(), others.end());
   return keys;
