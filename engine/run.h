@@ -111,7 +111,7 @@ struct RunReport {
 /// parts, to the same bytes. Several processes may share the folder: each part is made by one.
 ///
 /// Throws Stopped, SceneError (also if the folder holds parts of another run), refine::MeshError,
-/// MemoryError, std::system_error.
+/// MemoryError, std::invalid_argument as Simulator, std::system_error, std::bad_alloc.
 RunReport run(const Scene& scene, const std::filesystem::path& folder, const RunControl& control);
 
 /// What merge_run() found.

@@ -100,7 +100,7 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
           "Simulator: the pose puts sonar {} {}; z is up and 0 at the sea surface, so that a depth "
           "is negative{}",
           sonar.name, *fault,
-          sonar.mounting == Mounting{} ? "" : "; mind where the sonar is mounted on the vehicle"));
+          sonar.mounting == Mounting{} ? "" : "; check the mounting of the sonar"));
     beam.height_m =
         sonar_pose.position.z() - (std::isnan(bed_m) ? ready_->seafloor.mean_bed_m : bed_m);
     const double highest_m = double(ready_->bounds.highest.z());

@@ -44,6 +44,7 @@ class Simulator {
   Simulator(Simulator&&) noexcept;
   Simulator& operator=(Simulator&&) noexcept;
   ~Simulator();
+  /// One for another thread, see above. Throws std::bad_alloc.
   Simulator clone_for_thread() const;
 
   /// The next ping of the session, sent at pose.t_s (seconds) with the vehicle at the pose. As
@@ -69,7 +70,7 @@ class Simulator {
   void set_sonar(std::size_t number, const Sonar& settings);
 
   /// Puts an object into the scene, its mesh's y where the pose heads. Returns its instance, as the
-  /// layers have it: the lowest number that no other object has. Altitudes look through it. Throws
+  /// layers have it: the lowest number that no other object has. altitude_m() ignores it. Throws
   /// std::invalid_argument for an unknown material, a pose that is not finite or lies beyond
   /// 1e8 m, a mesh without faces, or more objects or class names than there are labels;
   /// refine::MeshError for a face whose vertex is not there, not finite or beyond 1e8 m.
@@ -79,7 +80,7 @@ class Simulator {
   void move(std::uint32_t instance, const Pose& pose);
   void remove(std::uint32_t instance);
 
-  /// Height over the bed straight below, metres, objects looked through, negative beneath the bed;
+  /// Height over the bed straight below, metres, without objects, negative beneath the bed;
   /// NaN over a hole and off the seafloor.
   double altitude_m(const Eigen::Vector3d& position) const;
 
@@ -87,11 +88,11 @@ class Simulator {
   /// SceneError.
   std::vector<Pose> track() const;
 
-  const Seafloor& seafloor() const;
-  /// As they are set, with the bins of their digitisers.
+  const Seafloor& seafloor() const;  ///< valid while this or a clone of it lives
+  /// As they are set, with the bins of their digitisers. Valid until set_sonar().
   std::span<const Sonar> sonars() const;
   /// The names that the numbers of the class and sediment layers stand for: the seafloor's, then
-  /// those that add() brought.
+  /// those that add() added. Valid until the next add().
   std::span<const std::string> classes() const;
   std::span<const std::string> materials() const;
   /// Repairs of meshes, parameters outside their range, a short cast, a ping out of reach of the
@@ -99,7 +100,8 @@ class Simulator {
   /// (extrapolation.h).
   std::span<const std::string> warnings() const;
   double sound_speed_mps() const;  ///< that converts time to range
-  /// What a display of it needs; good until its settings change.
+  /// What a display of the sonar needs; valid until its settings change. Throws std::out_of_range
+  /// for a number that no sonar has.
   const Calibration& calibration(std::size_t sonar) const;
 
  private:

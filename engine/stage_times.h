@@ -7,7 +7,7 @@ struct StageTimes {
   double surface_s = 0.0;  ///< which triangles are there, where they are listed
   double trace_s = 0.0;    ///< nearest hits, or runs
   double echo_s = 0.0;     ///< scattering and binning
-  double receive_s = 0.0;  ///< scatterers, noise and all to the recorder's samples
+  double receive_s = 0.0;  ///< from the scatterers to the recorder's samples
 
   StageTimes& operator+=(const StageTimes& other) {
     surface_s += other.surface_s;

@@ -58,6 +58,7 @@ class ProgressiveMesh {
   static constexpr std::uint32_t group = 1024;
 
   ProgressiveMesh() = default;
+  /// Over arrays that fit together, as a builder makes them; they are not checked.
   ProgressiveMesh(ProgressiveMeshArrays arrays);
 
   // By leaf.

@@ -50,6 +50,7 @@ struct Bounds {
   Eigen::Vector3f lowest = Eigen::Vector3f::Zero();
   Eigen::Vector3f highest = Eigen::Vector3f::Zero();
 };
+/// The vertices of all faces must be there.
 Bounds bounds(Triangles triangles);
 
 /// What `mesh-info` reports. For edges, vertices at one place count as one vertex.
@@ -61,6 +62,7 @@ struct MeshSummary {
   std::size_t boundary_edges = 0;                     ///< used by one face
   std::size_t non_manifold_edges = 0;                 ///< used by three or more
 };
+/// The same of a mesh whose faces' vertices are all there. Throws std::bad_alloc.
 MeshSummary summarise(const TriangleMesh& mesh);
 
 }  // namespace ensonify::refine

@@ -108,8 +108,9 @@ Seabed seabed_of_material(const BackscatterArguments& arguments) {
   Sonar sonar;
   sonar.frequency_hz = arguments.frequency_hz;
   const std::array<std::string, 2> names = {"none", material.name};
-  seabed.warnings = Extrapolation(std::span(&sonar, 1), names, own)
-                        .behind(warnings_of(material, *seabed.backscatter, sonar.frequency_hz));
+  seabed.warnings =
+      Extrapolation(std::span(&sonar, 1), names, own)
+          .appended_to(warnings_of(material, *seabed.backscatter, sonar.frequency_hz));
   return seabed;
 }
 

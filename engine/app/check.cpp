@@ -396,8 +396,9 @@ void add_check(CLI::App& app, Action& action) {
       ->type_name("N")
       ->transform(CLI::Validator(count_of_rays, "in [1 - 1e12]"));
   command
-      .add_option("--intersector", arguments->intersectors,
-                  "Compare only these intersectors (default: all, and altitudes and faces)")
+      .add_option(
+          "--intersector", arguments->intersectors,
+          "Compare only these intersectors (default: all; also the bed heights and the face lists)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("NAME,NAME");

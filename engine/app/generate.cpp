@@ -48,17 +48,18 @@ void print_json(const GenerateReport& report, const fs::path& folder, int thread
   nlohmann::ordered_json failed = nlohmann::ordered_json::array();
   for (const auto& [sample, why] : report.failed)
     failed.push_back({{"sample", sample}, {"why", why}});
-  const nlohmann::ordered_json json = {{"folder", folder.string()},
-                                       {"samples", report.samples},
-                                       {"found", report.found},
-                                       {"made", report.made},
-                                       {"failed", failed},
-                                       {"stopped", report.stopped},
-                                       {"warnings", report.extrapolation.behind(report.warnings)},
-                                       {"samples_per_hour", samples_per_hour(report)},
-                                       {"stages_s", report.stages_s},
-                                       {"wall_s", report.wall_s},
-                                       {"threads", threads}};
+  const nlohmann::ordered_json json = {
+      {"folder", folder.string()},
+      {"samples", report.samples},
+      {"found", report.found},
+      {"made", report.made},
+      {"failed", failed},
+      {"stopped", report.stopped},
+      {"warnings", report.extrapolation.appended_to(report.warnings)},
+      {"samples_per_hour", samples_per_hour(report)},
+      {"stages_s", report.stages_s},
+      {"wall_s", report.wall_s},
+      {"threads", threads}};
   print_object(json);
 }
 
@@ -141,7 +142,7 @@ void generate_dataset(const GenerateArguments& arguments) {
                            }});
   }
   print_warnings(report.warnings);
-  if (!arguments.quiet) print_warnings(report.extrapolation.behind({}));
+  if (!arguments.quiet) print_warnings(report.extrapolation.appended_to({}));
   if (!arguments.quiet) print_report(report, arguments.folder, threads);
   if (arguments.json) print_json(report, arguments.folder, threads);
   if (report.stopped)
@@ -177,8 +178,8 @@ void add_generate(CLI::App& app, Action& action) {
   add_cache(command, arguments->cache);
   command.add_flag("--dry-run", arguments->dry_run,
                    "Draw all samples and print what would be made and what is finished; make "
-                   "nothing. Without the seabeds it finds what a scene refuses, and vehicles above "
-                   "the water at the mean depth");
+                   "nothing. It does not make seabeds. It reports invalid scenes, and vehicles "
+                   "above the water (from the mean depth)");
   command.add_flag("--json", arguments->json, "Print what was made, and the times, on stdout");
   command.add_flag("--quiet", arguments->quiet,
                    "No progress and no summary; warnings and errors remain");

@@ -137,7 +137,7 @@ void add_imitate(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand(
       "imitate",
       "Make a scene that looks as a recorded line (XTF, JSF) does: scene.toml with the files it "
-      "needs, and report.html. Prints each key with what it rests on");
+      "needs, and report.html. Prints each key, its value and the evidence");
   command.add_option("RECORDING", arguments->recordings, "The recording's files, in their order")
       ->required();
   command.add_option("-o,--output", arguments->folder, "The folder to make")

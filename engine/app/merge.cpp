@@ -104,7 +104,7 @@ void add_merge(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand(
       "merge",
       "Check every file of a dataset, and write its indexes, splits and card; or check every file "
-      "of a run in parts, and write what the whole run has");
+      "of a run in parts, and write the files of the whole run");
   command
       .add_option("DIR", arguments->folder,
                   "A folder made by `ensonify generate`, or by `ensonify run` in parts")

@@ -70,7 +70,7 @@ void print_report(const RunReport& report, const std::string& intersector, const
   if (intersector_kind(intersector).builds_tree)
     print_note(
         "intersector: {}; the default, fan_scan, with --surface footprint makes 1.1 to 5 "
-        "times as many pings per second: the fewer faces, the more\n",
+        "times as many pings per second: the gain is larger with fewer faces\n",
         intersector);
   // A share without a part of its own has no counts.
   if (const auto rays = report.counts.find("rays"); rays != report.counts.end() && rays->second > 0)
@@ -107,7 +107,7 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
       {"parts",
        {{"of_run", report.parts}, {"found", report.parts_found}, {"complete", report.complete}}},
       {"counts", report.counts},
-      {"warnings", report.extrapolation.behind(report.warnings)},
+      {"warnings", report.extrapolation.appended_to(report.warnings)},
       {"surface", {{"name", report.surface}, {"why", report.surface_why}}},
       {"cache", {{"file", report.cache_file.string()}, {"hit", report.cached}}},
       {"pings_per_s", report.parts_found > 0 || report.counts.at("pings") == 0
@@ -166,7 +166,7 @@ void run_scene(RunArguments arguments) {
     throw;
   }
   print_warnings(report.warnings);
-  if (!arguments.quiet) print_warnings(report.extrapolation.behind({}));
+  if (!arguments.quiet) print_warnings(report.extrapolation.appended_to({}));
   if (!arguments.quiet && report.counts.at("pings") > 0)
     print_report(report, scene.run.intersector, arguments.folder, threads);
   if (arguments.json) print_json(report, arguments.folder, threads);

@@ -21,7 +21,7 @@ void add_schema(CLI::App& app, Action& action) {
   CLI::Option* json = command->add_flag(
       "--json-schema", arguments->json,
       "Print a JSON Schema instead, with which editors complete and check scene files");
-  command->add_flag("--recipe", arguments->recipe, "That of dataset recipes")->needs(json);
+  command->add_flag("--recipe", arguments->recipe, "The schema of recipes")->needs(json);
   command->callback([&action, arguments] {
     action = [arguments] {
       print(arguments->json ? json_schema(arguments->recipe) : schema_text());

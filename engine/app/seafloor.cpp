@@ -66,8 +66,7 @@ void add_seafloor(CLI::App& app, Action& action) {
       ->check(a_path())
       ->required();
   add_memory(command, arguments->memory);
-  command.add_flag("--quiet", arguments->quiet,
-                   "For scripts that give it to every command: this one shows no progress");
+  command.add_flag("--quiet", arguments->quiet, "No effect; accepted for scripts");
   command.callback([&action, arguments] { action = [arguments] { write_seafloor(*arguments); }; });
 }
 

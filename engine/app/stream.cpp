@@ -62,8 +62,8 @@ class PoseSession {
     }
     report_scene();
     if (!arguments.quiet)
-      print_warnings(
-          Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials).behind({}));
+      print_warnings(Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials)
+                         .appended_to({}));
   }
 
   /// Answers a request. Throws SceneError, refine::MeshError or std::invalid_argument for a faulty

@@ -47,11 +47,12 @@ class Renderer {
   Renderer(const Sonar& sonar, const Display& display, const Calibration& calibration);
 
   /// The picture of a waterfall of this sonar, 8 or 16 bits per channel: newest ping on top, port
-  /// left, that is, the seabed seen from above. Pings without data stay black.
+  /// left, that is, the seabed seen from above. Pings without data stay black. Throws
+  /// std::invalid_argument for another number of columns.
   Picture render(const Waterfall& waterfall, int bits = 8) const;
 
-  /// The intensity of one row of a waterfall, by column, after all gain and relative to
-  /// mid-brightness. Without normalisations.
+  /// The intensity of one row of a waterfall, by column, after all gain, linear; 1 is shown at
+  /// mid-brightness. Without normalisations. `into` has room for all columns.
   void levels(const Waterfall& waterfall, std::size_t row, std::span<float> into) const;
 
  private:
@@ -69,7 +70,7 @@ class Renderer {
   double scale_ = 1.0;  // scales the level bed's median to 1
 };
 
-/// Renderer's constructor and render() in one call.
+/// Renderer's constructor and render() in one call. Throws as both.
 Picture render(const Waterfall& waterfall, const Display& display, const Calibration& calibration,
                int bits = 8);
 
@@ -77,7 +78,7 @@ Picture render(const Waterfall& waterfall, const Display& display, const Calibra
 /// grey.
 Picture painted(Picture grey, Palette palette);
 
-/// Red, green and blue, each 0 to 1, for a brightness from 0 to 1.
+/// Red, green and blue, each 0 to 1, for a brightness from 0 to 1; others are not allowed.
 std::array<double, 3> colour_of(Palette palette, double brightness);
 
 }  // namespace ensonify::engine

@@ -24,22 +24,24 @@ struct PingRow {
   double interval_s = 0.0;               ///< to the nearer neighbouring ping; 0 if there is none
 };
 
-/// The row of one of a sonar's beams: its vehicle lies as far along the array as the beam does.
+/// The row of a sonar's beam, 0 (the rear one) to Sonar::beams - 1: its vehicle lies as far along
+/// the array as the beam does.
 PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam);
 
 /// How many columns of a waterfall are of the port side; they come first.
 std::size_t port_columns(const Sonar& sonar);
 
-/// Stacked echo lines of one sonar: one row per ping and beam, the oldest first, and of a ping the
-/// rear beam; files number the rows as pings. The columns: port far..near, then starboard
-/// near..far, of the sides that the sonar has.
+/// Stacked echo lines of one sonar: one row per ping and beam, the oldest ping first, and within a
+/// ping the rear beam first; files number the rows as pings. The columns: port far..near, then
+/// starboard near..far, of the sides that the sonar has.
 struct Waterfall {
   Sonar sonar;
   BinLayers pixels;            ///< rows() * columns() values per layer
   std::vector<PingRow> pings;  ///< the rows
   std::size_t first_ping = 0;  ///< the run's number of the first row
 
-  /// Of a number of pings from a run's ping on.
+  /// Room for `ping_count` pings, the first with number `its_first_ping`; all values are 0. The
+  /// sonar has its bins (Sonar::sampled()).
   Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t its_first_ping = 0);
   std::size_t rows() const { return pings.size(); }
   std::size_t columns() const {
@@ -49,12 +51,14 @@ struct Waterfall {
   /// the vehicle's altitude, less how far the mounting puts the sonar below it at its attitude. NaN
   /// over a hole.
   double sonar_altitude_m(std::size_t row) const;
-  /// Sets a row: pixels from the echo lines of its sides, the rest from `record`, of
-  /// which first returns, starved bins and artefacts are completed from the lines. Several threads
-  /// may set different rows at once.
+  /// Sets a row: pixels from the echo lines of its sides, none of a lost ping; the rest from
+  /// `record`, of which first returns, starved bins and artefacts are completed from the lines.
+  /// Several threads may set different rows at once. Throws std::invalid_argument for a row that
+  /// is not there, a side that the sonar does not have, and lines of another number of bins.
   void set_row(std::size_t row, std::span<const EchoLine> sides, const PingRow& record);
-  /// Sets the rows of a ping, from 0, from the lines of its beams; none of a lost one. Returns the
-  /// lines behind them.
+  /// Sets the rows of a ping, counted from 0 in this waterfall, from the lines of its beams, as
+  /// ping() of a Simulator has them; no lines for a lost ping. Otherwise there must be at least
+  /// sides * beams. Returns the lines behind them. Throws as set_row().
   std::span<const EchoLine> set_ping(std::size_t ping, std::span<const EchoLine> lines,
                                      const PingRow& record);
 };

@@ -76,8 +76,7 @@ void note_altitudes(const RecordedLine& line, const VehiclePath& path,
   const double median_off_m = median(std::move(off_m));
   if (std::abs(median_off_m) > alike * median(path.altitude_m))
     unknown.push_back(
-        fmt::format("why the altitudes that the pings state lie {:.2f} m {} the bottom line, which "
-                    "is used",
+        fmt::format("why the stated altitudes lie {:.2f} m {} the bottom line, which is used",
                     std::abs(median_off_m), median_off_m > 0.0 ? "above" : "below"));
 }
 

@@ -205,8 +205,8 @@ class Fit {
       chosen_db = more_db;
       model_.range_law.spreading = spreading;
       model_.range_law.from = {Confidence::fitted,
-                               "of 20, 30 and 40 dB per factor of ten that with which a sediment "
-                               "fits the level over the angle"};
+                               "best of 20, 30 and 40 dB per decade, by the fit of a sediment to "
+                               "the level over the angle"};
     }
     return chosen_db;
   }

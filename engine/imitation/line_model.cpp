@@ -91,7 +91,7 @@ void add_texture(const LineModel& model, Keys& keys) {
            {Confidence::fitted, "contrast at 8 to 14 degrees"});
   keys.add("glint_share", number(model.glint_share),
            {Confidence::fitted, "kurtosis at 8 to 20 degrees"});
-  keys.assume("variation_db", "0", "slow changes are in the tones");
+  keys.assume("variation_db", "0", "the patches already have the slow changes");
 }
 
 void add_bed(const LineModel& model, const BedExtent& extent, Keys& keys) {
@@ -158,7 +158,7 @@ void add_sonar(const LineModel& model, std::string_view beam, Keys& keys) {
   keys.assume("elevations",
               fmt::format("{}", std::clamp<std::size_t>(model.samples * 3 / 2, 1000, 8000)),
               "some rays per bin");
-  keys.assume("noise", "false", "output_noise_db is all of it");
+  keys.assume("noise", "false", "all noise is in output_noise_db");
   keys.add("output_noise_db", number(std::round(100.0 * model.output_noise_db) / 100.0), {});
   keys.add("tvg_spreading", number(model.range_law.spreading), model.range_law.from);
   keys.add("tvg_absorption", boolean(model.range_law.absorption), model.range_law.from);

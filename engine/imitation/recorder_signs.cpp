@@ -148,7 +148,7 @@ void set_looks(const RecordedLine& line, const std::vector<Spread>& blocks, Reco
     ++signs.looks;
   signs.looks_from = {
       Confidence::measured,
-      fmt::format("smooth bed scatters by {:.2f} of its mean{}", contrast,
+      fmt::format("standard deviation over mean of a smooth bed: {:.2f}{}", contrast,
                   line.peak_detector ? ", and the file states that the largest is kept" : "")};
 }
 

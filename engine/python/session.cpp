@@ -83,7 +83,7 @@ class Session {
   std::vector<std::string> warnings() {
     return alone([&](Simulator& simulator) {
       return Extrapolation(simulator.sonars(), simulator.materials(), materials_)
-          .behind(simulator.warnings());
+          .appended_to(simulator.warnings());
     });
   }
 

@@ -52,6 +52,7 @@ struct RecordedLine {
   const std::vector<float>& side(Side which) const {
     return which == Side::port ? port : starboard;
   }
+  /// The samples of a ping of pings, from near to far. The line must have that side.
   std::span<const float> row(Side which, std::size_t ping) const {
     return std::span(side(which)).subspan(ping * samples, samples);
   }
@@ -63,6 +64,7 @@ struct PingColumn {
   std::string_view help;
   std::optional<double> (*value)(const RecordedPing& ping);  ///< unset: the file does not state it
 };
+/// All of them, in the order of tables; valid for the program's life.
 std::span<const PingColumn> ping_columns();
 
 }  // namespace ensonify::engine

@@ -26,10 +26,11 @@ bool is_recording(const std::filesystem::path& file);
 /// samples; std::bad_alloc.
 std::vector<RecordedLine> read_recording(const std::filesystem::path& file);
 
-/// Several files of one recording, in their order, as one.
+/// Several files of one recording, in their order, as one. Rows are as long as the longest ping.
+/// Throws as read_recording(), and RecordingError if the files differ in format or number of lines.
 std::vector<RecordedLine> read_recordings(std::span<const std::filesystem::path> files);
 
-/// The same from bytes; `name` stands for the file in messages.
+/// As read_recording(), from bytes; `name` stands for the file in messages. Throws the same.
 std::vector<RecordedLine> parse_recording(std::span<const std::byte> bytes, std::string_view name);
 
 }  // namespace ensonify::engine

@@ -53,7 +53,7 @@ PartRecord write_run(const RunState& run, OutputFolder& output, const Simulator&
   std::vector<std::string> warnings = run.warnings;
   const std::vector<std::string> more = warnings_of(record, run.scene.run.intersector);
   warnings.insert(warnings.end(), more.begin(), more.end());
-  record.warnings = run.report.extrapolation.behind(warnings);
+  record.warnings = run.report.extrapolation.appended_to(warnings);
   record.files = output.records();
   const std::string manifest = manifest_of(record, plan);
   output.write("manifest.json", std::as_bytes(std::span(manifest)));

@@ -20,7 +20,7 @@ PartRecord RunState::record_files(ScenePings& pings, const Simulator& simulator,
       write_files(scene, xxh128(scene_toml), world, pings, simulator, ending, file_threads, write);
   if (control.verify_pings == 0) record.verification.clear();
   record.surface = report.surface;
-  record.warnings = report.extrapolation.behind(warnings);
+  record.warnings = report.extrapolation.appended_to(warnings);
   return record;
 }
 

@@ -41,8 +41,8 @@ std::vector<std::string> warnings_of(const PartRecord& run, const std::string& i
     for (const Limit& limit : limits(RaySource::scene, intersector_kind(intersector).precision))
       if (exceeds(limit, found))
         warnings.push_back(fmt::format(
-            "of {} rays that were verified {} are of the class '{}', more than sound arithmetic "
-            "makes (at most {:.0f})",
+            "of {} rays that were verified {} are of the class '{}', more than rounding "
+            "explains (at most {:.0f})",
             found.rays, limit.of(found), limit.name, std::floor(most_allowed(limit, found.rays))));
   }
   if (run.pings_over_hole > 0)

@@ -16,10 +16,11 @@ struct ScenePaths {
   std::filesystem::path data_folder;  ///< empty: none is known
 };
 
-/// Those of a scene's file.
+/// The paths of a scene's file: its folder is the scene's. Nothing is read.
 ScenePaths scene_paths(const std::filesystem::path& file, const std::filesystem::path& data_folder);
 
-/// The file that a key names by `text`. Throws SceneError without a place.
+/// The absolute path of the file that a key names by `text`. Throws SceneError if it is not there
+/// or not allowed; the message has no line number.
 std::filesystem::path resolve(std::string_view key, const std::string& text,
                               const ScenePaths& paths);
 

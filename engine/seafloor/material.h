@@ -63,17 +63,18 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
                                                      double sound_speed_mps,
                                                      double relief_spacing_m);
 
-/// Its parameters if it is a sediment; nullopt for a cover or a solid. Throws as above.
+/// Its parameters if it is a sediment; nullopt for a cover or a solid. Throws as backscatter_of().
 std::optional<scatter::Sediment> sediment_of(const Material& material);
 
-/// How unevenly it scatters below the sonar's cell; a solid does so evenly. Throws as above.
+/// How unevenly it scatters below the sonar's cell; a smooth solid does so evenly. Throws as
+/// backscatter_of().
 scatter::GroundTexture texture_of(const Material& material);
 
-/// The solid, if it is one; nullopt for a sediment or a cover.
+/// The solid, if it is one; nullopt for a sediment or a cover. Throws as backscatter_of().
 std::optional<scatter::Solid> as_solid(const Material& material);
 
 /// The part of the arriving energy that it reflects without scattering, as objects of it do
-/// (scatter::Solid::smooth_specular()); 0 unless it is a solid. Throws as above.
+/// (scatter::Solid::smooth_specular()); 0 unless it is a solid. Throws as backscatter_of().
 double smooth_specular(const Material& material);
 
 /// Half the width of the specular lobe of the material of that name; nullopt if it has no lobe.

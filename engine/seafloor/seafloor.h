@@ -105,9 +105,11 @@ struct Seafloor {
   refine::Bounds bounds() const;  ///< of all faces, local metres
   /// Counts the repairs to a mesh file, and warns of them.
   void add_repairs(const refine::RepairReport& report, const std::filesystem::path& file);
-  /// All faces of a seafloor without a progressive mesh, in their order.
+  /// All faces of a seafloor without a progressive mesh, in their order. Throws what a bed in tiles
+  /// throws, and std::bad_alloc.
   refine::TriangleMesh whole_mesh() const;
-  /// With `grid`: the objects' faces after those of `bed`, some of the bed's.
+  /// With `grid`: the objects' faces after those of `bed`, some of the bed's. Throws
+  /// std::bad_alloc.
   refine::TriangleMesh with_objects(refine::TriangleMesh bed) const;
 
  private:

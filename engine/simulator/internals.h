@@ -45,7 +45,7 @@ struct SimulatorInternals {
 
   /// Compares a ping of the scene with the exact reference, along straight rays: every hit and run
   /// of its fans, by the face source as it is, and the altitude below; of each sonar. The next ping
-  /// is the same with it and without. The reference does not know the objects that add() brought.
+  /// is the same with it and without. The reference does not have the objects that add() added.
   /// Throws as ping_numbered().
   static AgreementCounts verify(Simulator& simulator, const Pose& pose);
 

@@ -184,8 +184,8 @@ class Preparing {
     }
   }
   void remove_with_warning(const fs::path& file) {
-    result_->warnings.push_back(
-        fmt::format("{}: is damaged, or of something else; it is made again", file.string()));
+    result_->warnings.push_back(fmt::format(
+        "{}: is damaged or belongs to another seafloor; it is made again", file.string()));
     std::error_code ignored;
     fs::remove(file, ignored);
   }

@@ -31,7 +31,7 @@ class FanRuns {
 
   /// Makes room for the most runs that a grid may have, and removes all runs.
   void start(const FanGrid& grid);
-  /// The runs of `hits` (by ray number) over these triangles.
+  /// The runs of `hits`, one per ray of the fan by its number, over the triangles that they index.
   void take(const RayFan& fan, refine::Triangles triangles, std::span<const Hit> hits);
   /// Gives a run the face of another one, whose rays it does not get.
   void copy_face(std::size_t run, const FanRuns& from, std::size_t other) {

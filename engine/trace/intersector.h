@@ -49,7 +49,7 @@ class Intersector {
   /// The same as runs, for back-ends that know runs before hits. Returns false if the back-end does
   /// not; then the runs come from the hits.
   virtual bool list_runs(const RayFan&, FanRuns&) const { return false; }
-  /// hits[i] belongs to rays[i].
+  /// hits[i] belongs to rays[i]; there are as many hits as rays.
   virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
 };
 
@@ -82,7 +82,7 @@ std::span<const IntersectorKind> intersector_kinds();
 
 /// The back-ends of the program that links the library. The library has a definition that returns
 /// none; a program with back-ends of its own defines this function again, in a source of the
-/// executable itself (out of a static library the linker may not take it). It is called once,
+/// executable itself (the linker may omit it from a static library). It is called once,
 /// before the first intersector is looked up; what it returns must live as long as the program.
 std::span<const IntersectorKind> program_intersector_kinds();
 
@@ -94,7 +94,8 @@ const IntersectorKind& intersector_kind(std::string_view name);
 std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Triangles triangles,
                                               const IntersectorOptions& options = {});
 
-/// Checks of the contract's preconditions, for back-ends to call. check_fan also requires unit
+/// Checks of the contract's preconditions, for back-ends to call: check_vertices throws
+/// refine::MeshError, the others throw std::invalid_argument. check_fan also requires unit
 /// vectors in the fan's frame and sines and cosines within 1 in its grid, so that no ray needs a
 /// check of its own (a grid is checked once); check_vertices reads the vertices that faces use.
 void check_ray(const Ray& ray);

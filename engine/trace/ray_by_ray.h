@@ -19,6 +19,8 @@ class RayByRay : public Intersector {
   }
 
  private:
+  /// The nearest hit by the contract, or a miss. It checks the ray (check_ray()), because those of
+  /// lists are not checked before.
   virtual Hit nearest(const Ray& ray) const = 0;
 };
 

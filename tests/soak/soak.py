@@ -505,11 +505,11 @@ class LongStream(Row):
 
         before = None
         try:
-            sides = sum(len(sonar["sides"]) for sonar in answer()["sonars"])
+            lines = sum(len(sonar["sides"]) * sonar["beams"] for sonar in answer()["sonars"])
             for k in range(self.pings):
                 process.stdin.write(pose(k, draw))
                 process.stdin.flush()
-                for _ in range(sides):
+                for _ in range(lines):
                     process.stdout.read(answer()["bytes"])
                 if k == self.warm:
                     before = state()

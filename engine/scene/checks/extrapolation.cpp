@@ -59,7 +59,7 @@ std::optional<std::string> Extrapolation::warning() const {
       scatter::highest_valid_hz / 1000.0, used, names);
 }
 
-std::vector<std::string> Extrapolation::behind(std::span<const std::string> warnings) const {
+std::vector<std::string> Extrapolation::appended_to(std::span<const std::string> warnings) const {
   std::vector<std::string> all(warnings.begin(), warnings.end());
   if (const auto its_own = warning()) all.push_back(*its_own);
   return all;

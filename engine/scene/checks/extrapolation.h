@@ -26,7 +26,7 @@ class Extrapolation {
   /// A warning in one line; none where all is validated.
   std::optional<std::string> warning() const;
   /// These warnings, followed by warning().
-  std::vector<std::string> behind(std::span<const std::string> warnings) const;
+  std::vector<std::string> appended_to(std::span<const std::string> warnings) const;
 
  private:
   void add(const std::string& name, double spread_db);

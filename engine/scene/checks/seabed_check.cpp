@@ -128,7 +128,7 @@ void check_seabed(const Scene& scene,
     check.require(layer.area.on.empty() || std::ranges::count(materials, layer.area.on) > 0,
                   name + ".on", [&] {
                     return fmt::format(
-                        "'{}.on' is \"{}\", which nothing of the map is made of; expected "
+                        "'{}.on' is \"{}\", but no part of the map has this material; expected "
                         "one of {}",
                         name, layer.area.on, fmt::join(materials, ", "));
                   });

@@ -9,7 +9,7 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
       {"dataset",
        "How many samples, and which files each has in addition to those of a run.",
        {
-           {"title", "", {}, "Title on the dataset's card.", at(&D::title)},
+           {"title", "", {}, "Title on the dataset's card.", at(&D::title), {}, "text"},
            {"samples", "", {1, max_samples}, "Number of samples.", at(&D::samples)},
            {"seafloors", "", {0, max_samples},
             "Number of seabeds; neighbouring samples share one: seafloor.*, objects and materials "

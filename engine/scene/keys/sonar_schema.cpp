@@ -92,8 +92,8 @@ const Section<Sonar>& sonar_section() {
           {"receive_shading_weights", "", {0, 1e6}, "The same of the receiver.",
            at(&Sonar::receive_shading_weights)},
           {"beams", "", {1, 32},
-           "Parallel beams that each side receives from one ping, each of which gives a row of the "
-           "image, from the rear: so the vehicle may go as many times as fast. The receiver is "
+           "Number N of parallel beams that each side receives from one ping, each of which gives a row of the "
+           "image, from the rear: so the vehicle can be N times as fast. The receiver is "
            "steered to each of them and focused as focused or focus_zones_m say; the transmitter is "
            "not focused, and must be short enough to sound them all.",
            at(&Sonar::beams)},

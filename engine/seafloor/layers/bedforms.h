@@ -33,7 +33,7 @@ struct Bedforms {
 /// everywhere if there are no weights. Throws std::invalid_argument for values that no crests have
 /// and cells longer than a quarter of the wavelength.
 void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
-                std::span<const double> weight = {});
+                  std::span<const double> weight = {});
 
 const ReliefKind<Bedforms>& kind_of(const Bedforms&);
 
@@ -41,9 +41,10 @@ const ReliefKind<Bedforms>& kind_of(const Bedforms&);
 /// between the steps of a table, to 1e-3 at the edge of the sharpest crest and 1e-5 elsewhere.
 class CrestProfile {
  public:
+  /// Sharpness from 0 to 1 and asymmetry from 0 to below 1, as in Bedforms.
   CrestProfile(double sharpness, double asymmetry);
-  double at(double turns) const;
-  double steepest() const;  ///< change per turn
+  double at(double turns) const;  ///< any finite phase
+  double steepest() const;        ///< change per turn
 
  private:
   static constexpr int steps = 2048;  // from crest to trough

@@ -22,9 +22,9 @@ struct BoulderField {
   double current_rad = 0.0;  ///< heading that the current goes to, and the tails point to
 };
 
-/// Adds such boulders, each only if `allowed` is true of its middle. Sets `marked` to a stone's
-/// number, from 1, on what is highest of it. Throws std::invalid_argument for values that no
-/// boulders have.
+/// Adds such boulders, each only if `allowed` is true of its middle. Sets `marked` (one number per
+/// point of the field) to a stone's number, from 1, on what is highest of it. Throws
+/// std::invalid_argument for values that no boulders have.
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,
                   const Allowed& allowed, std::span<std::uint32_t> marked);
 

@@ -21,8 +21,8 @@ struct PitRelief {
 };
 
 /// Adds such pits, each only if `allowed` is true of its middle; where two meet the deeper one
-/// counts. Sets `marked` to a pit's number, from 1, inside. Throws std::invalid_argument for values
-/// that no pits have.
+/// counts. Sets `marked` (one number per point of the field) to a pit's number, from 1, inside.
+/// Throws std::invalid_argument for values that no pits have.
 void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& draws,
               const Allowed& allowed, std::span<std::uint32_t> marked);
 

@@ -23,9 +23,9 @@ struct TrawlMarks {
 };
 
 /// Adds such marks, of tows drawn over the grid. The berms hold what the furrow lost: their
-/// cross-sections are equal. Sets `marked` to a mark's number, from 1, at the points of its furrow
-/// and berms: each door's is a mark. The fine furrows between them belong to none. Throws
-/// std::invalid_argument for values that no marks have.
+/// cross-sections are equal. Sets `marked` (one number per point of the field) to a mark's number,
+/// from 1, at the points of its furrow and berms: each door's is a mark. The fine furrows between
+/// them belong to none. Throws std::invalid_argument for values that no marks have.
 void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDraws& draws,
                      std::span<std::uint32_t> marked);
 

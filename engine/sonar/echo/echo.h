@@ -20,7 +20,7 @@ enum class Artefact : std::uint32_t {
   lost = 1,              ///< nothing was recorded
   repeated = 2,          ///< the ping before was recorded again
   stale_navigation = 4,  ///< the pose reported is an old one
-  interference = 8,      ///< another sonar was heard
+  interference = 8,      ///< another sonar was received
   gain_step = 16,        ///< the gain was not the one of the run's begin
   automatic_gain = 32,
   fish = 64,
@@ -82,8 +82,8 @@ constexpr std::string_view name_of(Region region) {
   return region_names[static_cast<std::size_t>(region)];
 }
 
-/// What is known of each range bin, one value a bin: of one side of one ping in an EchoLine, of all
-/// pings in a Waterfall. Names, units and meanings are those of the files.
+/// What is known of each range bin, one value per bin: of one side of one ping in an EchoLine, of
+/// all pings in a Waterfall. Names, units and meanings are those of the files.
 struct BinLayers {
   std::vector<float> intensity;  ///< as received: mean squared pressure, uPa^2, before any gain
   std::vector<std::uint32_t> sample;  ///< the recorder's output: Recorder::sample

@@ -14,7 +14,7 @@ struct ObjectVisibility {
   ObjectVisibility operator-(const ObjectVisibility& other) const {
     return {alone - other.alone, seen - other.seen};
   }
-  /// seen / alone; none for an object that no ray could have met.
+  /// seen / alone; NaN for an object that no ray could have met.
   double share() const { return static_cast<double>(seen) / static_cast<double>(alone); }
 };
 

@@ -22,11 +22,12 @@ struct LineArray {
   Shading shading = {};
 
   /// In the far field, or of a focused array: Shading::far_field() squared, sinc^2(L sin(psi) /
-  /// lambda) of a uniform array.
+  /// lambda) of a uniform array. 1 on the axis.
   double power(double sin_psi) const;
-  /// At a range of at least the array's length, with a defocus as of Sonar::defocus(); 1:
-  /// unfocused. |Shading::field()|^2 with x = L sin(psi) / lambda and F = L^2 / (2 lambda r) times
-  /// the defocus.
+  /// Relative to the far field's axis, at a range of at least the array's length (Fresnel's
+  /// approximation fails nearer), with a defocus as of Sonar::defocus(); 1: unfocused.
+  /// |Shading::field()|^2 with x = L sin(psi) / lambda and F = L^2 / (2 lambda r) times the
+  /// defocus.
   double power(double sin_psi, double range_m, double defocus = 1.0) const;
   /// F, see above.
   double nearness(double range_m, double defocus) const {
@@ -62,8 +63,8 @@ struct VerticalPattern {
   double port_mount_rad = 0.0;     ///< turns the pattern of the side, with its ripple, down
   double starboard_mount_rad = 0.0;
 
-  /// The power towards a depression. Measured levels are interpolated linearly in dB; beyond them
-  /// the last level holds.
+  /// The power towards a depression, 1 at the peak of an element. Measured levels are interpolated
+  /// linearly in dB; beyond them the last level holds.
   double power(double depression_rad, Side side) const;
 };
 

@@ -75,7 +75,8 @@ struct SpeckleFilter {
 /// The filter of a sweep is even. That of a CW pulse is the pulse itself, a box behind the leading
 /// edge, if it is a whole number of bins long. Else it is the filter of the same number of taps
 /// with the pulse's correlation. So a bin sums as many scatterers as the pulse covers. An even
-/// filter with this correlation would not: it gives few of them most of the weight.
+/// filter with this correlation would not: it gives few of them most of the weight. Pulse, sound
+/// speed and bin must be positive.
 SpeckleFilter speckle_filter(const Pulse& pulse, double sound_speed_mps, double bin_m);
 
 }  // namespace ensonify::engine

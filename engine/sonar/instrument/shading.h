@@ -33,8 +33,8 @@ class Shading {
   static Shading of_weights(std::span<const double> weights);
 
   static constexpr int chebyshev_elements = 128;
-  /// The smallest nbar with which Taylor's side lobes are this low, 2 A^2 + 1/2: with fewer the
-  /// nulls that he moves do not fit those that he leaves. 3 at -25 dB, 6 at -40 dB.
+  /// The smallest nbar with which Taylor's side lobes are this low, 2 A^2 + 1/2: with fewer
+  /// the moved nulls do not join the unmoved ones. 3 at -25 dB, 6 at -40 dB.
   static int least_nbar(double side_lobe_db);
 
   bool uniform() const { return waves_.empty() && elements_.empty(); }
@@ -46,7 +46,8 @@ class Shading {
   /// approximation. `nearness` is F = L^2 / (2 lambda r) times the defocus (Sonar::defocus()), of
   /// either sign.
   std::complex<double> field(double x, double nearness) const;
-  /// Where null `number` of the far field is, counted from 1; also a dip between two lobes.
+  /// Where null `number` of the far field is, counted from 1; also a dip between two lobes. 0 for a
+  /// number below 1; beyond the nulls that were found they are 1 apart.
   double null_x(int number) const;
   /// Width of the far field's beam in x, one way, -3 dB to -3 dB.
   double beam_width_x() const;

@@ -54,7 +54,7 @@ struct Sonar {
   VerticalPattern vertical;
   double sector_low_rad = -10.0 * degree;  ///< lowest depression of the fan
   double sector_high_rad = 90.0 * degree;  ///< highest depression of the fan
-  int planes = 8;                          ///< fan planes across the main lobe
+  int planes = 8;                          ///< fan planes across the main beam
   int elevations = 2048;                   ///< rays per plane
   ReceiverOptions receiver;
 
@@ -76,7 +76,7 @@ struct Sonar {
   double most_defocused_m(double nearest_m) const;
   double bin_m() const { return range_m / bins; }
   /// A copy. If the digitiser's rate is given, its bins are c / (2 rate) long for the sound speed
-  /// c, and there are just enough to reach the range.
+  /// c, and there are just enough to reach the range, at most 1e9.
   Sonar sampled(double sound_speed_mps) const;
 };
 

@@ -211,7 +211,7 @@ class OtherPaths {
   std::vector<double> bed_reflection_;    // of energy, by the same
   std::vector<double> volume_;            // per bin, for one radian of the vertical beam
   std::array<VerticalSum, 2> vertical_sums_;
-  std::optional<OneWayBeams> beams_;  // if multiples or walls are heard
+  std::optional<OneWayBeams> beams_;  // if multiples or walls are received
 };
 
 }  // namespace ensonify::engine

@@ -19,7 +19,7 @@ struct NavigationLog {
   std::vector<double> altitude_m;  ///< above the bed
   std::vector<double> roll_rad, pitch_rad;
   std::vector<double> heading_rad;        ///< if empty, the course is used
-  std::optional<GeographicPlace> origin;  ///< where x_m = y_m = 0, if the places tell
+  std::optional<GeographicPlace> origin;  ///< where x_m = y_m = 0, if the places define it
   std::vector<std::string> warnings;      ///< of its file
 
   /// The number of rows that repeat the place of the row before.

@@ -97,7 +97,7 @@ TEST_CASE("An error in a patch names its file and line") {
   check("[[seafloor.patches]]\nmaterial = \"mud pie\"\n", "6:", "mud pie");
   check("[[seafloor.patches]]\nmaterial = \"\"\n", "6:", "empty");
   check("[[seafloor.boulders]]\nmaterial = \"mud pie\"\n", "6:", "mud pie");
-  check("[[seafloor.crests]]\non = \"clay\"\n", "6:", "nothing of the map");
+  check("[[seafloor.crests]]\non = \"clay\"\n", "6:", "no part of the map");
   check("[[seafloor.crests]]\nwavelength_m = 0.5\n", "6:", "need cells of");
   check("[[seafloor.crests]]\nwavelenth_m = 0.5\n", "6:", "did you mean 'wavelength_m'?");
   check("[[seafloor.crest]]\n", "5:", "unknown key");
