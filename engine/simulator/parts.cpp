@@ -66,7 +66,7 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
   if (scene.track.kind == TrackKind::file) take_recorded_track();
   for (const Sonar& sonar : scene.sonars)
     sonars.push_back(prepare(sonars.size(), sonar, seafloor.materials, warnings));
-  objects = patched_objects(seafloor);
+  objects = object_surfaces(seafloor);
   if (scene.seafloor.penetration_m > 0.0) find_buried();
 }
 

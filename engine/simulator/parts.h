@@ -56,7 +56,7 @@ struct Simulator::Ready {
   UsualPing usual_ping;
   std::vector<std::string> warnings;
   PreparedSonars sonars;
-  std::vector<PatchedObject> objects;
+  std::vector<ObjectSurface> objects;
   std::vector<BuriedGroup> buried;  ///< of those
 };
 

@@ -99,7 +99,7 @@ std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose) {
     made_.resize(body + 1);
     surfaces_.resize(body + 1);
   }
-  made_[body] = PatchedObject(mesh, static_cast<std::uint16_t>(fixed_labels_ + body));
+  made_[body] = ObjectSurface(mesh, static_cast<std::uint16_t>(fixed_labels_ + body));
   made_[body].place_at(place_of(pose), surfaces_[body]);
   const std::size_t instance = first_instance_ + body;
   labels_[body] = {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <ensonify/engine/moving_object.h>
-#include <ensonify/engine/seafloor/objects/patches.h>
+#include <ensonify/engine/seafloor/objects/flat_parts.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
@@ -37,8 +37,8 @@ class SessionObjects {
 
   /// By body; class 0 where there is none.
   const std::vector<Label>& labels() const { return labels_; }
-  /// By body, where they are now; without patches where there is none.
-  const std::vector<PatchedObject>& surfaces() const { return surfaces_; }
+  /// By body, where they are now; without flat parts where there is none.
+  const std::vector<ObjectSurface>& surfaces() const { return surfaces_; }
   const std::vector<std::string>& classes() const { return classes_; }
   const std::vector<std::string>& materials() const { return materials_; }
 
@@ -49,7 +49,7 @@ class SessionObjects {
   std::size_t fixed_labels_;
   std::size_t first_instance_;
   std::vector<Label> labels_;
-  std::vector<PatchedObject> made_, surfaces_;  // in their own axes, and where they are
+  std::vector<ObjectSurface> made_, surfaces_;  // in their own axes, and where they are
   std::vector<std::string> classes_, materials_;
 };
 

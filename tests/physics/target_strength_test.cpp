@@ -13,8 +13,8 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/seafloor/objects/flat_parts.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
-#include <ensonify/engine/seafloor/objects/patches.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/sonar/echo/plane_spacing.h>
@@ -64,7 +64,7 @@ EchoLine echo_of(const Body& body, const Sonar& sonar, double range_m) {
   const std::vector<scatter::BackscatterTable> tables(
       2, scatter::BackscatterTable(scatter::SolidTarget(body.rough)));
   const std::vector<double> smooth(2, body.smooth_specular);
-  const std::vector<PatchedObject> objects{PatchedObject(alone.mesh, 0)};
+  const std::vector<ObjectSurface> objects{ObjectSurface(alone.mesh, 0)};
   const std::vector<WallMirror> mirrors(2, body.mirror);
   ObjectSurfaces surfaces{&objects, nullptr, smooth};
   surfaces.mirrors = mirrors;

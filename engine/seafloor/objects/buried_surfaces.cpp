@@ -11,7 +11,7 @@ constexpr double tallest_m = 0.05;      // between its ends
 constexpr double least_slope_m = 0.05;  // over which the bed's slope is taken, to either side
 constexpr std::size_t parts_per_group = 64;
 
-/// How many parts a side of a patch is cut into.
+/// How many pieces a side of a flat part is cut into.
 int cuts(const Eigen::Vector3f& axis, float length_m) {
   const double tall_m = std::abs(double(axis.z())) * double(length_m);
   return static_cast<int>(
@@ -50,11 +50,11 @@ void enclose(BuriedGroup& group) {
 
 }  // namespace
 
-std::vector<BuriedGroup> buried_surfaces(const std::vector<PatchedObject>& objects,
+std::vector<BuriedGroup> buried_surfaces(const std::vector<ObjectSurface>& objects,
                                          const BedAt& bed, double thickness_m) {
   std::vector<BuriedGroup> groups;
   if (!(thickness_m > 0.0)) return groups;
-  for (const PatchedObject& object : objects) {
+  for (const ObjectSurface& object : objects) {
     BuriedGroup group{.label = object.label};
     const auto finish = [&] {
       if (group.parts.empty()) return;
@@ -62,19 +62,19 @@ std::vector<BuriedGroup> buried_surfaces(const std::vector<PatchedObject>& objec
       groups.push_back(std::move(group));
       group = {.label = object.label};
     };
-    for (const FlatPart& patch : object.patches) {
-      const int along = cuts(patch.along, patch.length_m),
-                across = cuts(patch.across, patch.width_m);
+    for (const FlatPart& flat_part : object.flat_parts) {
+      const int along = cuts(flat_part.along, flat_part.length_m),
+                across = cuts(flat_part.across, flat_part.width_m);
       for (int i = 0; i < along * across; ++i) {
-        BuriedPart part{.flat = patch, .patch = &patch};
+        BuriedPart part{.flat = flat_part, .whole = &flat_part};
         part.flat.length_m /= static_cast<float>(along);
         part.flat.width_m /= static_cast<float>(across);
         const auto off_m = [](int number, int count, float length_m) {
           return (number + 0.5 - 0.5 * count) * double(length_m);
         };
         part.flat.middle +=
-            off_m(i % along, along, part.flat.length_m) * patch.along.cast<double>() +
-            off_m(i / along, across, part.flat.width_m) * patch.across.cast<double>();
+            off_m(i % along, along, part.flat.length_m) * flat_part.along.cast<double>() +
+            off_m(i / along, across, part.flat.width_m) * flat_part.across.cast<double>();
         if (!find_bed(bed, part) || part.depth_m > thickness_m) continue;
         group.parts.push_back(std::move(part));
       }

@@ -8,20 +8,20 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/seafloor/bed_height.h>
-#include <ensonify/engine/seafloor/objects/patches.h>
+#include <ensonify/engine/seafloor/objects/flat_parts.h>
 
 namespace ensonify::engine {
 
 /// A part of an object's surface that lies in the bed.
 struct BuriedPart {
   FlatPart flat;
-  const FlatPart* patch;       ///< that it was cut from
+  const FlatPart* whole;       ///< that it was cut from
   double depth_m;              ///< from its middle to the bed's plane
   Eigen::Vector3d bed_normal;  ///< of that plane, unit, upwards
   std::uint32_t bed_face;      ///< the topmost one above its middle
 };
 
-/// Some neighbouring buried parts of one object, all of each patch.
+/// Some neighbouring buried parts of one object, all of each flat part.
 struct BuriedGroup {
   std::uint16_t label = 0;  ///< of the object, as in FaceLabels
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -32,10 +32,10 @@ struct BuriedGroup {
 /// The topmost face of the bed at a place; none over a hole and outside.
 using BedAt = std::function<std::optional<BedPoint>(double x_m, double y_m)>;
 
-/// What of the objects lies at most `thickness_m` under the bed. The patches are cut into parts
-/// that are short enough for the bed above each to be a plane: the plane that its heights have at
-/// the part's depth around its middle. The objects must outlive the result.
-std::vector<BuriedGroup> buried_surfaces(const std::vector<PatchedObject>& objects,
+/// What of the objects lies at most `thickness_m` under the bed. Flat parts are cut into smaller
+/// ones that are short enough for the bed above each to be a plane: the plane that its heights have
+/// at the part's depth around its middle. The objects must outlive the result.
+std::vector<BuriedGroup> buried_surfaces(const std::vector<ObjectSurface>& objects,
                                          const BedAt& bed, double thickness_m);
 
 }  // namespace ensonify::engine

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 using std::numbers::inv_sqrtpi, std::numbers::pi;
 
 constexpr double lobe_reach = 3.0;   // half widths of a lobe that count
-constexpr double side_lobes = 10.0;  // of a flat patch that count
+constexpr double side_lobes = 10.0;  // of a flat part that count
 constexpr double rounding_margin = 1.001;
 
 /// C(t) + i S(t): the integral of exp(i pi u^2 / 2) from 0 to t. Near 0 by its power series (7.3.11
@@ -38,7 +38,8 @@ std::complex<double> fresnel(double t) {
   return t < 0.0 ? -value : value;
 }
 
-/// How far a direction of a patch may be inclined, beyond what its length spans, to have a glint.
+/// How far a direction of a flat part may be inclined, beyond what its length spans, to have a
+/// glint.
 double reach_of(double length_m, double bend_rad, double wavelength_m) {
   return bend_rad > 0.0 ? lobe_reach * bend_rad : 0.5 * side_lobes * wavelength_m / length_m;
 }
@@ -71,7 +72,7 @@ double ellipse_power_m4(const MirrorExtent& one, const MirrorExtent& other, doub
 }
 
 /// Whether a direction is inclined too far for a glint at that range, by products only. foot_m:
-/// from the patch's middle to the foot of the line of sight.
+/// from the flat part's middle to the foot of the line of sight.
 bool beyond_reach(double foot_m, double length_m, double bend_rad, double range_m2,
                   double wavelength_m) {
   const double off_m = std::abs(foot_m) - 0.5 * length_m;
@@ -114,14 +115,15 @@ double Mirror::cross_section_m2(double wavelength_m) const {
   return power_m4 / (wavelength_m * wavelength_m);
 }
 
-std::optional<Mirror> mirror_of(const FlatPart& patch, const Vector3d& away, double wavelength_m) {
-  const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
-  const double length_m = double(patch.length_m), width_m = double(patch.width_m);
-  // The foot of the line of sight, and the patch's place nearest to it. Its range counts, which on
-  // a long patch is not that of the middle.
+std::optional<Mirror> mirror_of(const FlatPart& flat_part, const Vector3d& away,
+                                double wavelength_m) {
+  const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
+  const double length_m = double(flat_part.length_m), width_m = double(flat_part.width_m);
+  // The foot of the line of sight, and the flat part's place nearest to it. Its range counts, which
+  // on a long flat part is not that of the middle.
   const double along_m = -away.dot(along), across_m = -away.dot(across);
-  const double bend_along_rad = double(patch.bend_along_rad);
-  const double bend_across_rad = double(patch.bend_across_rad);
+  const double bend_along_rad = double(flat_part.bend_along_rad);
+  const double bend_across_rad = double(flat_part.bend_across_rad);
   // Most are inclined too far even at the range of the middle, which is not nearer.
   const double middle_m2 = away.squaredNorm();
   if (beyond_reach(along_m, length_m, bend_along_rad, middle_m2, wavelength_m) ||
@@ -134,10 +136,10 @@ std::optional<Mirror> mirror_of(const FlatPart& patch, const Vector3d& away, dou
   if (!one.reaches()) return std::nullopt;
   const MirrorExtent other(width_m, bend_across_rad, across_m / range_m, range_m, wavelength_m);
   if (!other.reaches()) return std::nullopt;
-  return Mirror{offset, one, other, patch.round && !one.curved && !other.curved};
+  return Mirror{offset, one, other, flat_part.round && !one.curved && !other.curved};
 }
 
-double glint_reach(const PatchBlock& block, double wavelength_m) {
+double glint_reach(const FlatPartBlock& block, double wavelength_m) {
   const double curved = lobe_reach * block.max_bend_rad;
   const double plane = reach_of(block.shortest_plane_m, 0.0, wavelength_m);
   return rounding_margin * std::sqrt(curved * curved + 2.0 * plane * plane);

@@ -21,7 +21,7 @@ using std::numbers::pi;
 constexpr double inv_sqrt2 = 1.0 / std::numbers::sqrt2;
 
 constexpr double few_planes = 6.0;     // or elevations: that a small object is long, at most
-constexpr double most_cells = 256.0;   // of a patch, in each direction
+constexpr double most_cells = 256.0;   // of a flat part, in each direction
 constexpr double steepest_wall = 0.5;  // sine of a wall's inclination to the vertical, at most
 constexpr double inaudible = 14.0;     // nepers of energy that sound loses in the bed: 61 dB
 
@@ -46,9 +46,9 @@ void ObjectEchoes::find(const SideView& view, const FaceLabels& labels, const Fi
   walls_.clear();
   for (const std::uint16_t label : small_labels_) small_[label] = 0;
   small_labels_.clear();
-  for (const std::vector<PatchedObject>* objects : {surfaces_.fixed, surfaces_.moving})
+  for (const std::vector<ObjectSurface>* objects : {surfaces_.fixed, surfaces_.moving})
     if (objects)
-      for (const PatchedObject& object : *objects) {
+      for (const ObjectSurface& object : *objects) {
         look_at(object);
         find_walls(object);
       }
@@ -172,18 +172,20 @@ bool ObjectEchoes::may_be_in_beam(const Vector3d& middle, double radius_m) const
 }
 
 /// Whether an object lies within half a length of its middle along an axis.
-bool ObjectEchoes::is_short(const PatchedObject& object, const Vector3d& axis, double length_m) {
+bool ObjectEchoes::is_short(const ObjectSurface& object, const Vector3d& axis, double length_m) {
   if (2.0 * object.radius_m < length_m) return true;
-  return std::ranges::all_of(object.patches, [&](const FlatPart& patch) {
-    return std::abs((patch.middle - object.middle).dot(axis)) +
-               0.5 * (double(patch.length_m) * std::abs(patch.along.cast<double>().dot(axis)) +
-                      double(patch.width_m) * std::abs(patch.across.cast<double>().dot(axis))) <
+  return std::ranges::all_of(object.flat_parts, [&](const FlatPart& flat_part) {
+    return std::abs((flat_part.middle - object.middle).dot(axis)) +
+               0.5 * (double(flat_part.length_m) *
+                          std::abs(flat_part.along.cast<double>().dot(axis)) +
+                      double(flat_part.width_m) *
+                          std::abs(flat_part.across.cast<double>().dot(axis))) <
            0.5 * length_m;
   });
 }
 
 /// The widest step between the fan's elevations where the object is.
-double ObjectEchoes::widest_step_rad(const PatchedObject& object) const {
+double ObjectEchoes::widest_step_rad(const ObjectSurface& object) const {
   const RayFan& fan = *view_->fan;
   const Vector3d away = object.middle - fan.origin;
   const double distance_m = away.norm();
@@ -201,7 +203,7 @@ double ObjectEchoes::widest_step_rad(const PatchedObject& object) const {
   return widest_rad;
 }
 
-void ObjectEchoes::look_at(const PatchedObject& object) {
+void ObjectEchoes::look_at(const ObjectSurface& object) {
   if (!may_see(object.middle, object.radius_m)) return;
   const RayFan& fan = *view_->fan;
   const double distance_m = (object.middle - fan.origin).norm();
@@ -225,22 +227,22 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
     small_labels_.push_back(object.label);
   }
   if (!small && !(specular > 0.0)) return;
-  const std::span<const FlatPart> patches = object.patches;
-  for (const PatchBlock& block : object.blocks) {
+  const std::span<const FlatPart> flat_parts = object.flat_parts;
+  for (const FlatPartBlock& block : object.blocks) {
     if (!may_be_in_beam(block.middle, block.radius_m)) continue;
     const bool may_glint =
         specular > 0.0 &&
         block.may_face(fan.origin, glint_reach(block, wavelength_m_) + fan.bend.turn_rad,
                        label.two_sided);
     if (!small && !may_glint) continue;
-    for (const FlatPart& patch : patches.subspan(block.first, block.count)) {
-      const Vector3d to = patch.middle - fan.origin;
-      if (small) add_facets(patch, to, object, small_m);
+    for (const FlatPart& flat_part : flat_parts.subspan(block.first, block.count)) {
+      const Vector3d to = flat_part.middle - fan.origin;
+      if (small) add_facets(flat_part, to, object, small_m);
       if (!may_glint) continue;
       const std::optional<RayToPlace> ray = ray_to(to);
       if (!ray) continue;
-      if (!(ray->apparent.dot(patch.normal.cast<double>()) < 0.0) && !label.two_sided) continue;
-      add_glint(patch, to, ray->apparent, specular, object);
+      if (!(ray->apparent.dot(flat_part.normal.cast<double>()) < 0.0) && !label.two_sided) continue;
+      add_glint(flat_part, to, ray->apparent, specular, object);
     }
   }
   if (specular > 0.0)
@@ -248,14 +250,14 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
       if (corner.open || label.two_sided) add_corner(corner, specular, object);
 }
 
-/// Cuts the patch into cells that are as small as a small object.
-void ObjectEchoes::add_facets(const FlatPart& patch, const Vector3d& away,
-                              const PatchedObject& object, double small_m) {
+/// Cuts the flat part into cells that are as small as a small object.
+void ObjectEchoes::add_facets(const FlatPart& flat_part, const Vector3d& away,
+                              const ObjectSurface& object, double small_m) {
   const Label& label = (*labels_)[object.label];
   const scatter::BackscatterTable& table = by_material_[label.sediment];
-  const Vector3d normal = patch.normal.cast<double>();
-  const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
-  const double length_m = double(patch.length_m), width_m = double(patch.width_m);
+  const Vector3d normal = flat_part.normal.cast<double>();
+  const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
+  const double length_m = double(flat_part.length_m), width_m = double(flat_part.width_m);
   const auto cells = [&](double m) {
     return static_cast<int>(std::clamp(std::ceil(m / small_m), 1.0, most_cells));
   };
@@ -283,13 +285,14 @@ void ObjectEchoes::add_facets(const FlatPart& patch, const Vector3d& away,
                        .place = place,
                        .grazing_rad = std::asin(sine),
                        .label = object.label,
-                       .surface = patch.surface});
+                       .surface = flat_part.surface});
   }
 }
 
-void ObjectEchoes::add_glint(const FlatPart& patch, const Vector3d& away, const Vector3d& apparent,
-                             double specular, const PatchedObject& object) {
-  const std::optional<Mirror> mirror = mirror_of(patch, apparent, wavelength_m_);
+void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
+                             const Vector3d& apparent, double specular,
+                             const ObjectSurface& object) {
+  const std::optional<Mirror> mirror = mirror_of(flat_part, apparent, wavelength_m_);
   if (!mirror) return;
   const Vector3d place = away + mirror->offset;
   const std::optional<RayToPlace> ray = ray_to(place);
@@ -304,16 +307,17 @@ void ObjectEchoes::add_glint(const FlatPart& patch, const Vector3d& away, const 
        .place = place,
        .grazing_rad = 0.5 * pi,
        .label = object.label,
-       .surface = patch.surface});
+       .surface = flat_part.surface});
 }
 
 void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
-                              const PatchedObject& object) {
+                              const ObjectSurface& object) {
   const Vector3d edge = corner.edge.cast<double>();
   const Vector3d to = corner.middle - view_->fan->origin;
   const std::optional<RayToPlace> ray_to_middle = ray_to(to);
   if (!ray_to_middle) return;
-  // As of a patch that is as long as the edge: its place nearest to the foot of the line of sight.
+  // As of a flat part that is as long as the edge: its place nearest to the foot of the line of
+  // sight.
   const Vector3d& apparent = ray_to_middle->apparent;
   const double along_m = -apparent.dot(edge), half_m = 0.5 * double(corner.length_m);
   const Vector3d offset = std::clamp(along_m, -half_m, half_m) * edge;
@@ -332,7 +336,7 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   const std::optional<RayToPlace> ray = ray_to(place);
   Line line;
   if (!ray || !see(*ray, line)) return;
-  // The corner's own patches are nearer than its edge.
+  // The corner's own flat parts are nearer than its edge.
   const double own_m = double(std::max(corner.one_m, corner.other_m));
   const double seen = seen_share(line, ray->range_m - own_m);
   if (!(seen > 0.0)) return;
@@ -348,22 +352,22 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
                      .surface = corner.surface});
 }
 
-void ObjectEchoes::find_walls(const PatchedObject& object) {
+void ObjectEchoes::find_walls(const ObjectSurface& object) {
   const Label& label = (*labels_)[object.label];
   if (label.sediment >= surfaces_.mirrors.size()) return;
   const WallMirror& mirror = surfaces_.mirrors[label.sediment];
   if (!(mirror.smooth + mirror.rough > 0.0) || !may_see(object.middle, object.radius_m)) return;
-  const std::span<const FlatPart> patches = object.patches;
-  for (const PatchBlock& block : object.blocks)
+  const std::span<const FlatPart> flat_parts = object.flat_parts;
+  for (const FlatPartBlock& block : object.blocks)
     if (may_be_in_beam(block.middle, block.radius_m))
-      for (const FlatPart& patch : patches.subspan(block.first, block.count))
-        if (std::abs(double(patch.normal.z())) < steepest_wall)
-          add_wall(patch, mirror, label.two_sided);
+      for (const FlatPart& flat_part : flat_parts.subspan(block.first, block.count))
+        if (std::abs(double(flat_part.normal.z())) < steepest_wall)
+          add_wall(flat_part, mirror, label.two_sided);
 }
 
-void ObjectEchoes::add_wall(const FlatPart& patch, const WallMirror& mirror, bool two_sided) {
-  const Vector3d to = patch.middle - view_->fan->origin;
-  Vector3d normal = patch.normal.cast<double>();
+void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror, bool two_sided) {
+  const Vector3d to = flat_part.middle - view_->fan->origin;
+  Vector3d normal = flat_part.normal.cast<double>();
   if (to.dot(normal) >= 0.0) {
     if (!two_sided) return;
     normal = -normal;
@@ -371,8 +375,8 @@ void ObjectEchoes::add_wall(const FlatPart& patch, const WallMirror& mirror, boo
   // Of its rectangle, the extents in the level direction and across it, by second moments.
   const Vector3d level = normal.cross(Vector3d::UnitZ()).normalized(), up = level.cross(normal);
   const auto extent = [&](const Vector3d& direction) {
-    return std::hypot(double(patch.length_m) * patch.along.cast<double>().dot(direction),
-                      double(patch.width_m) * patch.across.cast<double>().dot(direction));
+    return std::hypot(double(flat_part.length_m) * flat_part.along.cast<double>().dot(direction),
+                      double(flat_part.width_m) * flat_part.across.cast<double>().dot(direction));
   };
   const double length_m = extent(level), height_m = extent(up);
   // How much is seen where it is nearest to the middle of the beam, but not at its very ends,
@@ -390,8 +394,8 @@ void ObjectEchoes::add_wall(const FlatPart& patch, const WallMirror& mirror, boo
   const auto curved = [&](const Eigen::Vector3f& direction, float bend_rad) {
     return inv_sqrt2 * double(bend_rad) * direction.cast<double>().dot(level);
   };
-  const double bend = std::hypot(curved(patch.along, patch.bend_along_rad),
-                                 curved(patch.across, patch.bend_across_rad));
+  const double bend = std::hypot(curved(flat_part.along, flat_part.bend_along_rad),
+                                 curved(flat_part.across, flat_part.bend_across_rad));
   const auto add = [&](double share, double slope) {
     if (share > 0.0)
       walls_.push_back({.middle = to,
@@ -412,11 +416,11 @@ void ObjectEchoes::look_into_bed(const BuriedGroup& group) {
                               ? surfaces_.smooth_specular[label.sediment]
                               : 0.0;
   for (std::size_t i = 0, end; i < group.parts.size(); i = end) {
-    const FlatPart& patch = *group.parts[i].patch;
-    const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
-    const BuriedPart* nearest = &group.parts[i];  // to the foot of the line of sight on the patch
+    const FlatPart& flat_part = *group.parts[i].whole;
+    const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
+    const BuriedPart* nearest = &group.parts[i];  // to the foot of the line of sight on it
     double least_m2 = std::numeric_limits<double>::infinity();
-    for (end = i; end < group.parts.size() && group.parts[end].patch == &patch; ++end) {
+    for (end = i; end < group.parts.size() && group.parts[end].whole == &flat_part; ++end) {
       const BuriedPart& part = group.parts[end];
       if (may_see(part.flat.middle, 0.5 * (double(part.flat.length_m) + double(part.flat.width_m))))
         add_buried_facets(part, group, label);
@@ -516,18 +520,18 @@ void ObjectEchoes::add_buried_facets(const BuriedPart& part, const BuriedGroup& 
   }
 }
 
-/// The glint of the whole patch, with the bed above one of its parts. For the patch the sound comes
-/// from a place that is sqrt(J) away, against the direction in which it arrives.
+/// The glint of the whole flat part, with the bed above one of its parts. For the flat part the
+/// sound comes from a place that is sqrt(J) away, against the direction in which it arrives.
 void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& group,
                                     double specular) {
-  const FlatPart& patch = *part.patch;
+  const FlatPart& flat_part = *part.whole;
   const Vector3d to = part.flat.middle - view_->fan->origin;
   const auto to_part = way_into_bed(to, part.depth_m, part);
-  if (!to_part || !(to_part->arrival.dot(patch.normal.cast<double>()) < 0.0)) return;
-  const Vector3d off = patch.middle - part.flat.middle;
+  if (!to_part || !(to_part->arrival.dot(flat_part.normal.cast<double>()) < 0.0)) return;
+  const Vector3d off = flat_part.middle - part.flat.middle;
   const double wavelength_m = wavelength_m_ * to_part->sediment->sound_speed_ratio;
   const auto mirror = mirror_of(
-      patch, off + std::sqrt(to_part->path.spreading_m2) * to_part->arrival, wavelength_m);
+      flat_part, off + std::sqrt(to_part->path.spreading_m2) * to_part->arrival, wavelength_m);
   if (!mirror) return;
   const Vector3d from_part = off + mirror->offset;
   const auto way =
@@ -541,7 +545,7 @@ void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& g
                      .place = to + from_part,
                      .grazing_rad = 0.5 * pi,
                      .label = group.label,
-                     .surface = patch.surface});
+                     .surface = flat_part.surface});
 }
 
 /// Facets of one surface at about one range are one glint, at their mean range.

@@ -11,7 +11,7 @@
 
 #include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/seafloor/objects/buried_surfaces.h>
-#include <ensonify/engine/seafloor/objects/patches.h>
+#include <ensonify/engine/seafloor/objects/flat_parts.h>
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/object_echo.h>
@@ -34,8 +34,8 @@ struct WallMirror {
 
 /// The surfaces of the objects that a sonar sees. What it points to must outlive the pings.
 struct ObjectSurfaces {
-  const std::vector<PatchedObject>* fixed = nullptr;
-  const std::vector<PatchedObject>* moving = nullptr;  ///< may change between pings
+  const std::vector<ObjectSurface>* fixed = nullptr;
+  const std::vector<ObjectSurface>* moving = nullptr;  ///< may change between pings
   /// By Label::sediment: scatter::Solid::smooth_specular(), 0 where it is not a solid.
   std::span<const double> smooth_specular = {};
   const std::vector<BuriedGroup>* buried = nullptr;  ///< into which the sound penetrates
@@ -52,13 +52,13 @@ struct FirstHits {
   const IncidenceSource* rays = nullptr;  ///< knows the rays that are not straight and even
 };
 
-/// The echoes of objects that rays cannot sample, from the patches of their surfaces.
+/// The echoes of objects that rays cannot sample, from the flat parts of their surfaces.
 ///
-/// Glints: the mirror-like part of a solid's echo, by physical optics (glint.h). Patches of one
+/// Glints: the mirror-like part of a solid's echo, by physical optics (glint.h). Flat parts of one
 /// surface at about one range are one glint.
 ///
 /// Small objects: those that only a few planes of the fan would meet, however long they are across
-/// the track. Their patches, in cells no longer than those planes are apart, scatter
+/// the track. Their flat parts, in cells no longer than those planes are apart, scatter
 /// sigma(grazing) per area each, instead of what rays meet, so that their energy does not depend on
 /// where the planes lie.
 ///
@@ -68,19 +68,19 @@ struct FirstHits {
 ///     b_t b_r sigma (1 - |R|^2)^2 exp(-4 k delta / nu s) / J^2,
 ///
 /// with the path s in the sediment and J, the geometric mean of the spreading of both ways. sigma
-/// is that of their patches, at the angle at which the sound arrives: sigma(grazing) times area,
+/// is that of their flat parts, at the angle at which the sound arrives: sigma(grazing) times area,
 /// and the glint with the wavelength of the sediment, as if they lay at the range sqrt(J). They
 /// appear at the range of their travel time. Left out: that buried things hide one another, and
 /// what the bed's roughness lets in below the critical angle.
 ///
-/// Walls: the plane patches within 30 degrees of upright, which mirror the bed before them
+/// Walls: the flat parts within 30 degrees of upright, which mirror the bed before them
 /// (OtherPaths), by straight lines.
 ///
-/// Rays decide how much of a patch is seen: those of the fan next to the ray that leads to it; of a
-/// buried one, next to the ray that leads to the place where its sound enters the bed. Where rays
-/// are bent, a patch has the echo of one at the range sqrt(J), in the direction in which the sound
-/// arrives; J is here the geometric mean of the ray's spreading on both ways. Only where the sound
-/// enters the bed follows from straight lines in the water.
+/// Rays decide how much of a flat part is seen: those of the fan next to the ray that leads to it;
+/// of a buried one, next to the ray that leads to the place where its sound enters the bed. Where
+/// rays are bent, a flat part has the echo of one at the range sqrt(J), in the direction in which
+/// the sound arrives; J is here the geometric mean of the ray's spreading on both ways. Only where
+/// the sound enters the bed follows from straight lines in the water.
 class ObjectEchoes {
  public:
   /// All that is given must outlive this.
@@ -111,14 +111,14 @@ class ObjectEchoes {
     int label = -1;
   };
   std::array<FirstHit, 2> first_hits(std::size_t plane, std::size_t ray) const;
-  static bool is_short(const PatchedObject& object, const Eigen::Vector3d& axis, double length_m);
-  double widest_step_rad(const PatchedObject& object) const;
-  void look_at(const PatchedObject& object);
-  void add_glint(const FlatPart& patch, const Eigen::Vector3d& away,
-                 const Eigen::Vector3d& apparent, double specular, const PatchedObject& object);
-  void add_corner(const RightCorner& corner, double specular, const PatchedObject& object);
-  void add_facets(const FlatPart& patch, const Eigen::Vector3d& away, const PatchedObject& object,
-                  double small_m);
+  static bool is_short(const ObjectSurface& object, const Eigen::Vector3d& axis, double length_m);
+  double widest_step_rad(const ObjectSurface& object) const;
+  void look_at(const ObjectSurface& object);
+  void add_glint(const FlatPart& flat_part, const Eigen::Vector3d& away,
+                 const Eigen::Vector3d& apparent, double specular, const ObjectSurface& object);
+  void add_corner(const RightCorner& corner, double specular, const ObjectSurface& object);
+  void add_facets(const FlatPart& flat_part, const Eigen::Vector3d& away,
+                  const ObjectSurface& object, double small_m);
   bool may_see(const Eigen::Vector3d& middle, double radius_m) const;
   bool may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const;
   struct BuriedWay {  // to a place in the bed, from the sonar
@@ -132,8 +132,8 @@ class ObjectEchoes {
     double time_range_m = 0.0, energy = 0.0;  // energy: of 1 m^2 of cross-section
   };
   BuriedSight see_buried(const BuriedWay& way, bool near_is_counted) const;
-  void find_walls(const PatchedObject& object);
-  void add_wall(const FlatPart& patch, const WallMirror& mirror, bool two_sided);
+  void find_walls(const ObjectSurface& object);
+  void add_wall(const FlatPart& flat_part, const WallMirror& mirror, bool two_sided);
   void look_into_bed(const BuriedGroup& group);
   void add_buried_facets(const BuriedPart& part, const BuriedGroup& group, const Label& label);
   void add_buried_glint(const BuriedPart& part, const BuriedGroup& group, double specular);

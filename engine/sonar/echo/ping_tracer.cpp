@@ -36,8 +36,8 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
 /// The range of the nearest thing: an object, or else the bed.
 double PingTracer::nearest_m(const Eigen::Vector3d& from, double nearest_bed_m) const {
   double nearest_m = nearest_bed_m;
-  for (const std::vector<PatchedObject>* objects : {surfaces_.fixed, surfaces_.moving})
-    if (objects) nearest_m = nearest_patch_m(*objects, from, nearest_m);
+  for (const std::vector<ObjectSurface>* objects : {surfaces_.fixed, surfaces_.moving})
+    if (objects) nearest_m = nearest_flat_part_m(*objects, from, nearest_m);
   return nearest_m;
 }
 

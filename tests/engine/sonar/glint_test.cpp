@@ -7,7 +7,7 @@
 
 #include "support/catch.h"
 
-#include <ensonify/engine/seafloor/objects/patches.h>
+#include <ensonify/engine/seafloor/objects/flat_parts.h>
 #include <ensonify/refine/triangle_mesh.h>
 #include <ensonify/scatter/decibel.h>
 
@@ -33,14 +33,14 @@ refine::TriangleMesh polygon(double a_m, double b_m, int corners, bool rectangle
 
 }  // namespace
 
-TEST_CASE("a flat elliptic patch glints as the integral over its ellipse, near and far") {
+TEST_CASE("a flat elliptic flat part glints as the integral over its ellipse, near and far") {
   constexpr double wavelength_m = 1500.0 / 400e3, k = 2.0 * std::numbers::pi / wavelength_m;
   for (const double b_m : {0.3, 0.2, 0.1}) {
     constexpr double a_m = 0.3;
-    const auto patches = patches_of(polygon(a_m, b_m, 96, false));
-    REQUIRE(patches.size() == 1);
-    CHECK(patches[0].round);
-    CHECK(patches[0].length_m / patches[0].width_m == Approx(a_m / b_m).epsilon(1e-3));
+    const auto flat_parts = flat_parts_of(polygon(a_m, b_m, 96, false));
+    REQUIRE(flat_parts.size() == 1);
+    CHECK(flat_parts[0].round);
+    CHECK(flat_parts[0].length_m / flat_parts[0].width_m == Approx(a_m / b_m).epsilon(1e-3));
     for (const double range_m : {20.0, 200.0})
       for (const auto& [t, s] : {std::pair(0.0, 0.0), std::pair(0.004, 0.0), std::pair(0.0, 0.006),
                                  std::pair(0.004, 0.005)}) {
@@ -56,12 +56,12 @@ TEST_CASE("a flat elliptic patch glints as the integral over its ellipse, near a
           }
         const Eigen::Vector3d away =
             range_m * Eigen::Vector3d(-t, -s, std::sqrt(1.0 - t * t - s * s));
-        const std::optional<Mirror> mirror = mirror_of(patches[0], away, wavelength_m);
+        const std::optional<Mirror> mirror = mirror_of(flat_parts[0], away, wavelength_m);
         CAPTURE(b_m, range_m, t, s);
         REQUIRE(mirror);
         CHECK(scatter::to_db(mirror->cross_section_m2(wavelength_m)) ==
               Approx(scatter::to_db(std::norm(sum) / wavelength_m / wavelength_m)).margin(0.3));
       }
-    CHECK_FALSE(patches_of(polygon(a_m, b_m, 4, true))[0].round);
+    CHECK_FALSE(flat_parts_of(polygon(a_m, b_m, 4, true))[0].round);
   }
 }

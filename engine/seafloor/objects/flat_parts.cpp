@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/objects/patches.h>
+#include <ensonify/engine/seafloor/objects/flat_parts.h>
 
 #include <algorithm>
 #include <array>
@@ -56,7 +56,7 @@ std::vector<std::uint32_t> places_of(refine::Triangles triangles) {
   return place;
 }
 
-/// What the faces of a patch add up to.
+/// What the faces of a flat part add up to.
 struct Sum {
   double area_m2 = 0.0;
   Vector3d first = Vector3d::Zero();       // integral of the place
@@ -82,7 +82,7 @@ struct Sum {
     if (!(length > 1e-6 * directions.trace())) return 0.0f;
     return static_cast<float>(std::sqrt(axis.dot(bend * axis) / length));
   }
-  FlatPart patch(const Vector3d& normal, std::uint32_t surface) const {
+  FlatPart flat_part(const Vector3d& normal, std::uint32_t surface) const {
     const Vector3d middle = first / area_m2;
     const Matrix3d spread = second / area_m2 - middle * middle.transpose();
     const Vector3d x = normal.unitOrthogonal(), y = normal.cross(x);
@@ -114,7 +114,7 @@ struct Sum {
 
 }  // namespace
 
-std::vector<FlatPart> patches_of(refine::Triangles triangles) {
+std::vector<FlatPart> flat_parts_of(refine::Triangles triangles) {
   struct Edge {
     std::uint32_t from, to, face;
     Vector3d way;
@@ -172,38 +172,39 @@ std::vector<FlatPart> patches_of(refine::Triangles triangles) {
       sum.directions += direction;
       sum.bend += bend.angle_rad * bend.angle_rad * direction;
     }
-  std::vector<FlatPart> patches;
+  std::vector<FlatPart> flat_parts;
   for (std::uint32_t f = 0; f < faces; ++f)
-    if (sums[f].area_m2 > 0.0) patches.push_back(sums[f].patch(normals[f], smooth.of(f)));
-  return patches;
+    if (sums[f].area_m2 > 0.0) flat_parts.push_back(sums[f].flat_part(normals[f], smooth.of(f)));
+  return flat_parts;
 }
 
-PatchBlock::PatchBlock(std::span<const FlatPart> patches, std::size_t its_first,
-                       std::size_t its_count)
+FlatPartBlock::FlatPartBlock(std::span<const FlatPart> flat_parts, std::size_t its_first,
+                             std::size_t its_count)
     : first(its_first), count(its_count) {
   constexpr double rounding = 1e-5;  // more than that of the normals and axes
-  const std::span<const FlatPart> own = patches.subspan(first, count);
-  for (const FlatPart& patch : own) {
-    middle += patch.middle / static_cast<double>(count);
-    axis += patch.normal.cast<double>();
+  const std::span<const FlatPart> own = flat_parts.subspan(first, count);
+  for (const FlatPart& flat_part : own) {
+    middle += flat_part.middle / static_cast<double>(count);
+    axis += flat_part.normal.cast<double>();
   }
   axis = axis.norm() > 0.0 ? axis.normalized() : Vector3d::UnitZ();
-  for (const FlatPart& patch : own) {
-    const double half_diagonal_m = 0.5 * std::hypot(double(patch.length_m), double(patch.width_m));
+  for (const FlatPart& flat_part : own) {
+    const double half_diagonal_m =
+        0.5 * std::hypot(double(flat_part.length_m), double(flat_part.width_m));
     radius_m =
-        std::max(radius_m, (patch.middle - middle).norm() + half_diagonal_m * (1.0 + rounding));
-    const double cosine = axis.dot(patch.normal.cast<double>().normalized());
+        std::max(radius_m, (flat_part.middle - middle).norm() + half_diagonal_m * (1.0 + rounding));
+    const double cosine = axis.dot(flat_part.normal.cast<double>().normalized());
     cone_rad = std::max(cone_rad, std::acos(std::clamp(cosine, -1.0, 1.0)) + rounding);
-    max_bend_rad = std::max(
-        max_bend_rad, std::hypot(double(patch.bend_along_rad), double(patch.bend_across_rad)));
-    if (patch.bend_along_rad == 0.0f)
-      shortest_plane_m = std::min(shortest_plane_m, double(patch.length_m));
-    if (patch.bend_across_rad == 0.0f)
-      shortest_plane_m = std::min(shortest_plane_m, double(patch.width_m));
+    max_bend_rad = std::max(max_bend_rad, std::hypot(double(flat_part.bend_along_rad),
+                                                     double(flat_part.bend_across_rad)));
+    if (flat_part.bend_along_rad == 0.0f)
+      shortest_plane_m = std::min(shortest_plane_m, double(flat_part.length_m));
+    if (flat_part.bend_across_rad == 0.0f)
+      shortest_plane_m = std::min(shortest_plane_m, double(flat_part.width_m));
   }
 }
 
-bool PatchBlock::may_face(const Vector3d& from, double reach, bool two_sided) const {
+bool FlatPartBlock::may_face(const Vector3d& from, double reach, bool two_sided) const {
   const Vector3d way = from - middle;
   const double distance_m = way.norm();
   if (distance_m <= radius_m || reach >= 1.0) return true;
@@ -217,23 +218,24 @@ bool PatchBlock::may_face(const Vector3d& from, double reach, bool two_sided) co
 
 namespace {
 
-/// Between which places of a line along `axis`, counted from `from`, a patch lies, by its second
-/// moments.
+/// Between which places of a line along `axis`, counted from `from`, a flat part lies, by its
+/// second moments.
 struct Reach {
   double low_m, high_m;
-  Reach(const FlatPart& patch, const Vector3d& from, const Vector3d& axis) {
+  Reach(const FlatPart& flat_part, const Vector3d& from, const Vector3d& axis) {
     const double half_m =
-        0.5 * std::hypot(double(patch.length_m) * axis.dot(patch.along.cast<double>()),
-                         double(patch.width_m) * axis.dot(patch.across.cast<double>()));
-    const double middle_m = axis.dot(patch.middle - from);
+        0.5 * std::hypot(double(flat_part.length_m) * axis.dot(flat_part.along.cast<double>()),
+                         double(flat_part.width_m) * axis.dot(flat_part.across.cast<double>()));
+    const double middle_m = axis.dot(flat_part.middle - from);
     low_m = middle_m - half_m;
     high_m = middle_m + half_m;
   }
 };
 
-/// Adds the corners of two patches: on that side of each that its normal shows, and on the backs.
+/// Adds the corners of two flat parts: on that side of each that its normal shows, and on the
+/// backs.
 void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>& corners) {
-  constexpr double gap = 0.02;  // of the patch, that it may lie off the edge or beyond it
+  constexpr double gap = 0.02;  // of the flat part, that it may lie off the edge or beyond it
   const Vector3d m = a.normal.cast<double>(), n = b.normal.cast<double>();
   if (std::abs(m.dot(n)) > std::sin(degree)) return;
   const Vector3d edge = m.cross(n).normalized();
@@ -244,9 +246,9 @@ void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>&
   const double from_m = std::max(along_a.low_m, along_b.low_m);
   const double until_m = std::min(along_a.high_m, along_b.high_m);
   if (!(until_m > from_m)) return;
-  // How far the patch reaches from the edge; 0 if it does not begin there.
-  const auto reach_m = [&](const FlatPart& patch, const Vector3d& way) {
-    const Reach reach(patch, on_edge, way);
+  // How far the flat part reaches from the edge; 0 if it does not begin there.
+  const auto reach_m = [&](const FlatPart& flat_part, const Vector3d& way) {
+    const Reach reach(flat_part, on_edge, way);
     const double gap_m = gap * (reach.high_m - reach.low_m);
     return reach.low_m < gap_m && reach.high_m > gap_m ? reach.high_m : 0.0;
   };
@@ -270,13 +272,14 @@ void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>&
 
 }  // namespace
 
-std::vector<RightCorner> right_corners(std::span<const FlatPart> patches) {
+std::vector<RightCorner> right_corners(std::span<const FlatPart> flat_parts) {
   constexpr std::size_t most = 4000;  // planes, whose pairs take a fraction of a second
   std::vector<const FlatPart*> planes;
   std::uint32_t surface = 0;
-  for (const FlatPart& patch : patches) {
-    surface = std::max(surface, patch.surface);
-    if (patch.bend_along_rad == 0.0f && patch.bend_across_rad == 0.0f) planes.push_back(&patch);
+  for (const FlatPart& flat_part : flat_parts) {
+    surface = std::max(surface, flat_part.surface);
+    if (flat_part.bend_along_rad == 0.0f && flat_part.bend_across_rad == 0.0f)
+      planes.push_back(&flat_part);
   }
   std::vector<RightCorner> corners;
   if (planes.size() > most) return corners;
@@ -287,25 +290,26 @@ std::vector<RightCorner> right_corners(std::span<const FlatPart> patches) {
   return corners;
 }
 
-PatchedObject::PatchedObject(refine::Triangles triangles, std::uint16_t its_label)
-    : label(its_label), patches(patches_of(triangles)), corners(right_corners(patches)) {
+ObjectSurface::ObjectSurface(refine::Triangles triangles, std::uint16_t its_label)
+    : label(its_label), flat_parts(flat_parts_of(triangles)), corners(right_corners(flat_parts)) {
   const refine::Bounds box = refine::bounds(triangles);
   middle = 0.5 * (box.lowest + box.highest).cast<double>();
   radius_m = 0.5 * double((box.highest - box.lowest).norm());
   constexpr std::size_t per_block = 16;
-  for (std::size_t first = 0; first < patches.size(); first += per_block)
-    blocks.emplace_back(patches, first, std::min(per_block, patches.size() - first));
+  for (std::size_t first = 0; first < flat_parts.size(); first += per_block)
+    blocks.emplace_back(flat_parts, first, std::min(per_block, flat_parts.size() - first));
 }
 
-void PatchedObject::place_at(const Eigen::Isometry3d& place, PatchedObject& there) const {
+void ObjectSurface::place_at(const Eigen::Isometry3d& place, ObjectSurface& there) const {
   there = *this;
   const Eigen::Matrix3f turn = place.linear().cast<float>();
   there.middle = place * middle;
-  for (FlatPart& patch : there.patches) {
-    patch.middle = place * patch.middle;
-    for (Eigen::Vector3f* axis : {&patch.normal, &patch.along, &patch.across}) *axis = turn * *axis;
+  for (FlatPart& flat_part : there.flat_parts) {
+    flat_part.middle = place * flat_part.middle;
+    for (Eigen::Vector3f* axis : {&flat_part.normal, &flat_part.along, &flat_part.across})
+      *axis = turn * *axis;
   }
-  for (PatchBlock& block : there.blocks) {
+  for (FlatPartBlock& block : there.blocks) {
     block.middle = place * block.middle;
     block.axis = place.linear() * block.axis;
   }
@@ -315,24 +319,25 @@ void PatchedObject::place_at(const Eigen::Isometry3d& place, PatchedObject& ther
   }
 }
 
-double nearest_patch_m(std::span<const PatchedObject> objects, const Vector3d& from,
-                       double farthest_m) {
+double nearest_flat_part_m(std::span<const ObjectSurface> objects, const Vector3d& from,
+                           double farthest_m) {
   double nearest_m = farthest_m;
   const auto is_nearer = [&](const Vector3d& middle, double radius_m) {
     return (from - middle).norm() - radius_m < nearest_m;
   };
-  for (const PatchedObject& object : objects) {
+  for (const ObjectSurface& object : objects) {
     if (!is_nearer(object.middle, object.radius_m)) continue;
-    for (const PatchBlock& block : object.blocks) {
+    for (const FlatPartBlock& block : object.blocks) {
       if (!is_nearer(block.middle, block.radius_m)) continue;
-      for (const FlatPart& patch : std::span(object.patches).subspan(block.first, block.count)) {
-        const Vector3d off = from - patch.middle;
+      for (const FlatPart& flat_part :
+           std::span(object.flat_parts).subspan(block.first, block.count)) {
+        const Vector3d off = from - flat_part.middle;
         const auto beyond_m = [&](const Eigen::Vector3f& axis, float length_m) {
           return std::max(std::abs(off.dot(axis.cast<double>())) - 0.5 * double(length_m), 0.0);
         };
-        const Vector3d nearest(beyond_m(patch.along, patch.length_m),
-                               beyond_m(patch.across, patch.width_m),
-                               off.dot(patch.normal.cast<double>()));
+        const Vector3d nearest(beyond_m(flat_part.along, flat_part.length_m),
+                               beyond_m(flat_part.across, flat_part.width_m),
+                               off.dot(flat_part.normal.cast<double>()));
         nearest_m = std::min(nearest_m, nearest.norm());
       }
     }
@@ -340,7 +345,7 @@ double nearest_patch_m(std::span<const PatchedObject> objects, const Vector3d& f
   return nearest_m;
 }
 
-std::vector<PatchedObject> patched_objects(const Seafloor& seafloor) {
+std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor) {
   const std::size_t count = seafloor.objects.size();
   if (count == 0 || seafloor.one_label()) return {};
   struct Part {
@@ -372,7 +377,7 @@ std::vector<PatchedObject> patched_objects(const Seafloor& seafloor) {
     for (std::size_t i = seafloor.bed_faces - first; i < seafloor.mesh.faces.size(); ++i)
       take(first + static_cast<std::uint32_t>(i), [&] { return seafloor.mesh.faces[i]; });
   }
-  std::vector<PatchedObject> objects;
+  std::vector<ObjectSurface> objects;
   refine::TriangleMesh own;
   for (std::size_t label = 0; label < parts.size(); ++label) {
     if (parts[label].empty()) continue;

@@ -27,65 +27,65 @@ struct FlatPart {
   std::uint32_t surface;  ///< parts that join without a real edge have the same number
 };
 
-/// The patches of a mesh. Vertices at one place count as one. Edges sharper than 40 degrees are
+/// The flat parts of a mesh. Vertices at one place count as one. Edges sharper than 40 degrees are
 /// real ones, as in facet_angle_rad().
-std::vector<FlatPart> patches_of(refine::Triangles triangles);
+std::vector<FlatPart> flat_parts_of(refine::Triangles triangles);
 
-/// Some neighbouring patches of a body: where they lie and face.
-struct PatchBlock {
+/// Some neighbouring flat parts of a body: where they lie and face.
+struct FlatPartBlock {
   std::size_t first, count;  ///< which ones of the body's
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  double radius_m = 0.0;  ///< of a ball about the middle that contains the patches
+  double radius_m = 0.0;  ///< of a ball about the middle that contains the flat parts
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< unit, the mean of their normals
   double cone_rad = 0.0;                           ///< no normal is further from the axis
-  double max_bend_rad = 0.0;                       ///< of a patch, both directions together
+  double max_bend_rad = 0.0;                       ///< of a flat part, both directions together
   /// Length in a direction without a bend; infinity if there is none.
   double shortest_plane_m = std::numeric_limits<double>::infinity();
 
-  PatchBlock(std::span<const FlatPart> patches, std::size_t its_first, std::size_t its_count);
-  /// False only if at no place of a patch the normal, or for a two-sided one its opposite, is
+  FlatPartBlock(std::span<const FlatPart> flat_parts, std::size_t its_first, std::size_t its_count);
+  /// False only if at no place of a flat part the normal, or for a two-sided one its opposite, is
   /// within the angle with the sine `reach` of the direction to `from`. May be true without such a
   /// place.
   bool may_face(const Eigen::Vector3d& from, double reach, bool two_sided) const;
 };
 
-/// Two plane patches that meet in a right angle, and what lies between them. Sound that meets both
+/// Two flat parts that meet in a right angle, and what lies between them. Sound that meets both
 /// goes back to where it came from.
 struct RightCorner {
   Eigen::Vector3d middle;      ///< of their common edge
   Eigen::Vector3f edge;        ///< unit, along it
-  Eigen::Vector3f one, other;  ///< unit, from the edge along each patch
+  Eigen::Vector3f one, other;  ///< unit, from the edge along each flat part
   float length_m;              ///< of the edge
-  float one_m, other_m;        ///< how far each patch reaches from the edge
+  float one_m, other_m;        ///< how far each flat part reaches from the edge
   float excess_rad;            ///< of the angle between them over a right one
   bool open;              ///< both normals point into the angle, so that it is outside the body
-  std::uint32_t surface;  ///< another number than those of the object's patches
+  std::uint32_t surface;  ///< another number than those of the object's flat parts
 };
 
-/// Those between plane patches, within a degree: not of curved surfaces, nor of over 4000 patches.
-std::vector<RightCorner> right_corners(std::span<const FlatPart> patches);
+/// Those between flat parts, within a degree: not of curved surfaces, nor of over 4000 flat parts.
+std::vector<RightCorner> right_corners(std::span<const FlatPart> flat_parts);
 
-/// The patches of an object, or of those of its parts that have one label.
-struct PatchedObject {
+/// The flat parts of an object, or of those of its parts that have one label.
+struct ObjectSurface {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   double radius_m = 0.0;    ///< of a ball about the middle that contains it
   std::uint16_t label = 0;  ///< as in FaceLabels
-  std::vector<FlatPart> patches;
-  std::vector<PatchBlock> blocks;    ///< of the patches, in their order
-  std::vector<RightCorner> corners;  ///< of the patches
+  std::vector<FlatPart> flat_parts;
+  std::vector<FlatPartBlock> blocks;  ///< of the flat parts, in their order
+  std::vector<RightCorner> corners;   ///< of the flat parts
 
-  PatchedObject() = default;
-  PatchedObject(refine::Triangles triangles, std::uint16_t its_label);
-  /// Sets another one to this, moved to a place. Allocates nothing if it had as many patches.
-  void place_at(const Eigen::Isometry3d& place, PatchedObject& there) const;
+  ObjectSurface() = default;
+  ObjectSurface(refine::Triangles triangles, std::uint16_t its_label);
+  /// Sets another one to this, moved to a place. Allocates nothing if it had as many flat parts.
+  void place_at(const Eigen::Isometry3d& place, ObjectSurface& there) const;
 };
 
-/// The distance from a place to the nearest patch of these objects; at most farthest_m.
-double nearest_patch_m(std::span<const PatchedObject> objects, const Eigen::Vector3d& from,
-                       double farthest_m);
+/// The distance from a place to the nearest flat part of these objects; at most farthest_m.
+double nearest_flat_part_m(std::span<const ObjectSurface> objects, const Eigen::Vector3d& from,
+                           double farthest_m);
 
 /// The objects of a seafloor, in the order of their labels. The same for a mesh and for its
 /// progressive mesh.
-std::vector<PatchedObject> patched_objects(const Seafloor& seafloor);
+std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor);
 
 }  // namespace ensonify::engine

@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/objects/patches.h>
+#include <ensonify/engine/seafloor/objects/flat_parts.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,16 +20,16 @@ Vector3d direction(std::mt19937_64& random) {
   return Vector3d(normal(random), normal(random), normal(random)).normalized();
 }
 
-/// The least sine of the angle between a patch's normal, or its opposite if two-sided, and the
-/// direction to `from`, over some places of the patch; above 1 where all are turned away.
-double least_sine(const FlatPart& patch, const Vector3d& from, bool two_sided) {
+/// The least sine of the angle between a flat part's normal, or its opposite if two-sided, and the
+/// direction to `from`, over some places of the flat part; above 1 where all are turned away.
+double least_sine(const FlatPart& flat_part, const Vector3d& from, bool two_sided) {
   double least = 2.0;
   for (const double u : {-0.5, -0.25, 0.0, 0.25, 0.5})
     for (const double v : {-0.5, -0.25, 0.0, 0.25, 0.5}) {
-      const Vector3d place = patch.middle +
-                             u * double(patch.length_m) * patch.along.cast<double>() +
-                             v * double(patch.width_m) * patch.across.cast<double>();
-      const Vector3d way = (from - place).normalized(), normal = patch.normal.cast<double>();
+      const Vector3d place = flat_part.middle +
+                             u * double(flat_part.length_m) * flat_part.along.cast<double>() +
+                             v * double(flat_part.width_m) * flat_part.across.cast<double>();
+      const Vector3d way = (from - place).normalized(), normal = flat_part.normal.cast<double>();
       if (two_sided || normal.dot(way) > 0.0) least = std::min(least, normal.cross(way).norm());
     }
   return least;
@@ -37,23 +37,23 @@ double least_sine(const FlatPart& patch, const Vector3d& from, bool two_sided) {
 
 }  // namespace
 
-TEST_CASE("No patch that faces a sonar is in a block that does not, from near and far") {
+TEST_CASE("No flat part that faces a sonar is in a block that does not, from near and far") {
   std::mt19937_64 random(7);
   for (const char* shape : {"sphere", "cylinder", "box", "boulder", "tyre"}) {
     CAPTURE(shape);
-    const PatchedObject made(make_body(shape_named(shape), {}, RandomStream(7, Purpose::test)).mesh,
+    const ObjectSurface made(make_body(shape_named(shape), {}, RandomStream(7, Purpose::test)).mesh,
                              1);
     std::size_t in_blocks = 0;
-    for (const PatchBlock& block : made.blocks) {
+    for (const FlatPartBlock& block : made.blocks) {
       CHECK(block.first == in_blocks);
       in_blocks += block.count;
     }
-    CHECK(in_blocks == made.patches.size());
+    CHECK(in_blocks == made.flat_parts.size());
 
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.rotate(Eigen::AngleAxisd(2.0, direction(random)));
     pose.pretranslate(Vector3d(100.0, -30.0, -20.0));
-    PatchedObject object = made;
+    ObjectSurface object = made;
     made.place_at(pose, object);
     std::size_t wrong = 0, facing = 0, blocks_left_out = 0, blocks = 0;
     for (const double distances : {1.1, 2.0, 10.0, 300.0})
@@ -61,12 +61,12 @@ TEST_CASE("No patch that faces a sonar is in a block that does not, from near an
         const Vector3d from = object.middle + distances * object.radius_m * direction(random);
         const bool two_sided = way % 2 == 1;
         for (const double reach : {0.01, 0.2, 0.7, 1.0})
-          for (const PatchBlock& block : object.blocks) {
+          for (const FlatPartBlock& block : object.blocks) {
             const bool may_face = block.may_face(from, reach, two_sided);
             ++blocks;
             if (!may_face) ++blocks_left_out;
             for (std::size_t i = block.first; i < block.first + block.count; ++i)
-              if (least_sine(object.patches[i], from, two_sided) < reach) {
+              if (least_sine(object.flat_parts[i], from, two_sided) < reach) {
                 ++facing;
                 if (!may_face) ++wrong;
               }
@@ -74,7 +74,7 @@ TEST_CASE("No patch that faces a sonar is in a block that does not, from near an
       }
     CHECK(wrong == 0);
     CHECK(facing > 100);
-    // Of a body with few patches one block has all sides.
+    // Of a body with few flat parts one block has all sides.
     if (object.blocks.size() > 40) CHECK(blocks_left_out > blocks / 4);
   }
 }
