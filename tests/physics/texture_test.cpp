@@ -380,3 +380,32 @@ TEST_CASE("the slow variation is stronger over longer distances, and strong patc
   CHECK(skew > 0.4);
   CHECK(skew < 1.5);
 }
+
+TEST_CASE("the slow variation of the bed is that of its place, also next to another material") {
+  // A cable of material 2, six bins wide, and a pipe that does not vary cross the bed.
+  const GroundTexture bed{.variation_db = 2.0, .variation_m = 16.0};
+  const GroundTexture cable{.variation_db = 6.0, .variation_m = 4.0};
+  const TexturedGround ground({{}, bed, cable}, 0.02, 1);
+  BinLayers bins;
+  bins.assign(16 * 40);
+  double worst_db = 0.0;
+  for (int row = 0; row < 100; ++row) {
+    for (std::size_t n = 0; n < bins.x_m.size(); ++n) {
+      bins.x_m[n] = 0.02f * static_cast<float>(n);
+      bins.y_m[n] = 3.7f * static_cast<float>(row);
+      const std::size_t place = (n + static_cast<std::size_t>(row)) % 100;
+      bins.sediment[n] = place < 6 ? 2 : place == 50 ? 3 : 1;
+    }
+    std::vector<float> direct(bins.x_m.size(), 1.0f);
+    ground.vary(bins, direct);
+    // A bin that is the only one with an echo has the value of its own place.
+    for (std::size_t n = 16; n < direct.size(); ++n) {
+      std::vector<float> alone(direct.size(), 0.0f);
+      alone[n] = 1.0f;
+      ground.vary(bins, alone);
+      worst_db = std::max(worst_db,
+                          std::abs(10.0 * std::log10(static_cast<double>(direct[n] / alone[n]))));
+    }
+  }
+  CHECK(worst_db < 0.5);
+}

@@ -210,24 +210,42 @@ void TexturedGround::vary(const BinLayers& bins, std::span<float> direct) const 
     const Kind* kind = kind_of(bins.sediment[n]);
     return kind && kind->texture.variation_db > 0.0 && direct[n] > 0.0f ? kind : nullptr;
   };
-  float before = 0.0f;  // of the group before; 0: it has none
+  const auto at = [&](const Kind& kind, std::size_t n) {
+    return variation(kind, bins.x_m[n], bins.y_m[n]);
+  };
+  const Kind* kind = nullptr;  // of the last bin that varies; null: none in the group before
+  float before = 0.0f;         // its factor
   std::size_t before_bin = 0;
   for (std::size_t begin = 0; begin < direct.size(); begin += signal_group) {
     const std::size_t end = std::min(begin + signal_group, direct.size());
-    std::size_t last = end;  // the group's factor is that of its last bin that varies
-    while (last > begin && !varying(last - 1)) --last;
-    if (last == begin) {
-      before = 0.0f;
-      continue;
+    bool any = false;
+    for (std::size_t first = begin; first < end; ++first) {
+      const Kind* its = varying(first);
+      if (!its) continue;
+      // The factor is found at the last bin of the material, and where it begins after another.
+      std::size_t last = first, next = first + 1;
+      for (; next < end; ++next)
+        if (const Kind* other = varying(next); other == its)
+          last = next;
+        else if (other)
+          break;
+      const float here = at(*its, last);
+      float slope = 0.0f;
+      if (kind && kind != its) {
+        before = at(*its, first);
+        before_bin = first;
+      }
+      if (kind && last > before_bin)
+        slope = (here - before) / static_cast<float>(last - before_bin);
+      for (std::size_t n = first; n <= last; ++n)
+        if (varying(n)) direct[n] *= here - slope * static_cast<float>(last - n);
+      kind = its;
+      before = here;
+      before_bin = last;
+      any = true;
+      first = next - 1;
     }
-    --last;
-    const float here = variation(*varying(last), bins.x_m[last], bins.y_m[last]);
-    const float slope =
-        before > 0.0f ? (here - before) / static_cast<float>(last - before_bin) : 0.0f;
-    for (std::size_t n = begin; n <= last; ++n)
-      if (varying(n)) direct[n] *= here - slope * static_cast<float>(last - n);
-    before = here;
-    before_bin = last;
+    if (!any) kind = nullptr;
   }
 }
 

@@ -55,7 +55,7 @@ class TexturedGround {
   static void leave_even(std::size_t n, Places& places);
 
   /// Multiplies the expected echo of each bin by the slow variation of its material's strength
-  /// there, a factor of mean 1. It is found once per group of bins.
+  /// there, a factor of mean 1. It is found once per group of bins and material.
   void vary(const BinLayers& bins, std::span<float> direct) const;
 
  private:
