@@ -18,8 +18,9 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t equalised_pixels = 500'000;  // more would not change the histogram
-constexpr std::size_t depressions = 180;           // half degrees, from level to nadir
+constexpr std::size_t equalised_pixels = 500'000;     // more would not change the histogram
+constexpr std::size_t normalised_pixels = 4'000'000;  // more would not change the medians
+constexpr std::size_t depressions = 180;              // half degrees, from level to nadir
 
 /// The greatest value of a channel.
 double full_of(int bits) { return bits == 16 ? 65535.0 : 255.0; }
@@ -43,15 +44,20 @@ class Levels {
     for (std::size_t row = 0; row < waterfall.rows(); ++row) height_m_.push_back(height_m(row));
     if (renderer.display_.beam_normalisation) normalise_beams();
     if (renderer.display_.flat_field) flatten();
-    // Normalised levels have a mean of 1; this brings their median to 1.
-    if (!beam_.empty() || !column_.empty()) scale_ = 1.0 / renderer.median_share_;
   }
 
-  /// The level of a pixel; 1 is mid-brightness.
-  double at(std::size_t row, std::size_t column) const { return scale_ * evened(row, column); }
+  /// The level of a pixel; 1 is mid-brightness. A normalisation brings the bed's median to 1, and
+  /// leaves the water as it is.
+  double at(std::size_t row, std::size_t column) const {
+    double level = renderer_.level(waterfall_, row, column);
+    if (beam_.empty() && column_.empty()) return level;
+    if (region(row * columns_ + column) == Region::water_column) return level;
+    if (!beam_.empty()) level *= beam_[beam_cell(row, column)];
+    if (!column_.empty()) level *= column_[column];
+    return level;
+  }
   bool seabed(std::size_t pixel) const {
-    const auto region = static_cast<Region>(waterfall_.pixels.region[pixel]);
-    return region == Region::seabed || region == Region::object;
+    return region(pixel) == Region::seabed || region(pixel) == Region::object;
   }
   /// The column of slant ranges for a column of ground ranges; `none` beyond the sonar's range.
   static constexpr std::size_t none = ~std::size_t{0};
@@ -66,11 +72,8 @@ class Levels {
   }
 
  private:
-  double evened(std::size_t row, std::size_t column) const {
-    double level = renderer_.level(waterfall_, row, column);
-    if (!beam_.empty()) level *= beam_[beam_cell(row, column)];
-    if (!column_.empty()) level *= column_[column];
-    return level;
+  Region region(std::size_t pixel) const {
+    return static_cast<Region>(waterfall_.pixels.region[pixel]);
   }
   /// The sonar's height above the bed: from the ping's record, or else the slant range of the first
   /// echo.
@@ -88,33 +91,37 @@ class Levels {
         static_cast<std::size_t>(depression * 2.0 / std::numbers::pi * (depressions - 1));
     return (column < ports_ ? 0 : depressions) + cell;
   }
-  /// The inverse of each cell's mean level; 1 for a cell without seabed.
+  /// The inverse of each cell's median level, which glints do not change; 1 for a cell without bed.
+  /// Of an image with very many pixels every second row, or third and so on, counts.
   template <class Cell>
-  std::vector<double> inverse_means(std::size_t cells, Cell&& cell) const {
-    std::vector<double> sums(cells), counts(cells);
-    for (std::size_t row = 0; row < waterfall_.rows(); ++row)
+  std::vector<double> inverse_medians(std::size_t cells, Cell&& cell) const {
+    std::vector<std::vector<float>> levels(cells);
+    const std::size_t step = 1 + waterfall_.rows() * columns_ / normalised_pixels;
+    for (std::size_t row = 0; row < waterfall_.rows(); row += step)
       for (std::size_t column = 0; column < columns_; ++column)
-        if (seabed(row * columns_ + column)) {
-          const std::size_t into = cell(row, column);
-          sums[into] += evened(row, column);
-          counts[into] += 1.0;
-        }
-    for (std::size_t i = 0; i < cells; ++i) sums[i] = sums[i] > 0.0 ? counts[i] / sums[i] : 1.0;
-    return sums;
+        if (region(row * columns_ + column) == Region::seabed)
+          levels[cell(row, column)].push_back(static_cast<float>(at(row, column)));
+    std::vector<double> inverse(cells, 1.0);
+    for (std::size_t i = 0; i < cells; ++i) {
+      if (levels[i].empty()) continue;
+      const auto middle = levels[i].begin() + std::ssize(levels[i]) / 2;
+      std::ranges::nth_element(levels[i], middle);
+      if (*middle > 0.0f) inverse[i] = 1.0 / static_cast<double>(*middle);
+    }
+    return inverse;
   }
   void normalise_beams() {
-    beam_ = inverse_means(2 * depressions, [&](std::size_t row, std::size_t column) {
+    beam_ = inverse_medians(2 * depressions, [&](std::size_t row, std::size_t column) {
       return beam_cell(row, column);
     });
   }
   void flatten() {
-    column_ = inverse_means(columns_, [](std::size_t, std::size_t column) { return column; });
+    column_ = inverse_medians(columns_, [](std::size_t, std::size_t column) { return column; });
   }
 
   const Renderer& renderer_;
   const Waterfall& waterfall_;
   std::size_t bins_, ports_, columns_;
-  double scale_ = 1.0;
   std::vector<double> height_m_;  // of the sonar, by row
   std::vector<double> beam_;      // by depression, first port, then starboard
   std::vector<double> column_;    // by column
@@ -291,8 +298,7 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
       display_(display),
       recorder_(display.of == DisplayedLayer::sample ? calibration.recorder : nullptr),
       columns_(sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins)),
-      ports_(port_columns(sonar)),
-      median_share_(calibration.median_share) {
+      ports_(port_columns(sonar)) {
   if (calibration.level_bed.size() != columns_ ||
       (!calibration.automatic_gain.empty() && calibration.automatic_gain.size() != columns_))
     throw std::invalid_argument("Renderer: the level bed's columns are not the sonar's");
@@ -307,7 +313,7 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
     double gain_db = display.spreading * std::log10(r);
     if (display.absorption) gain_db += 2.0 * calibration.absorption_db_per_m * r;
     gains_.push_back(scatter::from_db(gain_db));
-    const double median = calibration.level_bed[column] * median_share_;
+    const double median = calibration.level_bed[column] * calibration.median_share;
     std::uint32_t sample = 0;
     if (recorder_) {
       const double its = recorder_->gain(bin);

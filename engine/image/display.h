@@ -66,7 +66,6 @@ class Renderer {
   std::size_t columns_, ports_;
   std::vector<double> gains_;      // by column
   std::vector<float> amplitudes_;  // by sample
-  double median_share_;
   double scale_ = 1.0;  // scales the level bed's median to 1
 };
 

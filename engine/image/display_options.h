@@ -31,8 +31,9 @@ struct Display {
   bool absorption = true;  ///< compensate the two-way absorption
   /// Columns are equally spaced in ground range, without the water column.
   bool slant_range_correction = false;
-  bool beam_normalisation = false;  ///< divide by each side's mean level per depression angle
-  bool flat_field = false;          ///< divide by the mean level of each column
+  /// Divide by the median level of the bed, of each side per depression angle. The water stays.
+  bool beam_normalisation = false;
+  bool flat_field = false;  ///< divide by the median level of the bed in each column; likewise
   /// Added to the automatic gain, which shows the scene's bed, if it were level, with its median
   /// at mid-brightness.
   double gain_db = 0.0;

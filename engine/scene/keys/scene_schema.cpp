@@ -521,10 +521,10 @@ const std::vector<Section<Scene>>& scene_sections() {
             "image's columns are then not those of the layers.",
             at(&Scene::display, &Display::slant_range_correction)},
            {"beam_normalisation", "", {},
-            "Whether each side's mean level over the depression angle, the beam's pattern, is "
-            "removed.",
+            "Whether each side's median level of the bed over the depression angle, the beam's "
+            "pattern, is removed.",
             at(&Scene::display, &Display::beam_normalisation)},
-           {"flat_field", "", {}, "Whether each column's mean level is removed.",
+           {"flat_field", "", {}, "Whether each column's median level of the bed is removed.",
             at(&Scene::display, &Display::flat_field)},
            {"gain_db", "dB", {-100, 100},
             "Added to the automatic gain, which puts the median of the scene's bed, taken as "

@@ -172,6 +172,56 @@ TEST_CASE("flat-fielding removes a pattern over columns, and is idempotent") {
   leaves_alone(display, bed(10, flat));
 }
 
+TEST_CASE("a normalisation is that of the bed: glints and objects change only their own pixels") {
+  for (const bool beam : {false, true}) {
+    const Waterfall plain = bed(10, beam ? pattern : stripes);
+    Waterfall spoilt = plain;
+    for (std::size_t ping = 0; ping < 7; ++ping)
+      for (std::size_t column = bins + 150; column < bins + 170; ++column) {
+        spoilt.pixels.region[ping * columns + column] = static_cast<std::uint32_t>(Region::object);
+        spoilt.pixels.intensity[ping * columns + column] *= 100.0f;
+      }
+    // A glint whose bin has a label of the bed.
+    spoilt.pixels.intensity[3 * columns + bins - 200] *= 1e7f;
+    Display display = levelling();
+    (beam ? display.beam_normalisation : display.flat_field) = true;
+    const Bright without = render16(plain, display), with = render16(spoilt, display);
+    int changed = 0;
+    for (std::size_t ping = 0; ping < 10; ++ping)
+      for (std::size_t column = 0; column < columns; ++column)
+        // Medians of other bins differ by what the pattern changes within half a degree.
+        changed += std::abs(with.at(ping, column) - without.at(ping, column)) >
+                   without.at(ping, column) / 10;
+    CAPTURE(beam);
+    CHECK(changed == 7 * 20 + 1);
+  }
+}
+
+TEST_CASE("a normalisation leaves the water as it is") {
+  Waterfall waterfall = bed(40, pattern);
+  std::vector<std::size_t> water;
+  for (std::size_t i = 0; i < waterfall.pixels.region.size(); ++i)
+    if (waterfall.pixels.intensity[i] == 0.0f) {
+      waterfall.pixels.region[i] = static_cast<std::uint32_t>(Region::water_column);
+      const std::size_t column = i % columns;
+      const double r = (column < bins ? bins - 1.0 - column : column - 1.0 * bins) + 0.5;
+      waterfall.pixels.intensity[i] = static_cast<float>(1e6 * std::pow(0.2 * r, -3.0));
+      water.push_back(i);
+    }
+  REQUIRE(water.size() > 1000);
+  const Bright plain = render16(waterfall, levelling());
+  for (const bool beam : {false, true}) {
+    Display display = levelling();
+    (beam ? display.beam_normalisation : display.flat_field) = true;
+    const Bright normalised = render16(waterfall, display);
+    int changed = 0;
+    for (const std::size_t i : water)
+      changed += normalised.at(i / columns, i % columns) != plain.at(i / columns, i % columns);
+    CAPTURE(beam);
+    CHECK(changed == 0);
+  }
+}
+
 TEST_CASE("a smoothed point is a Gaussian of that width, with the brightness of the point") {
   constexpr std::size_t ping = 20, column = bins + 200;
   const auto point = [](std::size_t its_ping, std::size_t its_column, double) {
