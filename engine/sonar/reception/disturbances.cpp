@@ -39,10 +39,12 @@ Eigen::Vector2d along_of_plane_m(const ArrayFrame& array, double above_m) {
 Disturbances::Disturbances(const ArtefactOptions& options, const SonarEquation& law,
                            std::function<double(double)> noise, std::uint64_t seed)
     : options_(options), law_(law), noise_(std::move(noise)), seed_(seed) {
-  artefact_stream(seed, Artefact::shimmer).uniform(phases_);
+  std::array<double, 4> random;
+  artefact_stream(seed, Artefact::shimmer).uniform(random);
+  artefact_stream(seed, Artefact::shimmer).uniform(shimmer_phases_, random.size());
   interference_begin_m_ = options.interference_range_m > 0.0
                               ? options.interference_range_m
-                              : phases_[3] * law.bin_m() * static_cast<double>(law.bins());
+                              : random[3] * law.bin_m() * static_cast<double>(law.bins());
   // One row per effect, in the order in which they are applied.
   if (options.shimmer_db > 0.0) effects_.push_back(&Disturbances::shimmer);
   if (options.fish_per_hectare > 0.0) effects_.push_back(&Disturbances::add_fish);
@@ -55,21 +57,27 @@ void Disturbances::apply(const PingContext& context, Side side, std::span<float>
   for (const Effect effect : effects_) (this->*effect)(context, side, gain, power, artefacts);
 }
 
-// The sum of three waves of nearly the same length makes bands that come and go. The phase of each
-// wave advances by a constant from step to step.
-void Disturbances::shimmer(const PingContext& context, Side, std::span<float> gain,
+// Three waves that cross the track, port towards the array and starboard away from it. The longer
+// ones are faster, so their sum makes bands that bend, come and go. Each grows and fades over some
+// periods, and each side has phases of its own. The phase advances by a constant from step to step.
+void Disturbances::shimmer(const PingContext& context, Side side, std::span<float> gain,
                            std::span<float>, Artefacts& artefacts) const {
   artefacts.add(Artefact::shimmer);
   // The bins over which it is linear, an eighth of its wave at most.
   const auto coarse =
       static_cast<std::size_t>(std::clamp(options_.shimmer_m / (8.0 * law_.bin_m()), 1.0, 16.0));
   std::array<std::complex<double>, 3> waves, turns;
-  const double to_nepers = 0.1 * std::numbers::ln10 * options_.shimmer_db * std::sqrt(2.0 / 3.0);
+  const double to_nepers = 0.1 * std::numbers::ln10 * options_.shimmer_db * std::sqrt(4.0 / 3.0);
+  const double periods = (side == Side::starboard ? -1.0 : 1.0) * context.t_s / options_.shimmer_s;
   for (std::size_t i = 0; i < waves.size(); ++i) {
-    const double tune = std::exp2((static_cast<double>(i) - 1.0) / 3.0);
-    waves[i] = std::polar(to_nepers, 2.0 * pi *
-                                         (tune * law_.range_m(0) / options_.shimmer_m +
-                                          tune * context.t_s / options_.shimmer_s + phases_[i]));
+    const auto number = static_cast<double>(i);
+    const double* phases = &shimmer_phases_[2 * i + (side == Side::port ? 0 : 6)];
+    const double tune = std::exp2((number - 1.0) / 3.0), pace = std::exp2((1.0 - number) / 2.0);
+    const double strength =
+        to_nepers * std::cos(2.0 * pi * (periods / (5.0 + 2.0 * number) + phases[1]));
+    waves[i] = std::polar(
+        1.0, 2.0 * pi * (tune * law_.range_m(0) / options_.shimmer_m + pace * periods + phases[0]));
+    waves[i] *= strength;
     turns[i] = std::polar(
         1.0, 2.0 * pi * tune * static_cast<double>(coarse) * law_.bin_m() / options_.shimmer_m);
   }

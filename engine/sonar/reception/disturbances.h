@@ -48,8 +48,8 @@ class Disturbances {
   std::function<double(double)> noise_;
   double interference_begin_m_;
   std::uint64_t seed_;
-  std::array<double, 4> phases_;
-  std::vector<Effect> effects_;  // those that are on
+  std::array<double, 12> shimmer_phases_;  // of each side's three waves and of their strengths
+  std::vector<Effect> effects_;            // those that are on
 };
 
 }  // namespace ensonify::engine

@@ -1,6 +1,7 @@
 #include <ensonify/engine/sonar/reception/artefacts.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -270,7 +271,7 @@ TEST_CASE("shimmer has its rms in decibels and changes with time") {
   Receiver receiver({.shimmer_db = 1.5});
   double sum = 0.0, squares = 0.0;
   int count = 0;
-  for (int ping = 0; ping < 60; ++ping) {
+  for (int ping = 0; ping < 500; ++ping) {
     const EchoLine line = receiver.receive(0, 7.7 * ping);
     for (std::size_t i = 300; i < 1500; i += 20, ++count) {
       const double db = scatter::to_db(line.bins.intensity[i]);
@@ -280,6 +281,48 @@ TEST_CASE("shimmer has its rms in decibels and changes with time") {
   }
   CHECK(sum / count == Approx(0.0).margin(0.1));
   CHECK(std::sqrt(squares / count) == Approx(1.5).epsilon(0.05));
+}
+
+TEST_CASE("shimmer's bands bend, and those of one side are not those of the other") {
+  Sonar sonar = quiet_sonar();
+  const SignalChain chain(sonar, {.speckle = false, .artefacts = {.shimmer_db = 2.0}});
+  SignalChain::Memory memory;
+  constexpr std::size_t first = 420, last = 1300;  // the first echo is in bin 200
+  constexpr std::size_t rows = 80, later = 10;  // 0.6 s each, a tenth of the period
+  std::array<std::vector<std::vector<double>>, 2> db;
+  for (std::size_t row = 0; row < rows; ++row)
+    for (const Side side : {Side::port, Side::starboard}) {
+      EchoLine line = level_line(sonar, side, array, altitude_m);
+      chain.receive({.t_s = 0.6 * static_cast<double>(row),
+                     .array = {array, {0, 1, 0}},
+                     .altitude_m = altitude_m},
+                    std::span(&line, 1), memory);
+      std::vector<double>& values = db[static_cast<std::size_t>(side)].emplace_back();
+      for (const float intensity : line.bins.intensity) values.push_back(scatter::to_db(intensity));
+    }
+  // Between rows of two sides, the later one shifted by some bins.
+  const auto alike = [&](std::size_t side, std::size_t other, std::size_t rows_later,
+                         std::ptrdiff_t shift) {
+    double ab = 0.0, aa = 0.0, bb = 0.0;
+    for (std::size_t row = 0; row + rows_later < rows; ++row)
+      for (std::size_t n = first; n < last; n += 5) {
+        const double a = db[side][row][n];
+        const double b = db[other][row + rows_later]
+                           [static_cast<std::size_t>(static_cast<std::ptrdiff_t>(n) + shift)];
+        ab += a * b;
+        aa += a * a;
+        bb += b * b;
+      }
+    return ab / std::sqrt(aa * bb);
+  };
+  CHECK(std::abs(alike(0, 1, 0, 0)) < 0.3);
+  CHECK(alike(0, 0, 1, 0) > 0.4);  // from ping to ping they are much the same
+  // One wave, or waves of one speed, would be the same again elsewhere.
+  double most = 0.0;
+  for (std::ptrdiff_t shift = -200; shift <= 200; shift += 4)
+    most = std::max(most, alike(0, 0, later, shift));
+  CAPTURE(most);
+  CHECK(most < 0.8);
 }
 
 TEST_CASE("intensity_mean is free of all artefacts") {
