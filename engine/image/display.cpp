@@ -364,7 +364,8 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
     switch (display.mapping) {
       case Mapping::gamma: break;
       case Mapping::logarithmic:
-        return level > 0.0 ? 1.0 + scatter::to_db(level * scale) / display.range_db : 0.0;
+        return level > 0.0 ? 0.5 + (scatter::to_db(level) + display.gain_db) / display.range_db
+                           : 0.0;
       case Mapping::equalised: {
         const auto above = std::ranges::lower_bound(sorted, static_cast<float>(level));
         return static_cast<double>(above - sorted.begin()) /

@@ -36,7 +36,7 @@ struct Calibration {
 };
 
 /// A bed with the median level of the scene's level bed is shown at this amplitude, that is, with
-/// the brightness mid_amplitude^gamma.
+/// the brightness mid_amplitude^gamma. A logarithmic mapping shows it at 0.5.
 inline constexpr double mid_amplitude = 0.35;
 
 /// Turns the lines of one sonar into pixels.

@@ -39,7 +39,7 @@ struct Display {
   double gain_db = 0.0;
   Mapping mapping = Mapping::gamma;
   double gamma = 0.7;      ///< brightness = amplitude^gamma
-  double range_db = 50.0;  ///< of the logarithmic mapping, from black to white
+  double range_db = 50.0;  ///< of the logarithmic mapping, from black to white about the bed
   /// Standard deviation of the Gaussian that the picture is smoothed by, in pixels: what displays
   /// do that enlarge or interpolate. 0: not smoothed.
   double smoothing_px = 0.0;

@@ -225,8 +225,8 @@ const picture = {
       this.curve = new Uint8Array(65536);
       const mid_db = 20 * Math.log10(display.mid_amplitude);
       for (let i = 1; i < 65536; ++i) {
-        const db = (i - 32768) / 256 + this.gain + mid_db;
-        const light = this.range > 0 ? 1 + db / this.range : Math.pow(10, db / 20 * this.contrast);
+        const db = (i - 32768) / 256 + this.gain;
+        const light = this.range > 0 ? 0.5 + db / this.range : Math.pow(10, (db + mid_db) / 20 * this.contrast);
         this.curve[i] = Math.round(255 * clamp(light, 0, 1));
       }
     }

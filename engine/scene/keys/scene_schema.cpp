@@ -536,7 +536,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::display, &Display::mapping), {"gamma", "logarithmic", "equalised"}},
            {"gamma", "", {0.05, 10}, "The power of a gamma mapping.",
             at(&Scene::display, &Display::gamma)},
-           {"range_db", "dB", {1, 200}, "From black to white, of a logarithmic mapping.",
+           {"range_db", "dB", {1, 200}, "From black to white, of a logarithmic mapping; medium brightness is in the middle.",
             at(&Scene::display, &Display::range_db)},
            {"smoothing_px", "px", {0, 20},
             "Standard deviation of the Gaussian that the picture is smoothed by, as by a display "

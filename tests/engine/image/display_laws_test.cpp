@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 #include <set>
 #include <vector>
 
@@ -220,6 +221,28 @@ TEST_CASE("a normalisation leaves the water as it is") {
     CAPTURE(beam);
     CHECK(changed == 0);
   }
+}
+
+TEST_CASE("every mapping and normalisation shows the median of the bed at medium brightness") {
+  std::mt19937_64 random(1);
+  std::exponential_distribution<double> exponential;
+  const Waterfall waterfall = bed(
+      60, [&](std::size_t, std::size_t, double) { return exponential(random) / std::log(2.0); });
+  for (const Mapping mapping : {Mapping::gamma, Mapping::logarithmic, Mapping::equalised})
+    for (const int normalisation : {0, 1, 2}) {
+      Display display = levelling();
+      display.mapping = mapping;
+      display.beam_normalisation = normalisation == 1;
+      display.flat_field = normalisation == 2;
+      const Bright picture = render16(waterfall, display);
+      std::vector<int> lit;
+      for (std::size_t i = 0; i < waterfall.pixels.region.size(); ++i)
+        if (waterfall.pixels.region[i] == static_cast<std::uint32_t>(Region::seabed))
+          lit.push_back(picture.at(i / columns, i % columns));
+      std::ranges::nth_element(lit, lit.begin() + std::ssize(lit) / 2);
+      CAPTURE(static_cast<int>(mapping), normalisation);
+      CHECK(lit[lit.size() / 2] / 65535.0 == Approx(0.5).margin(0.025));
+    }
 }
 
 TEST_CASE("a smoothed point is a Gaussian of that width, with the brightness of the point") {
