@@ -30,6 +30,16 @@ std::size_t bin_of(std::size_t column, std::size_t ports) {
   return column < ports ? ports - 1 - column : column - ports;
 }
 
+/// The sonar's height above the bed: from the ping's record, or else the slant range of the first
+/// echo.
+double height_m(const Waterfall& waterfall, std::size_t row) {
+  const PingRow& ping = waterfall.pings[row];
+  const double altitude_m = waterfall.sonar_altitude_m(row);
+  if (ping.altitude_m > 0.0 && altitude_m > 0.0) return altitude_m;
+  return std::max({ping.first_return_port, ping.first_return_starboard, 0}) *
+         waterfall.sonar.bin_m();
+}
+
 }  // namespace
 
 /// The levels of a waterfall, normalised as the display asks.
@@ -41,7 +51,8 @@ class Levels {
         bins_(static_cast<std::size_t>(waterfall.sonar.bins)),
         ports_(renderer.ports_),
         columns_(waterfall.columns()) {
-    for (std::size_t row = 0; row < waterfall.rows(); ++row) height_m_.push_back(height_m(row));
+    for (std::size_t row = 0; row < waterfall.rows(); ++row)
+      height_m_.push_back(height_m(waterfall, row));
     if (renderer.display_.beam_normalisation) normalise_beams();
     if (renderer.display_.flat_field) flatten();
   }
@@ -59,30 +70,10 @@ class Levels {
   bool seabed(std::size_t pixel) const {
     return region(pixel) == Region::seabed || region(pixel) == Region::object;
   }
-  /// The column of slant ranges for a column of ground ranges; `none` beyond the sonar's range.
-  static constexpr std::size_t none = ~std::size_t{0};
-  std::size_t over_ground(std::size_t row, std::size_t column) const {
-    const double bin_m = waterfall_.sonar.bin_m();
-    const double over_m = (static_cast<double>(bin_of(column, ports_)) + 0.5) * bin_m;
-    const double height_m = height_m_[row];
-    const auto bin =
-        static_cast<std::size_t>(std::sqrt(over_m * over_m + height_m * height_m) / bin_m);
-    if (bin >= bins_) return none;
-    return column < ports_ ? ports_ - 1 - bin : ports_ + bin;
-  }
 
  private:
   Region region(std::size_t pixel) const {
     return static_cast<Region>(waterfall_.pixels.region[pixel]);
-  }
-  /// The sonar's height above the bed: from the ping's record, or else the slant range of the first
-  /// echo.
-  double height_m(std::size_t row) const {
-    const PingRow& ping = waterfall_.pings[row];
-    const double altitude_m = waterfall_.sonar_altitude_m(row);
-    if (ping.altitude_m > 0.0 && altitude_m > 0.0) return altitude_m;
-    return std::max({ping.first_return_port, ping.first_return_starboard, 0}) *
-           waterfall_.sonar.bin_m();
   }
   std::size_t beam_cell(std::size_t row, std::size_t column) const {
     const double r = (static_cast<double>(bin_of(column, ports_)) + 0.5) * waterfall_.sonar.bin_m();
@@ -385,16 +376,42 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
   std::uint8_t* pixel = picture.pixels.data();
   for (std::size_t row = rows; row-- > 0;)
     for (std::size_t column = 0; column < columns; ++column) {
-      const std::size_t from =
-          display.slant_range_correction ? levels.over_ground(row, column) : column;
-      const std::size_t step = from == Levels::none ? 0 : steps.at(levels.at(row, from));
+      const std::size_t step = steps.at(levels.at(row, column));
       if (bits == 16) *pixel++ = static_cast<std::uint8_t>(step >> 8);
       *pixel++ = static_cast<std::uint8_t>(step & 0xff);
     }
+  if (display.slant_range_correction) picture = over_ground(waterfall, picture);
   if (display.smoothing_px > 0.0 || display.track_smoothing_px > 0.0)
     smooth(picture, std::hypot(display.smoothing_px, display.track_smoothing_px),
            display.smoothing_px);
   return painted(std::move(picture), display.palette);
+}
+
+Picture over_ground(const Waterfall& waterfall, const Picture& picture) {
+  const std::size_t rows = waterfall.rows(), columns = waterfall.columns();
+  if (picture.width != columns || picture.height != rows)
+    throw std::invalid_argument("over_ground: the picture's size is not the waterfall's");
+  const std::size_t ports = port_columns(waterfall.sonar);
+  const double bin_m = waterfall.sonar.bin_m();
+  const std::ptrdiff_t pixel_bytes = picture.channels * (picture.bits / 8);
+  Picture made = picture;
+  std::uint8_t* to = made.pixels.data();
+  for (std::size_t row = rows; row-- > 0;) {
+    const double height = height_m(waterfall, row);
+    const std::uint8_t* from = picture.pixels.data() + (to - made.pixels.data());
+    for (std::size_t column = 0; column < columns; ++column, to += pixel_bytes) {
+      const double over_m = (static_cast<double>(bin_of(column, ports)) + 0.5) * bin_m;
+      const auto bin =
+          static_cast<std::ptrdiff_t>(std::sqrt(over_m * over_m + height * height) / bin_m);
+      const auto port = static_cast<std::ptrdiff_t>(ports);
+      if (bin >= waterfall.sonar.bins)
+        std::fill_n(to, pixel_bytes, std::uint8_t{0});
+      else
+        std::copy_n(from + pixel_bytes * (column < ports ? port - 1 - bin : port + bin),
+                    pixel_bytes, to);
+    }
+  }
+  return made;
 }
 
 Picture painted(Picture grey, Palette palette) {

@@ -66,12 +66,17 @@ class Renderer {
   std::size_t columns_, ports_;
   std::vector<double> gains_;      // by column
   std::vector<float> amplitudes_;  // by sample
-  double scale_ = 1.0;  // scales the level bed's median to 1
+  double scale_ = 1.0;             // scales the level bed's median to 1
 };
 
 /// Renderer's constructor and render() in one call. Throws as both.
 Picture render(const Waterfall& waterfall, const Display& display, const Calibration& calibration,
                int bits = 8);
+
+/// A picture of a waterfall, column by column of slant range, with its columns equally spaced in
+/// ground range, as Display::slant_range_correction makes it: without the water column, and black
+/// beyond the sonar's range. Throws std::invalid_argument if its size is not the waterfall's.
+Picture over_ground(const Waterfall& waterfall, const Picture& picture);
 
 /// A grey picture in the colours of a palette: what a Renderer makes with that palette in place of
 /// grey.

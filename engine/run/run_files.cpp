@@ -56,9 +56,10 @@ std::vector<std::byte> encode_truth(const Scene& scene, const Waterfall& image,
                                     const LabelNames& names) {
   Display over_layers = scene.display;
   over_layers.slant_range_correction = false;
-  return encode_png(
-      with_legend(lay_truth(image, render(image, over_layers, simulator.calibration(sonar)),
-                            names.classes, names.materials)));
+  TruthPicture truth = lay_truth(image, render(image, over_layers, simulator.calibration(sonar)),
+                                 names.classes, names.materials);
+  if (scene.display.slant_range_correction) truth.picture = over_ground(image, truth.picture);
+  return encode_png(with_legend(truth));
 }
 
 void count(const ScenePings& pings, PartRecord& record) {

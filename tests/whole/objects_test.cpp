@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -8,6 +10,8 @@
 #include "support/program.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
+
+#include <ensonify/engine/output/png.h>
 
 using namespace ensonify::tests;
 using nlohmann::json;
@@ -91,6 +95,32 @@ TEST_CASE("The truth is a picture with a legend, and features of the bed are tar
     CHECK_FALSE(target.contains("buried"));
   }
   CHECK(features > 0);
+}
+
+TEST_CASE("The truth lies over the picture, also in ground range") {
+  const TemporaryFolder folder;
+  REQUIRE(
+      run(folder, objects, {"-D", "output.truth=true", "-D", "display.slant_range_correction=true"})
+          .code == 0);
+  const auto picture_of = [&](const char* name) {
+    const std::string png = read_text(folder / name);
+    return ensonify::engine::decode_png(std::as_bytes(std::span(png)));
+  };
+  const auto picture = picture_of("out/left-right.png"),
+             truth = picture_of("out/left-right_truth.png");
+  REQUIRE(truth.width == picture.width);
+  // The bed of one sediment is not tinted.
+  int grey = 0, different = 0, bright = 0;
+  for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+    const std::uint8_t* pixel = &truth.pixels[3 * i];
+    if (pixel[0] != pixel[1] || pixel[1] != pixel[2]) continue;
+    ++grey;
+    different += pixel[0] != picture.pixels[i];
+    bright += picture.pixels[i] > 0;
+  }
+  CHECK(grey > 600);
+  CHECK(bright > 500);
+  CHECK(different == 0);
 }
 
 TEST_CASE("An area outside the survey is reported with its line in the scene") {
