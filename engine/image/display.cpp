@@ -297,7 +297,7 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
     for (std::uint32_t i = 0; recorder_->full_scale() <= 0xffff && i <= recorder_->full_scale();
          ++i)
       amplitudes_.push_back(static_cast<float>(recorder_->amplitude(i)));
-  std::vector<double> bed;
+  std::vector<double> bed;  // its median level in each column
   for (std::size_t column = 0; column < columns_; ++column) {
     const std::size_t bin = bin_of(column, ports_);
     const double r = std::max(static_cast<double>(bin) + 0.5, 1.0) * sonar.bin_m();
@@ -313,13 +313,34 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
           calibration.automatic_gain.empty() ? 1.0 : calibration.automatic_gain[column];
       sample = recorder_->sample(static_cast<float>(std::sqrt(median) * its * automatic));
     }
-    if (median > 0.0) bed.push_back(level(column, median, sample));
+    bed.push_back(level(column, median, sample));
   }
-  if (bed.empty()) throw std::invalid_argument("Renderer: the level bed has no echo");
-  std::ranges::nth_element(bed, bed.begin() + std::ssize(bed) / 2);
-  // If the bed is below the recorder's smallest sample, full scale is shown at mid-brightness.
-  const double median = bed[bed.size() / 2];
-  scale_ = median > 0.0 ? 1.0 / median : 1.0 / *std::ranges::max_element(gains_);
+  // Scales the median of the columns with more than that intensity to 1.
+  const auto scale_to = [&](double least) {
+    std::vector<double> some;
+    for (std::size_t column = 0; column < columns_; ++column)
+      if (calibration.level_bed[column] > least) some.push_back(bed[column]);
+    if (some.empty()) return false;
+    std::ranges::nth_element(some, some.begin() + std::ssize(some) / 2);
+    // If the bed is below the recorder's smallest sample, full scale is shown at mid-brightness.
+    const double median = some[some.size() / 2];
+    scale_ = median > 0.0 ? 1.0 / median : 1.0 / *std::ranges::max_element(gains_);
+    return true;
+  };
+  if (!scale_to(0.0)) throw std::invalid_argument("Renderer: the level bed has no echo");
+  if (!(calibration.noise > 0.0)) return;
+  // Where noise would be brighter than the bed's median, the gain ends, and only what is stronger
+  // than the noise counts as the bed.
+  const auto most_gain = [&](std::size_t column) {
+    const double its = recorder_ ? double{recorder_->gain(bin_of(column, ports_))} : 1.0;
+    return 1.0 / (scale_ * calibration.noise * its * its);
+  };
+  std::size_t column = 0;
+  while (column < columns_ && gains_[column] <= most_gain(column)) ++column;
+  if (column == columns_) return;
+  scale_to(2.0 * calibration.noise);
+  for (column = 0; column < columns_; ++column)
+    gains_[column] = std::min(gains_[column], most_gain(column));
 }
 
 double Renderer::level(std::size_t column, double intensity, std::uint32_t sample) const {

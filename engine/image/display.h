@@ -29,6 +29,7 @@ struct Calibration {
   /// Mean intensity, uPa^2, of the scene's bed, if it were level, in each column of the waterfall;
   /// 0: no echo.
   std::vector<double> level_bed;
+  double noise = 0.0;  ///< its mean power, uPa^2; the gain ends where it is at mid-brightness
   double median_share = 1.0;  ///< median over mean of a bed's intensity, due to speckle
   /// Factors by which automatic gains multiply the level bed's amplitude in each column, after the
   /// recorder's gain; empty: 1.

@@ -26,7 +26,7 @@ enum class DisplayedLayer { sample, intensity };
 struct Display {
   DisplayedLayer of = DisplayedLayer::sample;
   /// Gain of spreading * log10(range) dB. 30 makes a bed of constant backscatter strength even
-  /// under a line array, 50 a bed with Lambert's law.
+  /// under a line array, 50 a bed with Lambert's law. It ends where noise is at mid-brightness.
   double spreading = 40.0;
   bool absorption = true;  ///< compensate the two-way absorption
   /// Columns are equally spaced in ground range, without the water column.

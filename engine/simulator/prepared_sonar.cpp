@@ -111,6 +111,19 @@ void warn_of_beams(const Scene& scene, const Sonar& sonar, double sound_speed_mp
                          advance_m > covered_m ? "leave gaps" : "overlap", covered_m / interval_s));
 }
 
+/// Where the far part of the picture is noise, for which the gain over range has to end.
+void warn_of_noise(const PreparedSonar& its, std::vector<std::string>& warnings) {
+  const double noise_m = its.chain->noise_exceeds_bed_m();
+  const double gain_ends_m = its.chain->recorder().gain_ends_m();
+  if (noise_m == 0.0 || gain_ends_m == 0.0) return;
+  add_once(
+      warnings,
+      fmt::format("sonar {}: beyond {:.3g} m the noise exceeds the bed's echo, and from {:.3g} m "
+                  "on the time-varied gain stays the same: shorten sonar.{}.range_m, or lower "
+                  "frequency_hz",
+                  its.sonar.name, noise_m, gain_ends_m, its.sonar.name));
+}
+
 Calibration calibration_of(const PreparedSonar& its) {
   Calibration made{.absorption_db_per_m = its.medium.absorption_db_per_m,
                    .recorder = &its.chain->recorder(),
@@ -122,6 +135,7 @@ Calibration calibration_of(const PreparedSonar& its) {
   for (const Side side : sides_of(its.sonar)) {
     add(side, its.chain->level_bed(side), made.level_bed);
     add(side, its.chain->automatic_gain(side), made.automatic_gain);
+    made.noise = std::max(made.noise, its.chain->noise(side));
   }
   return made;
 }
@@ -157,6 +171,7 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
   }
   made->chain = std::make_unique<const SignalChain>(
       sonar, chain_options(scene, usual, number, *made, materials));
+  warn_of_noise(*made, warnings);
   made->calibration = calibration_of(*made);
   return made;
 }

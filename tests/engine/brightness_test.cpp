@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/ping_all.h>
+#include <ensonify/engine/sonar/reception/recorder.h>
 
 using namespace ensonify::engine;
 
@@ -93,4 +95,62 @@ TEST_CASE("the bed at half the range is 16 dB below full scale at any speed") {
       const double sample = double(image.pixels.sample[400 + 200]) / 32767.0;
       CHECK(20.0 * std::log10(sample) == Approx(-16.0).margin(0.3));
     }
+}
+
+TEST_CASE("noise that exceeds the bed keeps its grain, in the samples and in the picture") {
+  const Scene scene = parse_scene(R"(version = 1
+[seafloor]
+extent_east_m = 640
+extent_north_m = 30
+cell_m = 1
+depth_m = 60
+[track]
+pings = 6
+altitude_m = 50
+[sonar.s]
+frequency_hz = 600e3
+bandwidth_hz = 20e3
+range_m = 300
+bins = 1000
+elevations = 600
+)",
+                                  "scene.toml");
+  Simulator simulator(scene, {});
+  const Calibration calibration = simulator.calibration(0);
+  const Recorder& recorder = *calibration.recorder;
+  const Waterfall image = ping_all(scene, simulator, 1).images.front();
+  const Picture picture = render(image, scene.display, calibration);
+  double sum = 0.0, squares = 0.0, count = 0.0;  // of the recorded amplitudes of the farthest bins
+  double light = 0.0, its_squares = 0.0;
+  for (std::size_t row = 0; row < image.rows(); ++row)
+    for (std::size_t bin = 0; bin < 1000; ++bin) {
+      const std::size_t i = row * image.columns() + 1000 + bin;
+      const double amplitude = recorder.amplitude(image.pixels.sample[i]);
+      REQUIRE(amplitude < 1.0);
+      // What is received can be computed back from the sample and the gain.
+      if (bin > 200)
+        REQUIRE(amplitude ==
+                Approx(std::sqrt(double(image.pixels.intensity[i])) * double(recorder.gain(bin)))
+                    .epsilon(1e-3)
+                    .margin(1.0 / 32767));
+      if (bin < 800) continue;
+      const double pixel = picture.pixels[(image.rows() - 1 - row) * image.columns() + 1000 + bin];
+      sum += amplitude;
+      squares += amplitude * amplitude;
+      light += pixel;
+      its_squares += pixel * pixel;
+      count += 1.0;
+    }
+  // Rayleigh amplitudes, as loud as the bed at half the range.
+  const double mean = sum / count, bright = light / count;
+  CHECK(std::sqrt(squares / count / (mean * mean) - 1.0) ==
+        Approx(std::sqrt(4.0 / std::numbers::pi - 1.0)).epsilon(0.1));
+  CHECK(10.0 * std::log10(squares / count) == Approx(-16.0).margin(0.5));
+  // Power 0.7 of a Rayleigh amplitude at the brightness of the bed.
+  CHECK(bright == Approx(255.0 * 0.48).epsilon(0.2));
+  CHECK(std::sqrt(its_squares / count - bright * bright) > 0.25 * bright);
+  REQUIRE(simulator.warnings().size() == 1);
+  CHECK_THAT(simulator.warnings()[0], Catch::Contains("sonar s: beyond 1") &&
+                                          Catch::Contains("noise") &&
+                                          Catch::Contains("sonar.s.range_m"));
 }

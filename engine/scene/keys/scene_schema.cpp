@@ -512,7 +512,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::display, &Display::of), {"sample", "intensity"}},
            {"spreading", "", {0, 80},
             "Gain over range, in dB per factor of ten: 30 makes a bed of constant strength even, "
-            "50 a bed by Lambert's law.",
+            "50 a bed by Lambert's law. It ends where the expected noise is at medium brightness.",
             at(&Scene::display, &Display::spreading)},
            {"absorption", "", {}, "Whether the gain compensates absorption too.",
             at(&Scene::display, &Display::absorption)},

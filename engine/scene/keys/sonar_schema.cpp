@@ -167,7 +167,8 @@ const Section<Sonar>& sonar_section() {
            "floor constant over range; unset: none.",
            at(&Sonar::receiver, &ReceiverOptions::output_noise_db)},
           {"tvg_spreading", "", {0, 80},
-           "The recorder's gain over range, in dB per factor of ten, before digitising.",
+           "The recorder's gain over range, in dB per factor of ten, before digitising. It ends "
+           "where the expected noise is 16 dB below full scale.",
            at(&Sonar::receiver, &ReceiverOptions::spreading)},
           {"tvg_absorption", "", {}, "Whether that gain compensates absorption too.",
            at(&Sonar::receiver, &ReceiverOptions::absorption)},

@@ -21,7 +21,9 @@ struct ReceiverOptions {
   /// The self-noise at a speed, uPa^2/Hz; 0 if there is none.
   double self_noise_density(double speed_mps) const;
   std::optional<double> output_noise_db;  ///< added after the gain, dB re full scale; unset: none
-  double spreading = 40.0;                ///< time-varied gain, dB per factor of ten in range
+  /// Time-varied gain, dB per factor of ten in range. It ends where the expected noise is recorded
+  /// 16 dB below full scale.
+  double spreading = 40.0;
   bool absorption = true;  ///< whether the time-varied gain corrects the two-way absorption too
   /// Amplitude over full scale per received amplitude at 1 m, without the time-varied gain, dB re
   /// 1/uPa; unset: automatic.

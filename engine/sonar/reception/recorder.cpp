@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -15,15 +16,24 @@ constexpr double most_gain_db = 300.0;
 }  // namespace
 
 Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
-                   double absorption_db_per_m, double automatic_gain_db)
+                   double absorption_db_per_m, double automatic_gain_db, double noise)
     : curve_(options.curve),
       curve_range_db_(static_cast<float>(options.curve_range_db)),
       full_scale_((1u << options.bits) - 1u) {
+  // A gain that is set is kept, however loud it makes the noise.
+  double loudest_db = most_gain_db;
+  if (noise > 0.0)
+    loudest_db =
+        std::max(recorded_bed_db - scatter::to_db(noise), options.gain_db.value_or(-most_gain_db));
   for (int bin = 0; bin < bins; ++bin) {
     const double r = std::max(bin + 0.5, 1.0) * bin_m;
     double gain_db = options.gain_db.value_or(automatic_gain_db);
     gain_db += options.spreading * std::log10(r);
     if (options.absorption) gain_db += 2.0 * absorption_db_per_m * r;
+    if (gain_db > loudest_db) {
+      gain_db = loudest_db;
+      if (gain_ends_m_ == 0.0) gain_ends_m_ = r;
+    }
     gain_db = std::clamp(gain_db, -most_gain_db, most_gain_db);
     gains_.push_back(static_cast<float>(std::pow(10.0, gain_db / 20.0)));
   }

@@ -8,13 +8,22 @@
 
 namespace ensonify::engine {
 
+/// At this level re full scale an automatic gain records the nominal bed, and every time-varied
+/// gain the noise at most.
+inline constexpr double recorded_bed_db = -16.0;
+
 /// The last stages of the signal chain: gain, transfer curve, clipping, digitiser; and their
 /// inverse.
 class Recorder {
  public:
-  /// automatic_gain_db: the gain at 1 m, dB re 1/uPa, that is used if the options set none.
+  /// automatic_gain_db: the gain at 1 m, dB re 1/uPa, that is used if the options set none. noise:
+  /// its expected power, uPa^2; where it would be recorded louder than recorded_bed_db, the
+  /// time-varied gain ends.
   Recorder(const ReceiverOptions& options, double bin_m, int bins, double absorption_db_per_m,
-           double automatic_gain_db);
+           double automatic_gain_db, double noise = 0.0);
+
+  /// The range from which on the gain stays the same because of noise; 0: none.
+  double gain_ends_m() const { return gain_ends_m_; }
 
   /// Amplitude over full scale per received amplitude (uPa) in a bin; amplitudes above 1 are
   /// clipped.
@@ -34,6 +43,7 @@ class Recorder {
   TransferCurve curve_;
   float curve_range_db_;
   std::uint32_t full_scale_;
+  double gain_ends_m_ = 0.0;
   std::vector<float> gains_;
 };
 

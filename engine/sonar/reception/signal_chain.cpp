@@ -13,7 +13,6 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double automatic_level_db = -16.0;  // of the nominal bed, re full scale
 constexpr float loudest = 1e33f;   // uPa^2, louder than any sound in water; its squares are finite
 constexpr int behind_gain = 1000;  // look number of the first noise after the gain
 constexpr int looks_of_beam = 2000;   // look numbers of a beam's noise
@@ -60,7 +59,7 @@ double SignalChain::unit_bed(Side side, std::size_t bin) const {
          law_.level_bed(side, {}, range_m, options_.nominal_altitude_m / range_m);
 }
 
-/// The gain at 1 m that puts a level bed at half the range to automatic_level_db.
+/// The gain at 1 m that puts a level bed at half the range to recorded_bed_db.
 double SignalChain::automatic_gain_db() const {
   const auto bin = static_cast<std::size_t>(sonar_.bins / 2);
   const double r = law_.range_m(bin);
@@ -68,7 +67,7 @@ double SignalChain::automatic_gain_db() const {
                           scatter::to_db(options_.nominal_strength(options_.nominal_altitude_m /
                                                                    (0.5 * sonar_.range_m)));
   const ReceiverOptions& receiver = sonar_.receiver;
-  return automatic_level_db - level_db - receiver.spreading * std::log10(r) -
+  return recorded_bed_db - level_db - receiver.spreading * std::log10(r) -
          (receiver.absorption ? 2.0 * options_.absorption_db_per_m * r : 0.0);
 }
 
@@ -87,7 +86,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
           options.artefacts, law_,
           [this](double speed_mps) { return sea_noise_[0] + self_noise(speed_mps); }, options.seed),
       recorder_(sonar.receiver, sonar.bin_m(), sonar.bins, options.absorption_db_per_m,
-                automatic_gain_db()),
+                automatic_gain_db(), std::max(noise(Side::port), noise(Side::starboard))),
       filter_(speckle_filter(sonar.pulse, options.sound_speed_mps, sonar.bin_m())),
       leak_(options.arrivals.crosstalk_db
                 ? static_cast<float>(std::sqrt(scatter::from_db(*options.arrivals.crosstalk_db)))
@@ -114,6 +113,19 @@ std::vector<double> SignalChain::level_bed(Side side) const {
       bed[bin] = unit_bed(side, bin) * options_.nominal_strength(sine) + noise(side);
     }
   return bed;
+}
+
+double SignalChain::noise_exceeds_bed_m() const {
+  const auto stronger = [&](std::size_t bin) {
+    return std::ranges::any_of(sides_of(sonar_), [&](Side side) {
+      const double range_m = law_.range_m(bin);
+      const double sine = std::min(options_.nominal_altitude_m / range_m, 1.0);
+      return unit_bed(side, bin) * options_.nominal_strength(sine) >= noise(side);
+    });
+  };
+  std::size_t end = law_.bins();
+  while (end > 0 && !stronger(end - 1)) --end;
+  return end < law_.bins() ? law_.range_m(end) : 0.0;
 }
 
 // Of a sum of n exponential intensities (Wilson and Hilferty, PNAS 17, 684, 1931).
@@ -371,7 +383,7 @@ void SignalChain::follow_level(Channel& channel) const {
   const ArtefactOptions& artefacts = options_.artefacts;
   const auto forget =
       static_cast<float>(1.0 - std::exp(-law_.bin_m() / artefacts.automatic_gain_m));
-  const auto nominal = static_cast<float>(scatter::from_db(automatic_level_db));
+  const auto nominal = static_cast<float>(scatter::from_db(recorded_bed_db));
   const auto power = static_cast<float>(0.5 * artefacts.automatic_gain);
   float level = nominal, gain = 1.0f;
   for (std::size_t n = 0; n < channel.detected.size(); ++n) {

@@ -77,6 +77,9 @@ class SignalChain {
   /// The mean intensity in each bin of a side, uPa^2, noise included, over a level bed of the
   /// nominal strength at the nominal altitude and speed; 0 before the first echo.
   std::vector<double> level_bed(Side side) const;
+  /// The range from which on the noise exceeds that bed's echo on all sides; 0: within the range it
+  /// does not.
+  double noise_exceeds_bed_m() const;
   /// Median over mean of a bed's intensity, as speckle makes it.
   double median_share() const;
   /// The factors on the amplitude in each bin of such a ping after the recorder's gain: automatic
