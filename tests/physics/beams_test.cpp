@@ -256,3 +256,32 @@ TEST_CASE("at as many times the speed, the rows of several beams lie as those of
         "sonar sidescan: its 5 beams cover 5 m along the track, and the vehicle goes 1.2 m from "
         "ping to ping: the rows overlap; they are even at track.speed_mps = 50");
 }
+
+TEST_CASE("the recorder evens out how much sound each beam gets, and the intensity keeps it") {
+  Scene scene = flat_scene();
+  scene.speckle = false;
+  scene.track.pings = 1;
+  scene.sonars[0].receiver.noise = false;
+  scene.sonars[0].beams = 5;
+  scene.sonars[0].beam_spacing_m = 0.25;
+  Simulator simulator(scene);
+  const Waterfall image = ping_all(scene, simulator, 1).images[0];
+  const double altitude_m = simulator.altitude_m(image.pings[2].pose.position);
+  double most_uneven_db = 0.0, most_db = 0.0;
+  for (std::size_t bin = 0; bin < 1000; ++bin) {
+    if ((static_cast<double>(bin) + 0.5) * 0.05 < 1.1 * altitude_m) continue;
+    const auto relative_db = [&](std::size_t row, const auto& layer) {
+      const std::size_t column = 1000 + bin;
+      return scatter::to_db(double(layer[row * image.columns() + column]) /
+                            double(layer[2 * image.columns() + column]));
+    };
+    for (const std::size_t row : {0, 1, 3, 4}) {
+      most_uneven_db =
+          std::max(most_uneven_db, std::abs(2.0 * relative_db(row, image.pixels.sample)));
+      most_db = std::max(most_db, -relative_db(row, image.pixels.intensity));
+    }
+  }
+  CAPTURE(altitude_m);
+  CHECK(most_uneven_db < 0.3);
+  CHECK(most_db > 1.0);
+}

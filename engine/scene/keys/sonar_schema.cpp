@@ -95,7 +95,8 @@ const Section<Sonar>& sonar_section() {
            "Number N of parallel beams that each side receives from one ping, each of which gives a row of the "
            "image, from the rear: so the vehicle can be N times as fast. The receiver is "
            "steered to each of them and focused as focused or focus_zones_m say; the transmitter is "
-           "not focused, and must be short enough to sound them all.",
+           "not focused, and must be short enough to sound them all. The recorder's gain evens out how "
+           "much sound each beam gets from a level bed; the intensity keeps it.",
            at(&Sonar::beams)},
           {"beam_spacing_m", "m", {0.001, 10},
            "From each of these beams to the next, along the array, at all ranges. Rows are even if "

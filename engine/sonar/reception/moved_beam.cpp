@@ -19,7 +19,8 @@ MovedBeam::MovedBeam(const Sonar& sonar, double wavelength_m)
     : sonar_(sonar),
       transmit_(sonar.transmit_array(wavelength_m)),
       receive_(sonar.receive_array(wavelength_m)),
-      beam_(all_round(sonar), wavelength_m),
+      wavelength_m_(wavelength_m),
+      middle_(beam(0.0)),
       half_way_m_(0.25 * sonar.range_m) {
   const double nearest_m = 0.5 * (transmit_.length_m + receive_.length_m);
   for (std::size_t i = 0; i < share_rows; ++i) {
@@ -39,23 +40,26 @@ double MovedBeam::lobes_rad(const LineArray& array, double defocus, double range
   return array.null_rad(sonar_.side_lobes + 1) + 0.5 * array.length_m * std::abs(defocus) / range_m;
 }
 
-double MovedBeam::summed_share(double range_m, double shift) const {
-  const double reach_rad =
-      std::min(lobes_rad(transmit_, sonar_.transmit_defocus(range_m), range_m),
-               lobes_rad(receive_, sonar_.defocus(range_m), range_m) + std::abs(shift));
+Beam MovedBeam::beam(double ahead_m) const { return {all_round(sonar_), wavelength_m_, ahead_m}; }
+
+double MovedBeam::summed_share(double range_m, double shift, const Beam& beam,
+                               double ahead_m) const {
+  const double reach_rad = std::min(
+      lobes_rad(transmit_, sonar_.transmit_defocus(range_m), range_m) + std::abs(ahead_m) / range_m,
+      lobes_rad(receive_, sonar_.defocus(range_m), range_m) + std::abs(shift));
   std::array<BeamSample, 256> samples;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double place = (2.0 * static_cast<double>(i) + 1.0) / samples.size() - 1.0;
     samples[i] = {static_cast<float>(place * reach_rad), 1.0f};
   }
   ReceiverMotion motion{.abeam = Eigen::Vector3d::UnitX(), .down = -Eigen::Vector3d::UnitZ()};
-  const auto width = [&] {
-    return beam_.two_way(Side::starboard, samples, 1.0, motion.abeam, range_m, motion);
+  const auto width = [&](const Beam& of) {
+    return of.two_way(Side::starboard, samples, 1.0, motion.abeam, range_m, motion);
   };
-  const double at_rest = width();
+  const double at_rest = width(middle_);
   motion.steady = false;
   motion.drift_along = shift;
-  return width() / at_rest;
+  return width(beam) / at_rest;
 }
 
 double MovedBeam::share(double range_m, double shift) const {

@@ -16,8 +16,13 @@ class MovedBeam {
  public:
   MovedBeam(const Sonar& sonar, double wavelength_m);
 
-  /// By summing over the beam.
-  double summed_share(double range_m, double shift) const;
+  /// A beam that lies `ahead_m` of the array's middle, with the same power in all directions abeam.
+  Beam beam(double ahead_m) const;
+  /// By summing over such a beam; over that of the middle at rest.
+  double summed_share(double range_m, double shift, const Beam& beam, double ahead_m) const;
+  double summed_share(double range_m, double shift) const {
+    return summed_share(range_m, shift, middle_, 0.0);
+  }
   /// The same from a table: within 0.15 dB down to -10 dB.
   double share(double range_m, double shift) const;
 
@@ -31,7 +36,8 @@ class MovedBeam {
 
   Sonar sonar_;
   LineArray transmit_, receive_;
-  Beam beam_;
+  double wavelength_m_;
+  Beam middle_;
   double half_way_m_;  // the range of the middle row; rows are even in r / (r + half way)
   std::vector<Row> rows_;
 };

@@ -19,13 +19,18 @@ constexpr int looks_of_beam = 2000;   // look numbers of a beam's noise
 constexpr double least_share = 0.01;  // of the beam, for which the gain makes up on the move
 constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
-/// Of the two-way beam at rest, what is left at the nominal speed, in each bin.
-std::vector<double> moved_shares(const ChainOptions& options, const SonarEquation& law) {
+/// Of the two-way beam of the array's middle at rest, what is left at the nominal speed of a beam
+/// that lies `ahead_m` of the middle, in each bin.
+std::vector<double> beam_shares(const ChainOptions& options, const SonarEquation& law,
+                                double ahead_m = 0.0) {
   std::vector<double> shares(law.bins(), 1.0);
   const double drift_along = 2.0 / options.sound_speed_mps * options.nominal_speed_mps;
-  for (std::size_t bin = 0; bin < shares.size() && drift_along != 0.0; ++bin)
+  if (drift_along == 0.0 && ahead_m == 0.0) return shares;
+  const MovedBeam& moved = law.moved_beam();
+  const Beam beam = moved.beam(ahead_m);
+  for (std::size_t bin = 0; bin < shares.size(); ++bin)
     shares[bin] =
-        std::max(law.moved_beam().summed_share(law.range_m(bin), drift_along), least_share);
+        std::max(moved.summed_share(law.range_m(bin), drift_along, beam, ahead_m), least_share);
   return shares;
 }
 
@@ -77,7 +82,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
       scatterers_(sonar, options.sound_speed_mps, options.seed, options.heading_rad,
                   options.textures),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
-      moved_shares_(moved_shares(options, law_)),
+      moved_shares_(beam_shares(options, law_)),
       sea_noise_{sea_noise_power(sonar, law_, options.sea, Side::port),
                  sea_noise_power(sonar, law_, options.sea, Side::starboard)},
       other_paths_(options.arrivals, sonar, options.sea, law_,
@@ -92,8 +97,24 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
                 ? static_cast<float>(std::sqrt(scatter::from_db(*options.arrivals.crosstalk_db)))
                 : 0.0f) {
   for (const float tap : filter_.taps) energy_taps_.push_back(tap * tap);
-  gains_.assign(recorder_.gains().begin(), recorder_.gains().end());
-  gains_.resize(whole_groups(gains_.size()), 0.0f);
+  for (int beam = 0; beam < sonar.beams; ++beam) gains_.push_back(gains_of_beam(beam));
+}
+
+/// The recorder's gain of a beam, in whole groups: that of the array's middle, and what evens out
+/// how much less sound the beam gets from the level bed. Before the first echo, as there.
+std::vector<float> SignalChain::gains_of_beam(int beam) const {
+  std::vector<float> gains(recorder_.gains().begin(), recorder_.gains().end());
+  if (const double offset_m = sonar_.beam_offset_m(beam); offset_m != 0.0) {
+    const std::vector<double> shares = beam_shares(options_, law_, offset_m);
+    const auto first = std::min(
+        static_cast<std::size_t>(options_.nominal_altitude_m / law_.bin_m()), gains.size() - 1);
+    for (std::size_t bin = 0; bin < gains.size(); ++bin) {
+      const std::size_t of = std::max(bin, first);
+      gains[bin] *= static_cast<float>(std::sqrt(moved_shares_[of] / shares[of]));
+    }
+  }
+  gains.resize(whole_groups(gains.size()), 0.0f);
+  return gains;
 }
 
 double SignalChain::self_noise(double speed_mps) const {
@@ -152,9 +173,9 @@ std::vector<double> SignalChain::automatic_gain(Side side) const {
     median_gain = std::sqrt(-std::log(1.0 - std::exp2(-1.0 / looks)) / median_share());
   }
   Channel channel;
-  channel.detected.assign(gains_.size(), 0.0f);
+  channel.detected.assign(gains_[0].size(), 0.0f);
   for (std::size_t n = 0; n < bed.size(); ++n) {
-    const double gain = gains_[n];
+    const double gain = recorder_.gain(n);
     channel.detected[n] = static_cast<float>(
         speckle * std::sqrt(std::max(bed[n], noise(side)) * gain * gain + behind));
   }
@@ -186,8 +207,8 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
     for (const EchoLine& line : lines) {
       const Side opposite = line.side == Side::port ? Side::starboard : Side::port;
       const bool heard = leak_ > 0.0f && lines.size() == 2;
-      detect_look(heard ? &memory.channels[static_cast<std::size_t>(opposite)] : nullptr, look,
-                  step, channel(line));
+      detect_look(context, heard ? &memory.channels[static_cast<std::size_t>(opposite)] : nullptr,
+                  look, step, channel(line));
     }
   }
   for (EchoLine& line : lines) {
@@ -221,10 +242,11 @@ void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& ch
   take_out_glints(line, direct, channel);
   if (options_.speckle) scatterers_.ground().vary(line.bins, direct);
   if (options_.arrivals.burst_m > 0.0) {
+    const std::vector<float>& gain = gains_[static_cast<std::size_t>(context.beam)];
     for (std::size_t n = 0; n < bins; ++n) {
       const double lengths = law_.range_m(n) / options_.arrivals.burst_m;
       if (lengths > longest_leakage) break;
-      const double full = recorder_.gain(n);
+      const double full = gain[n];
       power[n] += static_cast<float>(scatter::from_db(leakage_level_db(lengths)) / (full * full));
     }
     line.artefacts.add(Artefact::transmit_leakage);
@@ -272,7 +294,7 @@ void SignalChain::take_out_glints(const EchoLine& line, std::span<float> direct,
 }
 
 void SignalChain::sum_scatterers(int look, Channel& channel) const {
-  const std::size_t room = gains_.size(), reach = taps_of(filter_).reach;
+  const std::size_t room = gains_[0].size(), reach = taps_of(filter_).reach;
   const std::span<const float> direct = std::span(channel.direct).subspan(reach, room);
   channel.re.resize(room);
   channel.im.resize(room);
@@ -294,7 +316,7 @@ void SignalChain::sum_scatterers(int look, Channel& channel) const {
 /// The scatterers of each bin, summed over the pulse.
 void SignalChain::spread_scatterers(int look, std::span<const float> direct,
                                     Channel& channel) const {
-  const std::size_t room = gains_.size(), reach = taps_of(filter_).reach;
+  const std::size_t room = gains_[0].size(), reach = taps_of(filter_).reach;
   channel.spread_re.assign(room + 2 * reach, 0.0f);
   channel.spread_im.assign(room + 2 * reach, 0.0f);
   scatterers_.gather(channel.cells, look, direct, &channel.spread_re[reach],
@@ -327,7 +349,7 @@ void SignalChain::draw_white(const PingContext& context, Side side, int look, st
 
 void SignalChain::draw_noise(const PingContext& context, Side side, int look,
                              Channel& channel) const {
-  const std::size_t room = gains_.size();
+  const std::size_t room = gains_[0].size();
   draw_white(context, side, look, room + 2 * taps_of(filter_).reach, channel.white_re,
              channel.white_im);
   if (sonar_.receiver.output_noise_db)
@@ -336,13 +358,15 @@ void SignalChain::draw_noise(const PingContext& context, Side side, int look,
 
 /// Adds all noise before and after the gain to the echo and detects it; `other` leaks into it
 /// (null: no cross-talk).
-void SignalChain::detect_look(const Channel* other, int look, float step, Channel& channel) const {
+void SignalChain::detect_look(const PingContext& context, const Channel* other, int look,
+                              float step, Channel& channel) const {
+  const std::vector<float>& gain = gains_[static_cast<std::size_t>(context.beam)];
   const ReceiverOptions& receiver = sonar_.receiver;
-  channel.energy.resize(gains_.size());
-  channel.detected.resize(gains_.size());
+  channel.energy.resize(gain.size());
+  channel.detected.resize(gain.size());
   const double behind =
       receiver.output_noise_db ? std::sqrt(scatter::from_db(*receiver.output_noise_db)) : 0.0;
-  detect({.bins = gains_.size(),
+  detect({.bins = gain.size(),
           .re = channel.re.data(),
           .im = channel.im.data(),
           .other_re = other ? other->re.data() : nullptr,
@@ -352,7 +376,7 @@ void SignalChain::detect_look(const Channel* other, int look, float step, Channe
           .white_im = options_.speckle ? channel.white_im.data() : nullptr,
           .filter = taps_of(filter_),
           .power = channel.power.data(),
-          .gain = gains_.data(),
+          .gain = gain.data(),
           .step = step,
           .behind_re = options_.speckle && behind > 0.0 ? channel.behind_re.data() : nullptr,
           .behind_im = options_.speckle && behind > 0.0 ? channel.behind_im.data() : nullptr,

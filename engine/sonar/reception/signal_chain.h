@@ -90,6 +90,7 @@ class SignalChain {
   using Channel = Memory::Channel;
   double unit_bed(Side side, std::size_t bin) const;
   double automatic_gain_db() const;
+  std::vector<float> gains_of_beam(int beam) const;
   double self_noise(double speed_mps) const;
   void expect(const PingContext& context, EchoLine& line, Channel& channel) const;
   void leak_power(const PingContext& context, std::span<const EchoLine> lines,
@@ -100,7 +101,8 @@ class SignalChain {
   void draw_noise(const PingContext& context, Side side, int look, Channel& channel) const;
   void draw_white(const PingContext& context, Side side, int look, std::size_t count,
                   std::vector<float>& re, std::vector<float>& im) const;
-  void detect_look(const Channel* other, int look, float step, Channel& channel) const;
+  void detect_look(const PingContext& context, const Channel* other, int look, float step,
+                   Channel& channel) const;
   float gain_step(const PingContext& context) const;
   void follow_level(Channel& channel) const;
   float ping_scale(const Channel& channel, std::size_t bins) const;
@@ -117,8 +119,8 @@ class SignalChain {
   Recorder recorder_;
   SpeckleFilter filter_;
   std::vector<float> energy_taps_;
-  std::vector<float> gains_;  // the recorder's, in whole groups
-  float leak_;                // amplitude of cross-talk from the other side
+  std::vector<std::vector<float>> gains_;  // by beam
+  float leak_;                             // amplitude of cross-talk from the other side
 };
 
 }  // namespace ensonify::engine
