@@ -639,6 +639,59 @@ TEST_CASE("the ping before is heard from c P / 2 farther, by the sonar equation"
         without[0]);
 }
 
+TEST_CASE("the ping before is heard from beyond the range by the beam that the array has there") {
+  // Out of focus a beam does not grow like the range, and behind a focus zone it grows faster. A
+  // sonar with the same array and a longer range has the beam's width there, from its own table.
+  struct Case {
+    double length_m, receive_m, frequency_hz;
+    std::vector<double> zones_m;
+  };
+  const double ping_m = 75.0;
+  double most_db = 0.0;
+  for (const Case& of : {Case{1.5, 0.0, 900e3, {}}, Case{1.0, 0.0, 400e3, {30.0}},
+                         Case{1.0, 0.3, 400e3, {}}, Case{0.5, 0.0, 400e3, {}}}) {
+    Sonar sonar = open_sonar();
+    sonar.focused = false;
+    sonar.array_length_m = of.length_m;
+    sonar.receive_array_length_m = of.receive_m;
+    sonar.frequency_hz = of.frequency_hz;
+    sonar.focus_zones_m = of.zones_m;
+    const std::vector<double> all = received(sonar, {.second_time_around = true}, {}, {},
+                                             {.ping_interval_s = 2.0 * ping_m / 1500.0});
+    // The integral of the exact patterns along the track.
+    const LineArray sends = sonar.transmit_array(1500.0 / of.frequency_hz),
+                    hears = sonar.receive_array(1500.0 / of.frequency_hz);
+    const auto width_m = [&](double range_m) {
+      const double reach_m = 0.5 * of.length_m * std::abs(sonar.defocus(range_m)) +
+                             range_m * sends.null_rad(1);  // no rays go to the side lobes
+      double sum = 0.0;
+      for (int i = 0; i < 4000; ++i) {
+        const double y = (i + 0.5) * reach_m / 4000.0;
+        sum += sends.power(y / range_m, range_m, sonar.defocus(range_m)) *
+               hears.power(y / range_m, range_m, sonar.defocus(range_m));
+      }
+      return sum * 2.0 * reach_m / 4000.0;
+    };
+    for (const double r : {5.0, 30.0, 70.0}) {
+      const auto bin = static_cast<std::size_t>(r / sonar.bin_m());
+      double expected = 0.0, in_proportion = 0.0;
+      for (int pings = 1; pings <= 8; ++pings) {
+        const double from_m = (static_cast<double>(bin) + 0.5) * sonar.bin_m() -
+                              0.5 * sonar.pulse.cell_m(1500.0) + pings * ping_m;
+        const double level = std::sqrt(1.0 - std::pow(altitude_m / from_m, 2));
+        const double per_width = scatter::from_db(sonar.source_level_db - 2.0 * 0.03 * from_m) /
+                                 std::pow(from_m, 4) * sonar.pulse.cell_m(1500.0) / level * 3e-4;
+        expected += per_width * width_m(from_m);
+        in_proportion += per_width * width_m(sonar.range_m) * from_m / sonar.range_m;
+      }
+      CAPTURE(of.length_m, of.frequency_hz, r);
+      CHECK(scatter::to_db(all[bin] / expected) == Approx(0.0).margin(0.1));
+      most_db = std::max(most_db, std::abs(scatter::to_db(in_proportion / expected)));
+    }
+  }
+  CHECK(most_db > 1.0);
+}
+
 TEST_CASE("transmit leakage blinds the first samples and no others") {
   const Sonar sonar;
   const SignalChain chain(sonar, {.arrivals = {.burst_m = 0.4}});

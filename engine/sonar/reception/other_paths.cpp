@@ -116,8 +116,7 @@ double SonarEquation::per_m2_at(double range_m) const {
 }
 
 double SonarEquation::width_m_at(double range_m) const {
-  const double last_m = this->range_m(bins() - 1);
-  if (range_m >= last_m) return width_m(bins() - 1) * range_m / last_m;
+  if (range_m >= this->range_m(bins() - 1)) return scatterers_->width_m_at(range_m);
   return width_m(static_cast<std::size_t>(range_m / bin_m_));
 }
 
@@ -136,6 +135,10 @@ double SonarEquation::vertical_width_rad(Side side, int power) const {
     sum += std::pow(vertical(side, std::cos(depression), std::sin(depression)), power);
   }
   return sum * 2.0 * pi / steps;
+}
+
+double farthest_earlier_m(const Sonar& sonar, double ping_m) {
+  return sonar.range_m + most_pings_back * ping_m;
 }
 
 double sea_noise_power(const Sonar& sonar, const SonarEquation& law, const SeaState& sea,

@@ -81,8 +81,7 @@ class SonarEquation {
   double per_m2_at(double range_m) const;
   /// c tau_e / 2.
   double cell_m() const { return cell_m_; }
-  /// Integral of the two-way power pattern along the array, m; beyond the last bin it grows like
-  /// the range.
+  /// Integral of the two-way power pattern along the array, m.
   double width_m(std::size_t bin) const { return scatterers_->width_m(bin); }
   double width_m_at(double range_m) const;
   /// Two-way power pattern at a distance along the array, relative to the axis.
@@ -143,6 +142,9 @@ class SonarEquation {
   MovedBeam moved_beam_;
   const Scatterers* scatterers_;
 };
+
+/// The farthest range from which echoes of earlier pings are added. ping_m: as of OtherPaths.
+double farthest_earlier_m(const Sonar& sonar, double ping_m);
 
 /// Received power of the sea's noise, uPa^2, the same at all ranges: the ambient noise
 /// (scatter/ambient_noise.h) in the band of the pulse, reduced by the directivity of the receiving

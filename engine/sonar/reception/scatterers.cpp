@@ -71,8 +71,9 @@ long number_of_heading(double heading_rad) {
 
 Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
                        double reference_heading_rad,
-                       std::vector<scatter::GroundTexture> by_material)
+                       std::vector<scatter::GroundTexture> by_material, double farthest_m)
     : cell_m_(bin_share * sonar.bin_m()),
+      nearest_m_(0.5 * (sonar.array_length_m + sonar.receive_length_m())),
       ground_(std::move(by_material), ground_per_bin_m(sonar, sound_speed_mps), seed),
       odd_(number_of_heading(reference_heading_rad) % 2 != 0) {
   const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
@@ -81,32 +82,21 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
   turns_per_cell_ = 2.0 * cell_m_ / wavelength_m;
   columns_ = static_cast<std::uint32_t>((0.5 * max_cells * (sonar.side_lobes + 1) + 2.0) *
                                         columns_per_cell);
-  // Ranges below the array's length are treated as that length.
-  const double nearest_m = 0.5 * (sonar.array_length_m + sonar.receive_length_m());
   std::size_t levels = 0;
   for (int bin = 0; bin < sonar.bins; ++bin) {
-    const double range_m = std::max((bin + 0.5) * sonar.bin_m(), nearest_m);
-    const auto row = static_cast<std::size_t>(rows_per_octave * std::log2(range_m / nearest_m));
+    const double range_m = std::max((bin + 0.5) * sonar.bin_m(), nearest_m_);
+    const auto row = static_cast<std::size_t>(rows_per_octave * std::log2(range_m / nearest_m_));
     while (rows_.size() <= row) {
-      const double middle = (static_cast<double>(rows_.size()) + 0.5) / rows_per_octave;
-      rows_.push_back(make_row(sonar, arrays, nearest_m * std::exp2(middle)));
+      rows_.push_back(make_row(sonar, arrays, middle_m(rows_.size())));
       levels = std::max(levels, static_cast<std::size_t>(rows_.back().level) + 1);
     }
     row_of_bin_.push_back(static_cast<std::uint16_t>(row));
   }
-  rows_.push_back(make_row(  // for interpolating the widths beyond the last row's middle
-      sonar, arrays,
-      nearest_m * std::exp2((static_cast<double>(rows_.size()) + 0.5) / rows_per_octave)));
-  for (int bin = 0; bin < sonar.bins;
-       ++bin) {  // interpolated between rows, linearly in the logarithm of the range
-    const double range_m = std::max((bin + 0.5) * sonar.bin_m(), nearest_m);
-    const double place = std::clamp(rows_per_octave * std::log2(range_m / nearest_m) - 0.5, 0.0,
-                                    static_cast<double>(rows_.size() - 1));
-    const auto row = static_cast<std::size_t>(place);
-    const double share = place - static_cast<double>(row);
-    const Row& next = rows_[std::min(row + 1, rows_.size() - 1)];
-    width_of_bin_m_.push_back(rows_[row].width_m + share * (next.width_m - rows_[row].width_m));
-  }
+  do {  // for the widths beyond the middle of the last bin's row
+    rows_.push_back(make_row(sonar, arrays, middle_m(rows_.size())));
+  } while (middle_m(rows_.size() - 1) < farthest_m);
+  for (int bin = 0; bin < sonar.bins; ++bin)
+    width_of_bin_m_.push_back(width_m_at((bin + 0.5) * sonar.bin_m()));
   // 32-bit keys; the sum of a level's and a frame's key is used.
   const auto keys = [&](std::uint64_t number, std::size_t count) {
     std::vector<double> random(count);
@@ -175,6 +165,23 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArr
   }
   weights_.resize(2 * (row.first_weight + std::size_t{columns_}), 0.0f);
   return row;
+}
+
+double Scatterers::middle_m(std::size_t row) const {
+  return nearest_m_ * std::exp2((static_cast<double>(row) + 0.5) / rows_per_octave);
+}
+
+// Interpolated between rows, linearly in the logarithm of the range.
+double Scatterers::width_m_at(double range_m) const {
+  const std::size_t last = rows_.size() - 1;
+  if (range_m > middle_m(last)) return rows_[last].width_m * range_m / middle_m(last);
+  const double place =
+      std::clamp(rows_per_octave * std::log2(std::max(range_m, nearest_m_) / nearest_m_) - 0.5, 0.0,
+                 static_cast<double>(last));
+  const auto row = static_cast<std::size_t>(place);
+  const double share = place - static_cast<double>(row);
+  const Row& next = rows_[std::min(row + 1, last)];
+  return rows_[row].width_m + share * (next.width_m - rows_[row].width_m);
 }
 
 double Scatterers::pattern(std::size_t bin, double along_m) const {

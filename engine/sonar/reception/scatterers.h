@@ -46,9 +46,10 @@ struct ArrayFrame {
 /// is the mean over all ground that is 1.
 class Scatterers {
  public:
-  /// reference_heading_rad: of most pings.
+  /// reference_heading_rad: of most pings. farthest_m: of width_m_at(); at least the sonar's range.
   Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
-             double reference_heading_rad, std::vector<scatter::GroundTexture> by_material = {});
+             double reference_heading_rad, std::vector<scatter::GroundTexture> by_material = {},
+             double farthest_m = 0.0);
 
   /// One thread's working memory for gather(), reused from ping to ping.
   struct Memory {
@@ -67,6 +68,8 @@ class Scatterers {
   const TexturedGround& ground() const { return ground_; }
   /// Integral of the two-way power pattern along the array, m, at a bin's range.
   double width_m(std::size_t bin) const { return width_of_bin_m_[bin]; }
+  /// The same at any range; beyond farthest_m it grows like the range.
+  double width_m_at(double range_m) const;
   /// That pattern at a distance along the array from its middle, relative to the axis, at a bin's
   /// range.
   double pattern(std::size_t bin, double along_m) const;
@@ -88,8 +91,10 @@ class Scatterers {
   void place_patches(const Frame& frame, const BinLayers& bins, Memory& memory) const;
   void place_side_lobes(const BinLayers& bins, Memory& memory) const;
   Row make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays, double range_m);
+  double middle_m(std::size_t row) const;
 
   double cell_m_, turns_per_cell_;
+  double nearest_m_;  // ranges below the arrays' length are treated as that length
   TexturedGround ground_;
   bool odd_;  // which of the two sets of directions is used
   std::vector<std::uint16_t> row_of_bin_;

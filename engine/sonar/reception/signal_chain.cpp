@@ -79,8 +79,10 @@ double SignalChain::automatic_gain_db() const {
 SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
     : sonar_(sonar),
       options_(options),
-      scatterers_(sonar, options.sound_speed_mps, options.seed, options.heading_rad,
-                  options.textures),
+      scatterers_(
+          sonar, options.sound_speed_mps, options.seed, options.heading_rad, options.textures,
+          options.arrivals.second_time_around ? farthest_earlier_m(sonar, ping_m(sonar, options))
+                                              : 0.0),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
       moved_shares_(beam_shares(options, law_)),
       sea_noise_{sea_noise_power(sonar, law_, options.sea, Side::port),
