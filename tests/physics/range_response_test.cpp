@@ -141,6 +141,35 @@ TEST_CASE(
         Approx(altitude_m).margin(sonar.bin_m()));
 }
 
+TEST_CASE("water absorbs a moving sonar's sweep over its path, not over its range") {
+  // Out to a place p at the distance R, and back from there: R + |p - v t|.
+  constexpr double c = 1500.0, altitude_m = 10.0, db_per_m = 0.3, speed_mps = 2.0;
+  Sonar sonar = plain_sonar();
+  sonar.frequency_hz = 900e3;
+  sonar.pulse = {
+      .kind = PulseKind::lfm, .bandwidth_hz = 40e3, .length_s = 5e-3, .window = PulseWindow::hann};
+  const Pose pose{.position = {0.0, 0.0, -10.0}, .velocity_mps = {speed_mps, 0.0, 0.0}};
+  const auto lines = [&](const Seafloor& bed, double absorption) {
+    return ping_once(sonar, bed, pose, altitude_m, {c, absorption});
+  };
+  const auto absorbed_db = [&](const Eigen::Vector3d& place) {
+    const double t_s = 2.0 * (c * place.norm() - place.dot(pose.velocity_mps)) /
+                       (c * c - pose.velocity_mps.squaredNorm());
+    return db_per_m * c * t_s;
+  };
+  const Seafloor bed = level_bed(20.0);
+  const auto through = lines(bed, db_per_m), without = lines(bed, 0.0);
+  for (const std::size_t side : {0u, 1u})
+    for (const double r : {14.0, 30.0, 60.0}) {
+      const auto bin = static_cast<std::size_t>(r / sonar.bin_m());
+      const BinLayers& bins = through[side].bins;
+      const Eigen::Vector3d place(double(bins.x_m[bin]), double(bins.y_m[bin]), -altitude_m);
+      CAPTURE(side, r);
+      CHECK(scatter::to_db(without[side].bins.intensity_mean[bin] / bins.intensity_mean[bin]) ==
+            Approx(absorbed_db(place)).epsilon(0).margin(0.02));
+    }
+}
+
 TEST_CASE("a sweep's shadow moves with its echoes") {
   constexpr double altitude_m = 10.0;
   Sonar sonar = plain_sonar();

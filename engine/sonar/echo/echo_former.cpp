@@ -305,20 +305,32 @@ double EchoFormer::nearer_m(double range_m, double drift) const {
   return (0.5 * range_m + closing_shift_m_) * drift;
 }
 
+/// What the water leaves of a sweep's echo, over what gain_ has: that goes by the bin, which is
+/// nearer than half the path out and back by closing_shift_m_ times the drift.
+double EchoFormer::absorbed_beyond_bin(double drift) const {
+  constexpr double nepers_per_db = 0.1 * std::numbers::ln10;
+  return std::exp(-2.0 * nepers_per_db * absorption_db_per_m_ * closing_shift_m_ * drift);
+}
+
 /// Lays pieces and shadows where the echoes of a moving sonar appear.
 void EchoFormer::lay_shifted(std::size_t plane) {
   const RayFan& fan = *view_.fan;
   const double level = view_.motion->drift.dot(fan.plane_direction(plane));
   const double pole = view_.motion->drift.dot(fan.pole);
   const RayAngles rays = ray_angles(*view_.layout);
+  const auto drift_at = [&](std::size_t angle) {
+    return level * rays.cosines[angle] + pole * rays.sines[angle];
+  };
   const auto shift = [&](double& range_m, std::size_t angle) {
-    range_m -= nearer_m(range_m, level * rays.cosines[angle] + pole * rays.sines[angle]);
+    range_m -= nearer_m(range_m, drift_at(angle));
   };
   // Halfway between rays j - 1 and j it is angle 2 j - 1; there neighbouring pieces meet.
   const auto before_ray = [](std::size_t ray) { return ray > 0 ? 2 * ray - 1 : 0; };
   for (std::size_t i = 0; i < pieces_.count; ++i) {
     shift(pieces_.from_m[i], before_ray(pieces_.begin[i]));
     shift(pieces_.until_m[i], before_ray(pieces_.end[i]));
+    if (closing_shift_m_ != 0.0 && pieces_.answers[i])
+      pieces_.energy[i] *= absorbed_beyond_bin(drift_at(pieces_.begin[i] + pieces_.end[i] - 1));
   }
   bins_.lay(pieces_.to_lay());
   for (Shadow shadow : walk_.shadows()) {
@@ -330,7 +342,9 @@ void EchoFormer::lay_shifted(std::size_t plane) {
 
 /// An object's echo where that of a moving sonar appears, as lay_shifted() lays those of rays.
 ObjectEcho EchoFormer::shifted(ObjectEcho echo) const {
-  echo.range_m -= nearer_m(echo.range_m, view_.motion->drift.dot(echo.place.normalized()));
+  const double drift = view_.motion->drift.dot(echo.place.normalized());
+  echo.range_m -= nearer_m(echo.range_m, drift);
+  echo.energy *= absorbed_beyond_bin(drift);
   return echo;
 }
 
@@ -350,7 +364,7 @@ void EchoFormer::add_glints(EchoLine& line) {
     const double phase = 2.0 * std::numbers::pi * turns;
     const auto of_bin = static_cast<std::size_t>(
         std::clamp<std::ptrdiff_t>(below, 0, static_cast<std::ptrdiff_t>(gain_.size()) - 1));
-    const double intensity = glint.energy * gain_[of_bin];
+    const double intensity = laid.energy * gain_[of_bin];
     if (line.glint_re.empty()) {
       line.glint_re.assign(sums_.size(), 0.0f);
       line.glint_im.assign(sums_.size(), 0.0f);

@@ -75,6 +75,7 @@ class EchoFormer {
   void leave_out_small_objects();
   void lay(std::size_t plane);
   double nearer_m(double range_m, double drift) const;
+  double absorbed_beyond_bin(double drift) const;
   ObjectEcho shifted(ObjectEcho echo) const;
   void lay_shifted(std::size_t plane);
   void add_glints(EchoLine& line);
