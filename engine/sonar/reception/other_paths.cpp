@@ -17,21 +17,11 @@ namespace {
 using std::numbers::pi;
 
 constexpr std::size_t sine_steps = 1024;    // of the tables over the sine of the grazing angle
-constexpr int wave_oscillator = 100;        // `number` of the waves' Oscillator; Motion uses 0 to 6
 constexpr std::size_t directions = 1440;    // per turn, at which VerticalSum takes the pattern
 constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
 constexpr int most_pings_back = 8;          // whose echoes are added
 constexpr int directions_of_volume = 4;     // to the side, of a sonar that turns
 constexpr double inaudible = 1e-3;          // over the noise
-
-/// Waves of a fully developed sea (Pierson and Moskowitz, J. Geophys. Res. 69, 5181, 1964):
-/// significant height 0.21 U^2 / g, peak at 0.877 g / U.
-Oscillation waves_under(double wind_mps) {
-  constexpr double g = 9.81;
-  if (!(wind_mps > 0.0)) return {};
-  return {.rms = 0.25 * 0.21 * wind_mps * wind_mps / g,
-          .period_s = 2.0 * pi * wind_mps / (0.877 * g)};
-}
 
 /// The next bin at which a smooth function of range is evaluated; between such bins it is
 /// interpolated linearly. The function has a kink at bin `first`: steps are one bin there and grow
@@ -172,7 +162,7 @@ double VerticalSum::up_to(double depression_rad) const {
 }
 
 OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, const SeaState& sea,
-                       const SonarEquation& law, const Bed& bed, double ping_m, std::uint64_t seed)
+                       const SonarEquation& law, const Bed& bed, double ping_m)
     : options_(options),
       law_(law),
       bed_strength_(bed.strength),
@@ -182,7 +172,6 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
                           : 0.0),
       ping_m_(ping_m),
       surface_{.wind_mps = sea.wind_mps, .frequency_hz = law.frequency_hz()},
-      waves_(waves_under(sea.wind_mps), seed, wave_oscillator),
       vertical_sums_{VerticalSum(law, Side::port), VerticalSum(law, Side::starboard)} {
   // A leg is shorter than both together, which are twice the echo's range.
   if (options.multiples || options.double_bounce)
@@ -209,14 +198,12 @@ void OtherPaths::add(const PingContext& context, const EchoLine& line,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const {
   const double depth_m = context.depth_m();
-  const double height = options_.surface || options_.multiples ? waves_.at(context.t_s) : 0.0;
   const BeamPlane plane(context, line.side);
   if (options_.second_time_around) add_earlier_pings(context.altitude_m, line.side, plane, power);
-  if (options_.surface) add_surface(std::max(depth_m + height, 0.0), line.side, plane, power);
+  if (options_.surface) add_surface(depth_m, line.side, plane, power);
   if (options_.volume) add_volume(depth_m, context.altitude_m, line.side, plane, power);
   if (options_.multiples)
-    add_multiples(std::max(depth_m + height, 0.0), context.altitude_m, line.side, plane, direct,
-                  power, sums);
+    add_multiples(depth_m, context.altitude_m, line.side, plane, direct, power, sums);
   if (options_.double_bounce) add_double_bounce(context, line, plane, direct, power);
 }
 

@@ -16,7 +16,6 @@
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
 #include <ensonify/engine/sonar/reception/other_paths_options.h>
 #include <ensonify/engine/sonar/reception/scatterers.h>
-#include <ensonify/engine/sonar/vehicle/motion.h>
 #include <ensonify/scatter/sediment.h>
 #include <ensonify/scatter/surface_scatter.h>
 
@@ -31,8 +30,9 @@ struct PingContext {
   double altitude_m = 10.0;                ///< above the bed below
   double speed_mps = 0.0;                  ///< of the vehicle
   std::array<ReceiverMotion, 2> motion{};  ///< by side
+  double sea_height_m = 0.0;               ///< of the waves; set by the signal chain
 
-  double depth_m() const { return std::max(-array.origin.z(), 0.0); }
+  double depth_m() const { return std::max(sea_height_m - array.origin.z(), 0.0); }
 };
 
 /// The plane abeam of an array, in which it transmits and receives, and the rotation of one side's
@@ -178,7 +178,7 @@ class OtherPaths {
   /// `ping_m` is the range that sound covers both ways between two pings, c P / 2. The sonar
   /// equation, which is that of the sonar, must outlive this object.
   OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, const SeaState& sea,
-             const SonarEquation& law, const Bed& bed, double ping_m, std::uint64_t seed);
+             const SonarEquation& law, const Bed& bed, double ping_m);
 
   /// Adds to the intensity `power` in each bin, which is the noise before; `direct` is the expected
   /// direct echo, per bin. `sums` is working memory.
@@ -208,7 +208,6 @@ class OtherPaths {
   double k_per_cm_;  // of the sediment's relief
   double ping_m_;
   scatter::SeaSurface surface_;
-  Oscillator waves_;
   std::vector<double> surface_strength_;  // by the sine of the grazing angle
   std::vector<double> bed_reflection_;    // of energy, by the same
   std::vector<double> volume_;            // per bin, for one radian of the vertical beam

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numbers>
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
@@ -17,6 +18,7 @@ constexpr float loudest = 1e33f;   // uPa^2, louder than any sound in water; its
 constexpr int behind_gain = 1000;  // look number of the first noise after the gain
 constexpr int looks_of_beam = 2000;   // look numbers of a beam's noise
 constexpr double least_share = 0.01;  // of the beam, for which the gain makes up on the move
+constexpr int wave_oscillator = 100;  // `number` of the waves' Oscillator; Motion uses 0 to 6
 constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
 /// Of the two-way beam of the array's middle at rest, what is left at the nominal speed of a beam
@@ -38,6 +40,20 @@ std::vector<double> beam_shares(const ChainOptions& options, const SonarEquation
 double ping_m(const Sonar& sonar, const ChainOptions& options) {
   return options.ping_interval_s > 0.0 ? 0.5 * options.sound_speed_mps * options.ping_interval_s
                                        : sonar.range_m;
+}
+
+/// Waves of a fully developed sea (Pierson and Moskowitz, J. Geophys. Res. 69, 5181, 1964):
+/// significant height 0.21 U^2 / g, peak at 0.877 g / U.
+Oscillation waves_under(double wind_mps) {
+  constexpr double g = 9.81;
+  if (!(wind_mps > 0.0)) return {};
+  return {.rms = 0.25 * 0.21 * wind_mps * wind_mps / g,
+          .period_s = 2.0 * std::numbers::pi * wind_mps / (0.877 * g)};
+}
+
+bool meets_sea_surface(const ChainOptions& options) {
+  return options.arrivals.surface || options.arrivals.volume || options.arrivals.multiples ||
+         options.artefacts.wake_db;
 }
 
 /// The mean of the largest of n amplitudes whose intensities are exponential with mean 1: the
@@ -87,8 +103,10 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
       moved_shares_(beam_shares(options, law_)),
       sea_noise_{sea_noise_power(sonar, law_, options.sea, Side::port),
                  sea_noise_power(sonar, law_, options.sea, Side::starboard)},
+      waves_(meets_sea_surface(options) ? waves_under(options.sea.wind_mps) : Oscillation{},
+             options.seed, wave_oscillator),
       other_paths_(options.arrivals, sonar, options.sea, law_,
-                   {options.nominal_strength, options.bed}, ping_m(sonar, options), options.seed),
+                   {options.nominal_strength, options.bed}, ping_m(sonar, options)),
       disturbances_(
           options.artefacts, law_,
           [this](double speed_mps) { return sea_noise_[0] + self_noise(speed_mps); }, options.seed),
@@ -195,8 +213,9 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
   const auto channel = [&](const EchoLine& line) -> Channel& {
     return memory.channels[static_cast<std::size_t>(line.side)];
   };
+  const PingContext here = under_waves(context);
   for (EchoLine& line : lines) {
-    expect(context, line, channel(line));
+    expect(here, line, channel(line));
     if (options_.speckle) scatterers_.place(context.array, line.bins, channel(line).cells);
   }
   if (leak_ > 0.0f && lines.size() == 2) leak_power(context, lines, memory);
@@ -223,6 +242,11 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
       line.artefacts.add(Artefact::automatic_gain);
     record(received, line);
   }
+}
+
+PingContext SignalChain::under_waves(PingContext context) const {
+  context.sea_height_m = waves_.at(context.t_s);
+  return context;
 }
 
 /// The expected values of the direct echo and of everything that is received with it.

@@ -12,6 +12,7 @@
 #include <ensonify/engine/sonar/reception/other_paths.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/engine/sonar/reception/scatterers.h>
+#include <ensonify/engine/sonar/vehicle/motion.h>
 
 namespace ensonify::engine {
 
@@ -92,6 +93,7 @@ class SignalChain {
   double automatic_gain_db() const;
   std::vector<float> gains_of_beam(int beam) const;
   double self_noise(double speed_mps) const;
+  PingContext under_waves(PingContext context) const;
   void expect(const PingContext& context, EchoLine& line, Channel& channel) const;
   void leak_power(const PingContext& context, std::span<const EchoLine> lines,
                   Memory& memory) const;
@@ -114,6 +116,7 @@ class SignalChain {
   SonarEquation law_;
   std::vector<double> moved_shares_;  // of the two-way beam, at the nominal speed, by bin
   std::array<double, 2> sea_noise_{};
+  Oscillator waves_;  // 0 if nothing meets the sea surface
   OtherPaths other_paths_;
   Disturbances disturbances_;
   Recorder recorder_;

@@ -267,6 +267,32 @@ TEST_CASE("a wake appears in the image at the range of the ship's track") {
         Approx(std::hypot(20.0, 10.0)).margin(0.4));
 }
 
+TEST_CASE("a wake floats on the waves from which the surface's return comes") {
+  const Sonar sonar = quiet_sonar();
+  const SeaState windy{.wind_mps = 12.0};
+  const SignalChain surface(sonar, {.speckle = false, .sea = windy, .arrivals = {.surface = true}}),
+      wake(sonar,
+           {.speckle = false, .sea = windy, .artefacts = {.wake_db = 0.0, .wake_width_m = 1000.0}});
+  SignalChain::Memory memory;
+  double lowest_m = 100.0, highest_m = 0.0;
+  for (int ping = 0; ping < 20; ++ping) {
+    const auto first_m = [&](const SignalChain& chain) {
+      EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+      std::ranges::fill(line.bins.intensity_mean, 0.0f);
+      chain.receive({.t_s = 0.9 * ping, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m},
+                    std::span(&line, 1), memory);
+      const auto first =
+          std::ranges::find_if(line.bins.intensity, [](float i) { return i > 0.0f; });
+      return double(first - line.bins.intensity.begin()) * sonar.bin_m();
+    };
+    const double surface_m = first_m(surface);
+    CHECK(first_m(wake) == Approx(surface_m).margin(1.5 * sonar.bin_m()));
+    lowest_m = std::min(lowest_m, surface_m);
+    highest_m = std::max(highest_m, surface_m);
+  }
+  CHECK(highest_m - lowest_m > 1.0);  // rms 0.77 m
+}
+
 TEST_CASE("shimmer has its rms in decibels and changes with time") {
   Receiver receiver({.shimmer_db = 1.5});
   double sum = 0.0, squares = 0.0;
