@@ -114,7 +114,9 @@ void Disturbances::add_interference(const PingContext& context, Side, std::span<
     power[n] += static_cast<float>(level);
 }
 
-// Bubbles at the surface along a ship's track.
+// Bubbles at the surface along a ship's track. A bin receives a strip of them, as of the sea
+// surface (OtherPaths::add_surface); their strength falls to both sides as a Gaussian, whose
+// integral over the strip is a difference of error functions.
 void Disturbances::add_wake(const PingContext& context, Side side, std::span<float>,
                             std::span<float> power, Artefacts& artefacts) const {
   const BeamPlane plane(context, side);
@@ -137,21 +139,30 @@ void Disturbances::add_wake(const PingContext& context, Side side, std::span<flo
   } else if (std::abs(from_line_m) > options_.wake_width_m) {
     return;
   }
-  const auto over_m = [&](std::size_t n) {
-    const double r = static_cast<double>(n) * law_.bin_m();
-    return std::sqrt(std::max(r * r - depth_m * depth_m, 0.0));
+  const double length_m = std::max(law_.cell_m(), law_.bin_m());
+  const auto over_m = [&](double range_m) {
+    return std::sqrt(std::max(range_m * range_m - depth_m * depth_m, 0.0));
   };
-  const double first = std::hypot(near_m, depth_m) / law_.bin_m();
+  const double half_m = 0.5 * options_.wake_width_m;
+  const auto gaussian_m = [&](double begin_m, double end_m) {
+    const double begin = (from_line_m + begin_m * per_metre) / half_m,
+                 end = (from_line_m + end_m * per_metre) / half_m;
+    if (std::abs(end - begin) < 1e-6) return std::exp(-begin * begin) * (end_m - begin_m);
+    return 0.5 * std::sqrt(pi) * half_m / per_metre * (std::erf(end) - std::erf(begin));
+  };
+  const double first = std::max(std::hypot(near_m, depth_m) - length_m, 0.0) / law_.bin_m();
   if (!(far_m > 0.0 && first < static_cast<double>(power.size()))) return;
   for (auto n = static_cast<std::size_t>(first); n < power.size(); ++n) {
-    const double before_m = over_m(n), behind_m = over_m(n + 1);
-    if (before_m > far_m) break;
-    const double middle_m = 0.5 * (before_m + behind_m), strip_m = behind_m - before_m;
-    const double from_middle = (from_line_m + middle_m * per_metre) / (0.5 * options_.wake_width_m);
+    const double cell_m = law_.cell_middle_m(n);
+    const double begin_m = std::max(over_m(std::max(cell_m - 0.5 * length_m, 0.0)), near_m),
+                 end_m = std::min(over_m(cell_m + 0.5 * length_m), far_m);
+    if (begin_m > far_m) break;
+    if (!(end_m > begin_m)) continue;
+    const double middle_m = 0.5 * (begin_m + end_m), range_m = std::hypot(middle_m, depth_m);
     power[n] +=
-        static_cast<float>(law_.per_m2(n) * strength * std::exp(-from_middle * from_middle) *
-                           plane.slant_m(law_.width_m(n)) * strip_m * law_.cell_m() / law_.bin_m() *
-                           law_.two_way(side, plane, law_.range_m(n), middle_m, -depth_m));
+        static_cast<float>(law_.per_m2_at(range_m) * strength * gaussian_m(begin_m, end_m) *
+                           plane.slant_m(law_.width_m_at(range_m)) * law_.cell_m() / length_m *
+                           law_.two_way(side, plane, range_m, middle_m, -depth_m));
     artefacts.add(Artefact::wake);
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -265,6 +266,50 @@ TEST_CASE("a wake appears in the image at the range of the ship's track") {
   const auto peak = std::ranges::max_element(line.bins.intensity) - line.bins.intensity.begin();
   CHECK(line.bins.range_m[static_cast<std::size_t>(peak)] ==
         Approx(std::hypot(20.0, 10.0)).margin(0.4));
+}
+
+TEST_CASE("a wake's echo is as long as the pulse, and has the energy of its strength and width") {
+  // A track to the north, 40 m to starboard and 10 m above: a thin line at the slant range r.
+  const double r = std::hypot(40.0, 10.0), width_m = 0.3;
+  for (const PulseKind kind : {PulseKind::cw, PulseKind::lfm})
+    for (const int bins : {1500, 150}) {
+      Sonar sonar = quiet_sonar();
+      sonar.bins = bins;
+      sonar.focused = true;
+      sonar.vertical.beamwidth_rad = 0.0;
+      sonar.pulse = {.kind = kind, .bandwidth_hz = 500.0, .length_s = 2e-3};
+      const SignalChain chain(sonar, {.speckle = false,
+                                      .sea = {.wind_mps = 0.0},
+                                      .artefacts = {.wake_db = 0.0,
+                                                    .wake_heading_rad = 0.0,
+                                                    .wake_width_m = width_m,
+                                                    .wake_offset_m = 40.0}});
+      SignalChain::Memory memory;
+      EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+      std::ranges::fill(line.bins.intensity_mean, 0.0f);
+      chain.receive({.array = {array, {0, 1, 0}}, .altitude_m = altitude_m}, std::span(&line, 1),
+                    memory);
+      double sum = 0.0, moment_m = 0.0, first_m = 0.0, last_m = 0.0;
+      for (std::size_t i = 0; i < line.bins.intensity.size(); ++i) {
+        const double intensity = double(line.bins.intensity[i]), at_m = line.bins.range_m[i];
+        sum += intensity;
+        moment_m += intensity * at_m;
+        if (intensity > 0.0) last_m = at_m;
+        if (intensity > 0.0 && first_m == 0.0) first_m = at_m;
+      }
+      const double cell_m = 1.5, bin_m = sonar.bin_m();
+      CAPTURE(static_cast<int>(kind), bins);
+      // A CW pulse fills the cell behind the range, a sweep lies about it.
+      const double middle_m = kind == PulseKind::cw ? r + 0.5 * cell_m : r;
+      CHECK(moment_m / sum == Approx(middle_m).margin(0.02 + 0.5 * bin_m));
+      CHECK(last_m - first_m == Approx(cell_m).margin(2.0 * bin_m + 2.0 * width_m));
+      // The Gaussian's integral, to 2 of its widths, over the surface, and the beam of sinc^4.
+      const double wide_m = 0.5 * width_m * std::sqrt(std::numbers::pi) * std::erf(2.0);
+      const double along_m = 2.0 / 3.0 * r * 1500.0 / sonar.frequency_hz / sonar.array_length_m;
+      const double expected =
+          scatter::from_db(sonar.source_level_db) / std::pow(r, 4) * wide_m * along_m * cell_m;
+      CHECK(scatter::to_db(sum * bin_m / expected) == Approx(0.0).margin(0.05));
+    }
 }
 
 TEST_CASE("a wake floats on the waves from which the surface's return comes") {
