@@ -57,6 +57,7 @@ ChainOptions chain_options(const Scene& scene, const UsualPing& usual, std::size
           .speckle = scene.speckle,
           .sound_speed_mps = its.medium.sound_speed_mps,
           .absorption_db_per_m = its.medium.absorption_db_per_m,
+          .profile = scene.sea.refraction == RefractionMode::off ? nullptr : its.medium.profile,
           .heading_rad = scene.track.kind == TrackKind::file
                              ? 0.0
                              : scene.track.heading_rad + scene.motion.crab_rad,

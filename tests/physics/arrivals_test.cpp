@@ -692,6 +692,75 @@ TEST_CASE("the ping before is heard from beyond the range by the beam that the a
   CHECK(most_db > 1.0);
 }
 
+TEST_CASE("in water of another sound speed all other paths are at the ranges of their times") {
+  // 4 % slower than the speed of the ranges: an echo from r is at 1500 / 1440 r, and a pulse covers
+  // so much less.
+  const double slow_mps = 1440.0, ping_m = 30.0;
+  const Sonar sonar = open_sonar();
+  const scatter::SoundSpeedProfile slow({{0.0, slow_mps}});
+  Sonar in_slow = sonar;  // the same pings, in a sonar that knows the speed
+  in_slow.range_m = sonar.range_m * slow_mps / 1500.0;
+  const auto receive = [&](const Sonar& of, double sound_speed_mps,
+                           const scatter::SoundSpeedProfile* profile,
+                           const OtherPathsOptions& arrivals, const ArtefactOptions& artefacts) {
+    Sonar same_beam = of;
+    same_beam.array_length_m *= sound_speed_mps / 1500.0;
+    const SignalChain chain(same_beam, {.speckle = false,
+                                        .sound_speed_mps = sound_speed_mps,
+                                        .profile = profile,
+                                        .ping_interval_s = 2.0 * ping_m / 1500.0,
+                                        .sea = {.wind_mps = 0.0},
+                                        .arrivals = arrivals,
+                                        .artefacts = artefacts});
+    EchoLine line = level_line(of, Side::starboard, array, altitude_m);
+    for (std::size_t n = 0; n < line.bins.intensity_mean.size(); ++n)
+      line.bins.intensity_mean[n] =
+          arrivals.multiples &&
+                  (double(n) + 0.5) * of.bin_m() * (profile ? slow_mps / 1500.0 : 1.0) > altitude_m
+              ? 1e9f
+              : 0.0f;
+    SignalChain::Memory memory;
+    chain.receive(context, std::span(&line, 1), memory);
+    std::vector<double> added;
+    for (std::size_t n = 0; n < line.bins.intensity.size(); ++n)
+      added.push_back(double(line.bins.intensity[n]) - double(line.bins.intensity_mean[n]));
+    return added;
+  };
+  struct Case {
+    const char* name;
+    OtherPathsOptions arrivals;
+    ArtefactOptions artefacts;
+    double margin_db;
+  };
+  // The level of the water and of multiples goes by the range, not by the distance.
+  const double goes_by_range_db = 3.0 * scatter::to_db(1500.0 / slow_mps) + 0.2;
+  for (const Case& of :
+       {Case{"surface", {.surface = true}, {}, 0.1},
+        Case{"earlier", {.second_time_around = true}, {}, 0.1},
+        Case{"water", {.volume = true}, {}, goes_by_range_db},
+        Case{"multiples", {.multiples = true}, {}, goes_by_range_db},
+        Case{"wake",
+             {},
+             {.wake_db = 0.0, .wake_heading_rad = 0.0, .wake_width_m = 20.0, .wake_offset_m = 30.0},
+             0.1},
+        Case{"fish", {}, {.fish_per_hectare = 500.0}, 100.0}}) {  // their beam goes by the range
+    const std::vector<double> by_time = receive(sonar, 1500.0, &slow, of.arrivals, of.artefacts),
+                              known =
+                                  receive(in_slow, slow_mps, nullptr, of.arrivals, of.artefacts);
+    const auto first = [](const std::vector<double>& line) {
+      return double(std::ranges::find_if(line, [](double i) { return i > 0.0; }) - line.begin());
+    };
+    CAPTURE(of.name);
+    CHECK(first(by_time) == Approx(first(known)).margin(1.0));
+    for (std::size_t n = 0; n < known.size(); ++n)
+      if (known[n] > 0.0 && n > 20 + static_cast<std::size_t>(first(known))) {
+        CAPTURE(n);
+        REQUIRE(scatter::to_db(by_time[n] / known[n]) ==
+                Approx(0.0).epsilon(0).margin(of.margin_db));
+      }
+  }
+}
+
 TEST_CASE("transmit leakage blinds the first samples and no others") {
   const Sonar sonar;
   const SignalChain chain(sonar, {.arrivals = {.burst_m = 0.4}});

@@ -165,6 +165,64 @@ TEST_CASE("a level bed's refracted echo has the sonar equation's level with the 
   }
 }
 
+TEST_CASE("surface, multiples and earlier pings have the travel times of the cast") {
+  // Fast water above, slow water below, the sonar at their border.
+  const TemporaryFolder folder;
+  constexpr double depth_m = 18.0, bed_at_m = 60.0;
+  Scene scene = level_scene();
+  scene.seafloor.depth_m = bed_at_m;
+  scene.sonars.front().range_m = 120.0;
+  scene.sonars.front().bins = 2400;
+  scene.sonars.front().sector_low_rad = -0.6;
+  scene.sonars.front().receiver.noise = false;
+  scene.sea.state.wind_mps = 0.0;
+  scene.sea.profile = {"step.csv", folder / "step.csv"};
+  std::ofstream(folder / "step.csv")
+      << "depth_m,soundspeed_mps\n0,1540\n18,1540\n22,1470\n60,1470\n";
+  // The time of dz / c(z), in small steps.
+  const auto time_s = [&](double from_m, double to_m) {
+    double sum = 0.0;
+    const double step_m = (to_m - from_m) / 1e5;
+    for (int i = 0; i < 100000; ++i) {
+      const double z = from_m + (i + 0.5) * step_m;
+      sum += step_m / (z < 18.0 ? 1540.0 : z < 22.0 ? 1540.0 - 17.5 * (z - 18.0) : 1470.0);
+    }
+    return sum;
+  };
+  const double reference_mps = bed_at_m / time_s(0.0, bed_at_m);
+  const double surface_m = reference_mps * time_s(0.0, depth_m),
+               below_m = reference_mps * time_s(depth_m, bed_at_m), ping_m = 30.0;
+  scene.track.ping_interval_s = 2.0 * ping_m / reference_mps;
+  struct Case {
+    const char* name;
+    OtherPathsOptions arrivals;
+    double straight_m, by_time_m;
+  };
+  for (const RefractionMode mode :
+       {RefractionMode::off, RefractionMode::time_only, RefractionMode::full})
+    for (const Case& of :
+         {Case{"surface", {.surface = true}, depth_m, surface_m},
+          Case{"bed and surface", {.multiples = true}, bed_at_m, below_m + surface_m},
+          Case{"earlier",
+               {.second_time_around = true},
+               bed_at_m - depth_m - ping_m,
+               below_m - ping_m}}) {
+      scene.sea.refraction = mode;
+      scene.arrivals = of.arrivals;
+      Simulator simulator(scene);
+      const EchoLine line = simulator.ping_numbered({.position = {0.0, 0.0, -depth_m}}, 0)[1];
+      std::vector<double> added;
+      for (std::size_t i = 0; i < line.bins.intensity.size(); ++i)
+        added.push_back(double(line.bins.intensity[i]) - double(line.bins.intensity_mean[i]));
+      const double loudest = std::ranges::max(added);
+      const auto first = std::ranges::find_if(added, [&](double i) { return i > 1e-3 * loudest; });
+      CAPTURE(of.name, static_cast<int>(mode));
+      CHECK(double(line.bins.range_m[std::size_t(first - added.begin())]) ==
+            Approx(mode == RefractionMode::off ? of.straight_m : of.by_time_m).margin(0.08));
+    }
+  CHECK(depth_m - surface_m > 0.5);
+}
+
 // Snell: in water whose speed falls with depth, rays that start upwards turn and come down beyond
 // those that start level. What they reach of the bed ends with the ray that grazes the surface.
 TEST_CASE("where rays bend down, the bed is seen and has its level as far as turning rays reach") {

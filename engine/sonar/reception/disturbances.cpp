@@ -139,7 +139,8 @@ void Disturbances::add_wake(const PingContext& context, Side side, std::span<flo
   } else if (std::abs(from_line_m) > options_.wake_width_m) {
     return;
   }
-  const double length_m = std::max(law_.cell_m(), law_.bin_m());
+  const double range_per_m = context.range_per_m_up;
+  const double length_m = std::max(law_.cell_m(), law_.bin_m()) / range_per_m;
   const auto over_m = [&](double range_m) {
     return std::sqrt(std::max(range_m * range_m - depth_m * depth_m, 0.0));
   };
@@ -150,19 +151,20 @@ void Disturbances::add_wake(const PingContext& context, Side side, std::span<flo
     if (std::abs(end - begin) < 1e-6) return std::exp(-begin * begin) * (end_m - begin_m);
     return 0.5 * std::sqrt(pi) * half_m / per_metre * (std::erf(end) - std::erf(begin));
   };
-  const double first = std::max(std::hypot(near_m, depth_m) - length_m, 0.0) / law_.bin_m();
+  const double first =
+      range_per_m * std::max(std::hypot(near_m, depth_m) - length_m, 0.0) / law_.bin_m();
   if (!(far_m > 0.0 && first < static_cast<double>(power.size()))) return;
   for (auto n = static_cast<std::size_t>(first); n < power.size(); ++n) {
-    const double cell_m = law_.cell_middle_m(n);
+    const double cell_m = law_.cell_middle_m(n) / range_per_m;
     const double begin_m = std::max(over_m(std::max(cell_m - 0.5 * length_m, 0.0)), near_m),
                  end_m = std::min(over_m(cell_m + 0.5 * length_m), far_m);
     if (begin_m > far_m) break;
     if (!(end_m > begin_m)) continue;
     const double middle_m = 0.5 * (begin_m + end_m), range_m = std::hypot(middle_m, depth_m);
-    power[n] +=
-        static_cast<float>(law_.per_m2_at(range_m) * strength * gaussian_m(begin_m, end_m) *
-                           plane.slant_m(law_.width_m_at(range_m)) * law_.cell_m() / length_m *
-                           law_.two_way(side, plane, range_m, middle_m, -depth_m));
+    power[n] += static_cast<float>(law_.per_m2_at(range_m) * strength * gaussian_m(begin_m, end_m) *
+                                   plane.slant_m(law_.width_m_at(range_m)) * law_.cell_m() /
+                                   (range_per_m * length_m) *
+                                   law_.two_way(side, plane, range_m, middle_m, -depth_m));
     artefacts.add(Artefact::wake);
   }
 }
@@ -223,7 +225,9 @@ void Disturbances::add_one_fish(const PingContext& context, Side side,
                                 const Eigen::Vector3d& from_array, double over_bed_m,
                                 std::span<float> gain, std::span<float> power,
                                 Artefacts& artefacts) const {
-  const double range_m = from_array.norm();
+  // As in a water of one sound speed; its shadow on the bed is as much farther, or nearer.
+  const double per_m = from_array.z() > 0.0 ? context.range_per_m_up : context.range_per_m_down;
+  const double range_m = per_m * from_array.norm();
   const auto bin = static_cast<std::size_t>(range_m / law_.bin_m());
   if (bin >= power.size()) return;
   const BeamPlane plane(context, side);
@@ -255,7 +259,7 @@ void Disturbances::add_one_fish(const PingContext& context, Side side,
     const double h = context.altitude_m;
     if (height_m >= h) return std::numeric_limits<double>::infinity();
     const double ground_m = over_m * h / (h - std::max(height_m, 0.0));
-    return std::sqrt(ground_m * ground_m + h * h);
+    return context.range_per_m_down * std::sqrt(ground_m * ground_m + h * h);
   };
   const double from_m = shadow_m(over_bed_m - 0.5 * thick_m);
   const double to_m = shadow_m(over_bed_m + 0.5 * thick_m);

@@ -197,27 +197,30 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
 void OtherPaths::add(const PingContext& context, const EchoLine& line,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const {
-  const double depth_m = context.depth_m();
+  // As travel times give them: volume and multiples are computed in a water of one sound speed.
+  const double depth_m = context.range_per_m_up * context.depth_m(),
+               altitude_m = context.range_per_m_down * context.altitude_m;
   const BeamPlane plane(context, line.side);
-  if (options_.second_time_around) add_earlier_pings(context.altitude_m, line.side, plane, power);
-  if (options_.surface) add_surface(depth_m, line.side, plane, power);
-  if (options_.volume) add_volume(depth_m, context.altitude_m, line.side, plane, power);
-  if (options_.multiples)
-    add_multiples(depth_m, context.altitude_m, line.side, plane, direct, power, sums);
+  if (options_.second_time_around) add_earlier_pings(context, line.side, plane, power);
+  if (options_.surface) add_surface(context, line.side, plane, power);
+  if (options_.volume) add_volume(depth_m, altitude_m, line.side, plane, power);
+  if (options_.multiples) add_multiples(depth_m, altitude_m, line.side, plane, direct, power, sums);
   if (options_.double_bounce) add_double_bounce(context, line, plane, direct, power);
 }
 
 // The ping before adds at r the echo from r + c P / 2, the one before that from r + c P, and so on.
-void OtherPaths::add_earlier_pings(double altitude_m, Side side, const BeamPlane& plane,
+void OtherPaths::add_earlier_pings(const PingContext& context, Side side, const BeamPlane& plane,
                                    std::span<float> power) const {
+  const double altitude_m = context.altitude_m, per_m = context.range_per_m_down;
   const double slant_m = plane.slant_m(altitude_m), noise = power.front();
   for (int pings = 1; pings <= most_pings_back; ++pings) {
     const auto intensity = [&](std::size_t n) {
-      const double before_m = pings * ping_m_, from_m = law_.cell_middle_m(n) + before_m;
-      return law_.level_bed(side, plane, from_m, slant_m / from_m, before_m) *
+      const double before_m = pings * ping_m_;
+      const double from_m = (law_.cell_middle_m(n) + before_m) / per_m;
+      return law_.level_bed(side, plane, from_m, slant_m / from_m, before_m) / per_m *
              bed_strength_(std::min(altitude_m / from_m, 1.0));
     };
-    const double first = std::max(slant_m - pings * ping_m_, 0.0) / law_.bin_m();
+    const double first = std::max(per_m * slant_m - pings * ping_m_, 0.0) / law_.bin_m();
     if (!(first < static_cast<double>(power.size()))) continue;
     const auto begin = static_cast<std::size_t>(first);
     // It falls with the range, so that its first bin tells whether it is heard at all.
@@ -229,25 +232,27 @@ void OtherPaths::add_earlier_pings(double altitude_m, Side side, const BeamPlane
 
 // A bin receives two strips of the sea surface between the ranges where its cell begins and ends,
 // or the bin itself if that is longer: one to port and one to starboard.
-void OtherPaths::add_surface(double depth_m, Side side, const BeamPlane& plane,
+void OtherPaths::add_surface(const PingContext& context, Side side, const BeamPlane& plane,
                              std::span<float> power) const {
-  const double slant_m = plane.slant_m(depth_m), length_m = std::max(law_.cell_m(), law_.bin_m());
+  const double depth_m = context.depth_m(), per_m = context.range_per_m_up;
+  const double slant_m = plane.slant_m(depth_m),
+               length_m = std::max(law_.cell_m(), law_.bin_m()) / per_m;
   const auto horizontal_m = [&](double range_m) {
     return std::sqrt(std::max(range_m * range_m - slant_m * slant_m, 0.0));
   };
   const auto intensity = [&](std::size_t n) {
-    const double range_m = law_.cell_middle_m(n);
+    const double range_m = law_.cell_middle_m(n) / per_m;
     const double near_m = horizontal_m(std::max(range_m - 0.5 * length_m, 0.0));
     const double far_m = horizontal_m(range_m + 0.5 * length_m);
     const double middle_m = 0.5 * (near_m + far_m);
     const double own = law_.two_way(side, plane, range_m, middle_m, -slant_m);
     const double other = law_.two_way(side, plane, range_m, -middle_m, -slant_m);
-    const double area_m2 =
-        plane.slant_m(law_.width_m_at(range_m)) * (far_m - near_m) * law_.cell_m() / length_m;
+    const double area_m2 = plane.slant_m(law_.width_m_at(range_m)) * (far_m - near_m) *
+                           law_.cell_m() / (per_m * length_m);
     const double sine = std::min(depth_m / range_m, 1.0);
     return law_.per_m2_at(range_m) * at_sine(surface_strength_, sine) * area_m2 * (own + other);
   };
-  const double first = slant_m / law_.bin_m();
+  const double first = per_m * slant_m / law_.bin_m();
   if (first < static_cast<double>(power.size()))
     over_bins(static_cast<std::size_t>(first), power.size(), intensity,
               [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });

@@ -30,7 +30,11 @@ struct PingContext {
   double altitude_m = 10.0;                ///< above the bed below
   double speed_mps = 0.0;                  ///< of the vehicle
   std::array<ReceiverMotion, 2> motion{};  ///< by side
-  double sea_height_m = 0.0;               ///< of the waves; set by the signal chain
+  // Set by the signal chain:
+  double sea_height_m = 0.0;  ///< of the waves
+  /// Range, which is travel time at the sound speed of the ranges, per metre of the way up to the
+  /// sea surface and down to the bed. Rays are straight, so it is the same on oblique ways.
+  double range_per_m_up = 1.0, range_per_m_down = 1.0;
 
   double depth_m() const { return std::max(sea_height_m - array.origin.z(), 0.0); }
 };
@@ -186,7 +190,8 @@ class OtherPaths {
            std::span<float> power, std::vector<double>& sums) const;
 
  private:
-  void add_surface(double depth_m, Side side, const BeamPlane& plane, std::span<float> power) const;
+  void add_surface(const PingContext& context, Side side, const BeamPlane& plane,
+                   std::span<float> power) const;
   void add_volume(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                   std::span<float> power) const;
   void sum_bed(double slant_m, Side side, const BeamPlane& plane, std::span<const float> direct,
@@ -194,7 +199,7 @@ class OtherPaths {
   void add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const;
-  void add_earlier_pings(double altitude_m, Side side, const BeamPlane& plane,
+  void add_earlier_pings(const PingContext& context, Side side, const BeamPlane& plane,
                          std::span<float> power) const;
   void add_double_bounce(const PingContext& context, const EchoLine& line, const BeamPlane& plane,
                          std::span<const float> direct, std::span<float> power) const;

@@ -213,7 +213,7 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
   const auto channel = [&](const EchoLine& line) -> Channel& {
     return memory.channels[static_cast<std::size_t>(line.side)];
   };
-  const PingContext here = under_waves(context);
+  const PingContext here = in_water(context);
   for (EchoLine& line : lines) {
     expect(here, line, channel(line));
     if (options_.speckle) scatterers_.place(context.array, line.bins, channel(line).cells);
@@ -244,8 +244,15 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
   }
 }
 
-PingContext SignalChain::under_waves(PingContext context) const {
+/// The context of a ping with the waves, and with the travel times up and down.
+PingContext SignalChain::in_water(PingContext context) const {
   context.sea_height_m = waves_.at(context.t_s);
+  if (options_.profile) {
+    const double from_m = std::max(-context.array.origin.z(), 0.0), c = options_.sound_speed_mps;
+    context.range_per_m_up = c / options_.profile->mean_speed_mps(from_m, 0.0);
+    context.range_per_m_down =
+        c / options_.profile->mean_speed_mps(from_m, from_m + context.altitude_m);
+  }
   return context;
 }
 

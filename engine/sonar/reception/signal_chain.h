@@ -13,6 +13,7 @@
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/engine/sonar/reception/scatterers.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
+#include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
 
@@ -23,6 +24,8 @@ struct ChainOptions {
   bool speckle = true;             ///< false: expected values, also of the noise
   double sound_speed_mps = 1500.0;
   double absorption_db_per_m = 0.0;
+  /// Whose travel times ranges stand for; null: distances. It must outlive the chain.
+  const scatter::SoundSpeedProfile* profile = nullptr;
   double heading_rad = 0.0;          ///< of the array in most pings, for Scatterers
   double nominal_altitude_m = 10.0;  ///< for the automatic gain and the level bed
   double nominal_speed_mps = 0.0;    ///< of the vehicle, for the same
@@ -93,7 +96,7 @@ class SignalChain {
   double automatic_gain_db() const;
   std::vector<float> gains_of_beam(int beam) const;
   double self_noise(double speed_mps) const;
-  PingContext under_waves(PingContext context) const;
+  PingContext in_water(PingContext context) const;
   void expect(const PingContext& context, EchoLine& line, Channel& channel) const;
   void leak_power(const PingContext& context, std::span<const EchoLine> lines,
                   Memory& memory) const;
