@@ -175,12 +175,15 @@ void Disturbances::add_fish(const PingContext& context, Side side, std::span<flo
   const double reach_m = law_.bin_m() * static_cast<double>(power.size());
   const Eigen::Vector2d out = abeam(context, side), ahead{-out.y(), out.x()};
   const Eigen::Vector2d here = context.array.origin.head<2>(), there = here + reach_m * out;
+  // None swim above the mean sea surface.
+  const double highest_m =
+      std::clamp(context.altitude_m - context.array.origin.z(), 0.0, options_.fish_height_m);
   // How far ahead the beam's plane is at the heights of fish, and half its width.
   const auto plane_m = [&](double above_m) {
     return std::clamp(ahead.dot(along_of_plane_m(context.array, above_m)), -reach_m, reach_m);
   };
   const double bed_m = plane_m(-context.altitude_m),
-               top_m = plane_m(options_.fish_height_m - context.altitude_m);
+               top_m = plane_m(highest_m - context.altitude_m);
   const double wide_m = law_.width_m(power.size() - 1) + options_.fish_length_m;
   const double least_ahead_m = std::min(bed_m, top_m) - wide_m,
                most_ahead_m = std::max(bed_m, top_m) + wide_m;
@@ -210,7 +213,7 @@ void Disturbances::add_fish(const PingContext& context, Side side, std::span<flo
       if (count == 0) continue;
       stream.uniform(std::span(random).first(3 * count), 4);
       for (std::size_t k = 0; k < count; ++k) {
-        const double over_bed_m = random[3 * k + 2] * options_.fish_height_m;
+        const double over_bed_m = random[3 * k + 2] * highest_m;
         const Eigen::Vector3d place{(static_cast<double>(i) + random[3 * k]) * fish_cell_m,
                                     (static_cast<double>(j) + random[3 * k + 1]) * fish_cell_m,
                                     context.array.origin.z() - context.altitude_m + over_bed_m};

@@ -220,6 +220,40 @@ TEST_CASE("fish near an array that is not focused hide no more than all, and giv
   CHECK(fish);
 }
 
+TEST_CASE("fish swim below the sea surface") {
+  // A beam of 20 degrees that looks up meets them as far as its lower edge meets the surface.
+  Sonar sonar = quiet_sonar();
+  sonar.vertical.beamwidth_rad = 20.0 * degree;
+  sonar.vertical.tilt_rad = -30.0 * degree;
+  sonar.vertical.floor_db = -60.0;
+  const Eigen::Vector3d shallow{0.0, 0.0, -3.0};  // in 5 m of water
+  const auto lines = [&](double height_m) {
+    const SignalChain chain(
+        sonar,
+        {.speckle = false, .artefacts = {.fish_per_hectare = 2000.0, .fish_height_m = height_m}});
+    SignalChain::Memory memory;
+    std::vector<float> all;
+    for (double north_m = 0.0; north_m < 100.0; north_m += 1.0) {
+      const Eigen::Vector3d here = shallow + north_m * Eigen::Vector3d::UnitY();
+      EchoLine line = level_line(sonar, Side::starboard, here, 2.0);
+      std::ranges::fill(line.bins.intensity_mean, 0.0f);
+      chain.receive({.array = {here, {0, 1, 0}}, .altitude_m = 2.0}, std::span(&line, 1), memory);
+      all.insert(all.end(), line.bins.intensity.begin(), line.bins.intensity.end());
+    }
+    return all;
+  };
+  const std::vector<float> all = lines(50.0);
+  double within = 0.0, beyond = 0.0;  // 3 m up at 20 degrees and more, or less
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const double r = (double(i % 1500) + 0.5) * sonar.bin_m();
+    (r < 3.0 / std::sin(20.0 * degree) ? within : beyond) += double(all[i]) * std::pow(r, 4.0);
+  }
+  CHECK(within > 0.0);
+  CHECK(beyond < within);
+  CHECK(all == lines(5.0));
+  CHECK(all != lines(4.0));
+}
+
 TEST_CASE("a pitched array meets as many fish, and a wake where its beam meets the surface") {
   const auto pings_with_fish = [](double bow_up_rad) {
     Receiver receiver({.fish_per_hectare = 40.0});
