@@ -44,6 +44,18 @@ std::vector<std::string> listed_files(const fs::path& folder) {
   return names;
 }
 
+/// Those of the names that a folder's manifest does not list; none if it is damaged.
+std::vector<std::string> not_listed(const fs::path& folder, std::span<const std::string> names) {
+  std::vector<std::string> left(names.begin(), names.end());
+  if (!fs::exists(folder / manifest_name)) return left;
+  const nlohmann::json manifest = manifest_in(folder);
+  if (!manifest.is_object() || !manifest.contains("files")) return {};
+  for (const nlohmann::json& file : manifest["files"])
+    if (file.is_object() && file.contains("name") && file["name"].is_string())
+      std::erase(left, file["name"].get<std::string>());
+  return left;
+}
+
 /// Puts back the files of an earlier run that were set aside, unless the new run is complete.
 void restore_earlier_run(const fs::path& folder, const fs::path& staging) {
   const fs::path aside = staging / earlier_name;
@@ -61,6 +73,15 @@ void restore_earlier_run(const fs::path& folder, const fs::path& staging) {
 }
 
 }  // namespace
+
+void require_none_of(const fs::path& folder, std::span<const std::string> names) {
+  for (const std::string& name : names)
+    if (fs::exists(fs::symlink_status(folder / name)))
+      throw SceneError(fmt::format(
+          "{}: is not of an earlier run in this folder, and would be overwritten; move it away, or "
+          "choose another folder with -o",
+          (folder / name).string()));
+}
 
 OutputFolder::OutputFolder(fs::path folder, bool staged)
     : folder_(std::move(folder)), staged_(staged) {
@@ -96,11 +117,9 @@ void OutputFolder::begin() {
         "{}: another process makes a run in this folder; wait until it has finished, or choose "
         "another folder with -o",
         folder_.string()));
-  if (claim_->exclusive()) {
-    for (const fs::path& left_behind : StagingFolder::left_behind(place))
-      restore_earlier_run(folder_, left_behind);
-    StagingFolder::remove_left_behind(place);
-  }
+  const std::vector<fs::path> left_behind = StagingFolder::left_behind(place);
+  if (claim_->exclusive())
+    for (const fs::path& staging : left_behind) restore_earlier_run(folder_, staging);
   holds_earlier_run_ = fs::exists(fs::symlink_status(place));
   if (holds_earlier_run_) {
     const nlohmann::json manifest = manifest_in(folder_);
@@ -109,7 +128,17 @@ void OutputFolder::begin() {
       throw SceneError(fmt::format(
           "{}: is not the manifest of a run; choose another folder with -o", place.string()));
   }
+  after_killed_ = !left_behind.empty();
   staging_.emplace(place);
+  // Not before there is a new one, which marks what is shown as a run's.
+  std::error_code ignored;
+  if (claim_->exclusive())
+    for (const fs::path& staging : left_behind) fs::remove_all(staging, ignored);
+}
+
+void OutputFolder::require_own(std::span<const std::string> names) const {
+  // What a killed run has shown or put in place is not listed.
+  if (!after_killed_) require_none_of(folder_, not_listed(folder_, names));
 }
 
 void OutputFolder::write(const std::string& name, const refine::WriteContent& write_content) {

@@ -15,6 +15,9 @@
 
 namespace ensonify::engine {
 
+/// Throws SceneError if a folder has something of one of these names.
+void require_none_of(const std::filesystem::path& folder, std::span<const std::string> names);
+
 /// The folder of a run, made if missing. The run's files appear in it together, and replace those
 /// of an earlier run there, which stay until then. A run that is not kept leaves nothing behind.
 /// Several threads may write.
@@ -30,6 +33,9 @@ class OutputFolder {
   /// Begins a run of one part. Throws SceneError while another process makes one in this folder,
   /// and std::system_error.
   void begin();
+  /// Throws SceneError if the folder has something of one of these names that no earlier run there
+  /// has made.
+  void require_own(std::span<const std::string> names) const;
   /// Throws std::system_error as refine::write_staged(), and what `write_content` throws.
   void write(const std::string& name, const refine::WriteContent& write_content);
   void write(const std::string& name, std::span<const std::byte> content);
@@ -50,6 +56,7 @@ class OutputFolder {
   std::vector<std::filesystem::path> made_;
   bool kept_ = false;
   bool holds_earlier_run_ = false;
+  bool after_killed_ = false;  // a killed run's temporary folder was there
   std::optional<Claim> claim_;
   std::optional<StagingFolder> staging_;  // where the files are until they are kept
   std::set<std::string> shown_;

@@ -109,6 +109,25 @@ std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image
       render(image, scene.display, simulator.calibration(sonar), scene.output.png_bits));
 }
 
+std::vector<std::string> file_names(const Scene& scene, const std::string& ending) {
+  const OutputOptions& output = scene.output;
+  std::vector<std::string> names;
+  for (const Sonar& sonar : scene.sonars) {
+    const std::string name = sonar.name + ending;
+    for (const char* of_all : {".png", "_pings.csv", "_targets.json"})
+      names.push_back(name + of_all);
+    if (output.truth) names.push_back(name + "_truth.png");
+    for (const OutputFormat& format : output_formats()) {
+      if (!(output.*format.wanted)) continue;
+      const bool common =
+          output.one_recording && std::holds_alternative<EncodeRecording>(format.encode);
+      names.push_back(fmt::format("{}.{}", common ? std::string(common_recording) + ending : name,
+                                  format.name));
+    }
+  }
+  return names;
+}
+
 PartRecord write_files(const Scene& scene, const std::string& scene_hash, const WorldOnEarth& world,
                        ScenePings& pings, const Simulator& simulator, const std::string& ending,
                        int threads, const WriteFile& write) {

@@ -33,6 +33,9 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, const 
                        ScenePings& pings, const Simulator& simulator, const std::string& ending,
                        int threads, const WriteFile& write);
 
+/// The names of the files that write_files() may write.
+std::vector<std::string> file_names(const Scene& scene, const std::string& ending);
+
 /// The picture of a sonar's pings, as write_files() encodes it.
 std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image,
                                       const Simulator& simulator, std::size_t sonar);

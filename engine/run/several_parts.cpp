@@ -75,6 +75,7 @@ class SeveralParts {
         throw SceneError(
             fmt::format("{}: the folder holds another run; choose another folder with -o",
                         run_.folder.string()));
+      require_empty_places();
       refine::write_file(file, plan_json(plan_));
       return;
     }
@@ -92,12 +93,44 @@ class SeveralParts {
         run_.folder.string(), fmt::join(changes, ", ")));
   }
 
+  /// In a folder without a plan nothing is of this run, except whole parts of it.
+  void require_empty_places() const {
+    std::vector<std::string> names;
+    for (const Sonar& sonar : run_.scene.sonars)
+      for (const char* ending : {".png", "_targets.json"}) names.push_back(sonar.name + ending);
+    for (std::size_t part = 0; part < parts_.count(); ++part)
+      if (fs::exists(run_.folder / parts_.folder(part)) && !is_whole(part))
+        names.push_back(parts_.folder(part));
+    require_none_of(run_.folder, names);
+  }
+
+  /// Throws SceneError if a part's place is not a folder with nothing but files of that part.
+  void require_own_files(std::size_t part) const {
+    const fs::path place = run_.folder / parts_.folder(part);
+    std::vector<std::string> own = file_names(run_.scene, "_" + parts_.number(part));
+    own.emplace_back("part.json");
+    const auto refuse = [](const fs::path& foreign) {
+      throw SceneError(fmt::format(
+          "{}: is not of this run, but its place is needed for a part that must be made; move it "
+          "away, or choose another folder with -o",
+          foreign.string()));
+    };
+    if (!fs::is_directory(place)) refuse(place);
+    for (const fs::directory_entry& entry : fs::directory_iterator(place))
+      if (entry.is_directory() ||
+          std::ranges::find(own, entry.path().filename().string()) == own.end())
+        refuse(entry.path());
+  }
+
   void find_parts() {
     const Shard& share = run_.control.shard;
     for (std::size_t part = 0; part < parts_.count(); ++part) {
       const fs::path place = run_.folder / parts_.folder(part);
       if (fs::exists(StagingFolder::lock_of(place))) StagingFolder::try_claim(place);
-      if (fs::exists(place) && !is_whole(part)) fs::remove_all(place);
+      if (fs::exists(place) && !is_whole(part)) {
+        require_own_files(part);
+        fs::remove_all(place);
+      }
       if (fs::exists(place))
         finished_.insert(part);
       else if (part >= share.begin(parts_.count()) && part < share.end(parts_.count()))

@@ -60,6 +60,30 @@ TEST_CASE("a run replaces an earlier one as a whole, and leaves other files alon
   CHECK(read_text(place / "a.png") == "second");
 }
 
+TEST_CASE("a run does not overwrite what no earlier run has made") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> names{"a.png", "a.exr"};
+  const auto begin = [&] {
+    OutputFolder output(folder.path(), false);
+    output.begin();
+    output.require_own(names);
+  };
+  write_text(folder / "a.exr", "mine");
+  CHECK_THROWS_WITH(begin(), Catch::Contains("a.exr: is not of an earlier run"));
+  CHECK(names_in(folder.path()) == std::set<std::string>{"a.exr"});
+  fs::remove(folder / "a.exr");
+  make_run(folder.path(), {"a.png"}, "first");
+  write_text(folder / "a.png", "edited");
+  begin();
+  write_text(folder / "a.exr", "mine");
+  CHECK_THROWS_WITH(begin(), Catch::Contains("a.exr: is not of an earlier run"));
+  CHECK(read_text(folder / "a.exr") == "mine");
+  // A killed run leaves its temporary folder, and may have shown a picture.
+  fs::remove(folder / "manifest.json");
+  fs::create_directory(folder / ".manifest.json.0.tmp");
+  begin();
+}
+
 TEST_CASE("a run that is not kept leaves nothing, and an earlier one as it was") {
   const TemporaryFolder folder;
   const fs::path place = folder / "run";

@@ -349,12 +349,47 @@ TEST_CASE("parts that lack files, or whose files or records are damaged, are mad
   fs::copy_file(folder / "run/part_0001/part.json", folder / "run/part_0004/part.json",
                 fs::copy_options::overwrite_existing);
   fs::remove_all(folder / "run/part_0005");
-  write_text(folder / "run/part_0005", "no folder");
+  fs::create_directory(folder / "run/part_0005");
   const Outcome outcome =
       run_program(folder.path(), {"run", "scene.toml", "-o", "run", "--part", "0/1", "--json"});
   INFO(outcome.err);
   REQUIRE(outcome.code == 0);
   CHECK(difference(tree_of(folder / "run"), expected) == "");
+}
+
+TEST_CASE("what is not of the run is never removed from the places of its parts") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", many_pings());
+  const auto check_refused = [&](const std::string& output, std::vector<std::string> more,
+                                 const std::string& named) {
+    const auto before = tree_of(folder / output);
+    const Outcome outcome = run_scene(folder.path(), output, std::move(more));
+    INFO(outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.find(named + ": is not of ") != std::string::npos);
+    CHECK(difference(tree_of(folder / output), before) == "");
+  };
+  fs::create_directories(folder / "mine/part_0001");
+  write_text(folder / "mine/part_0001/thesis.txt", "precious");
+  check_refused("mine", {}, "mine/part_0001");
+  fs::create_directory(folder / "picture");
+  write_text(folder / "picture/left-right.png", "precious");
+  check_refused("picture", {}, "picture/left-right.png");
+
+  run_whole(folder.path(), "run");
+  fs::remove(folder / "run/part_0002/part.json");
+  write_text(folder / "run/part_0002/thesis.txt", "precious");
+  check_refused("run", {}, "run/part_0002/thesis.txt");
+  fs::remove_all(folder / "run/part_0002");
+  write_text(folder / "run/part_0002", "no folder");
+  check_refused("run", {}, "run/part_0002");
+  // Without their plan, whole parts of the same run are found, those of another one are not its.
+  fs::remove(folder / "run/part_0002");
+  run_whole(folder.path(), "run");
+  for (const char* top : {"run.json", "manifest.json", "left-right.png", "left-right_targets.json"})
+    fs::remove(folder / "run" / top);
+  check_refused("run", {"-D", "seed=5"}, "run/part_0001");
+  run_whole(folder.path(), "run");
 }
 
 TEST_CASE("a run in parts that is killed several times becomes the same, without leftovers") {
