@@ -1,7 +1,9 @@
 #include <ensonify/engine/dataset/dataset_json.h>
 
 #include <algorithm>
+#include <set>
 #include <sstream>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -87,6 +89,10 @@ std::string dataset_json(const Recipe& recipe) {
                             {"recipe_hash", xxh128(recipe.text())}}));
 }
 
+std::string hash_in(const std::string& dataset_json) {
+  return Json::parse(dataset_json).at("xxh128").get<std::string>();
+}
+
 void require_same_dataset(const fs::path& file, const std::string& content) {
   const std::string written = refine::read_file(file);
   if (written == content) return;
@@ -121,13 +127,48 @@ std::string sample_json(std::size_t number, const SampleScene& sample,
                  : Json::accept(value) ? Json::parse(value)
                                        : Json(value);
   return text_of(with_hash({{"sample", number},
-                            {"dataset_xxh128", Json::parse(dataset_json).at("xxh128")},
+                            {"dataset_xxh128", hash_in(dataset_json)},
                             {"split", sample.split},
                             {"seafloor", sample.seafloor},
                             {"seafloor_seed", sample.scene.bed_seed()},
                             {"seed", sample.scene.seed},
                             {"drawn", drawn},
                             {"files", files}}));
+}
+
+bool is_whole_sample(const fs::path& folder, std::size_t number,
+                     const std::string& dataset_xxh128) {
+  const auto refuse = [](const fs::path& place, std::string_view what) {
+    throw SceneError(fmt::format(
+        "{}: {}, in a place that generate needs; move it away, or choose another folder "
+        "with -o",
+        place.string(), what));
+  };
+  std::set<std::string> names{"sample.json"};
+  bool whole = true;
+  try {
+    const Json json = Json::parse(refine::read_file(folder / "sample.json"));
+    if (json.at("dataset_xxh128") != dataset_xxh128 || json.at("sample") != number)
+      refuse(folder, "a sample of another dataset or number");
+    for (const Json& file : json.at("files")) {
+      std::error_code missing;
+      const std::string& name = *names.insert(file.at("name").get_ref<const std::string&>()).first;
+      whole &= fs::file_size(folder / name, missing) == file.at("size_bytes");
+    }
+  } catch (const nlohmann::json::exception&) {
+    refuse(folder, "a sample without a readable sample.json");
+  } catch (const std::system_error& error) {
+    if (error.code() != std::errc::no_such_file_or_directory &&
+        error.code() != std::errc::not_a_directory)
+      throw;
+    refuse(folder, "no sample of a dataset");
+  }
+  if (!whole)
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
+      if (!entry.is_directory() &&
+          !names.contains(entry.path().lexically_relative(folder).string()))
+        refuse(entry.path(), "not a file of the sample");
+  return whole;
 }
 
 }  // namespace ensonify::engine

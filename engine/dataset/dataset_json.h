@@ -11,6 +11,8 @@ namespace ensonify::engine {
 /// The content of dataset.json: the recipe's text, versions, names of the labels, assets with their
 /// hashes, and the hash of all this.
 std::string dataset_json(const Recipe& recipe);
+/// The hash in the content of dataset.json.
+std::string hash_in(const std::string& dataset_json);
 
 /// Throws SceneError, with the first difference, if the file dataset.json of a folder does not have
 /// the content that the recipe gives.
@@ -24,5 +26,11 @@ std::vector<std::string> splits_of(const SplitOptions& split);
 /// hash.
 std::string sample_json(std::size_t number, const SampleScene& sample,
                         const std::string& dataset_json, const std::filesystem::path& folder);
+
+/// Whether a folder has all files that its sample.json lists, with their sizes. (`merge` compares
+/// their hashes.) Throws SceneError if it is not the folder of this sample of the dataset, or if
+/// files are missing and it has others: then nothing in it may be removed.
+bool is_whole_sample(const std::filesystem::path& folder, std::size_t number,
+                     const std::string& dataset_xxh128);
 
 }  // namespace ensonify::engine

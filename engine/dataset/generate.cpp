@@ -48,6 +48,29 @@ Interval samples_of(const Recipe& recipe, const Interval& units) {
   return {units.begin * tar_size(recipe), std::min(recipe.samples(), units.end * tar_size(recipe))};
 }
 
+/// Whether a sample is made, in its folder or in a tar. Throws as is_whole_sample().
+bool is_made(const SampleFolders& folders, std::size_t sample, const std::string& dataset_xxh128) {
+  const fs::path folder = folders.sample(sample);
+  try {
+    if (fs::exists(folder)) return is_whole_sample(folder, sample, dataset_xxh128);
+  } catch (const SceneError&) {
+    // Another process may have removed it for a tar meanwhile.
+    if (fs::exists(folder)) throw;
+  }
+  return folders.finished(sample);
+}
+
+/// The same for each of some samples.
+std::vector<char> are_made(const SampleFolders& folders, const Interval& samples,
+                           const std::string& dataset_json, int threads) {
+  const std::string hash = hash_in(dataset_json);
+  std::vector<char> made(samples.end - samples.begin);
+  refine::parallel_for(made.size(), threads, [&](std::size_t i, int) {
+    made[i] = is_made(folders, samples.begin + i, hash);
+  });
+  return made;
+}
+
 std::string without_numbers(std::string text) {
   std::erase_if(text, [](char c) { return c >= '0' && c <= '9'; });
   return text;
@@ -190,10 +213,12 @@ class Generator {
     }
     require_same_dataset(file, dataset_json_);
     report_.samples = samples_.end - samples_.begin;
+    const std::vector<char> made =
+        are_made(folders_, samples_, dataset_json_, refine::thread_count(control_.threads));
     for (std::size_t sample = samples_.begin; sample < samples_.end; ++sample) {
       if (fs::exists(StagingFolder::lock_of(folders_.sample(sample))))
         StagingFolder::try_claim(folders_.sample(sample));
-      if (folders_.finished(sample))
+      if (made[sample - samples_.begin])
         ++report_.found;
       else
         todo_[recipe_.seafloor_of(sample)].push_back(sample);
@@ -252,7 +277,8 @@ class Generator {
       const std::optional<Claim> claim = StagingFolder::try_claim(place);
       if (!claim) {
         claimed_elsewhere = true;
-      } else if (!folders_.finished(sample)) {
+      } else if (!is_made(folders_, sample, hash_in(dataset_json_))) {
+        if (fs::exists(place)) remove_damaged(place);
         make_sample(sample, place, kept, stages_s);
       }
     } catch (const Stopped&) {
@@ -278,6 +304,12 @@ class Generator {
       // Without stages, another process made it meanwhile.
       ++(stages_s.empty() ? report_.found : report_.made);
     }
+  }
+
+  /// In one step, so that other processes never see a part of it.
+  static void remove_damaged(const fs::path& place) {
+    const StagingFolder staging(place);
+    fs::rename(place, staging.path() / "damaged");
   }
 
   void make_sample(std::size_t number, const fs::path& place, Seafloors::Pointer& kept,
@@ -414,8 +446,8 @@ ShardState shard_state(const Recipe& recipe, const fs::path& folder, const Shard
   ShardState state{.samples = samples.end - samples.begin};
   const fs::path file = folder / "dataset.json";
   if (fs::exists(file)) require_same_dataset(file, dataset_json(recipe));
-  for (std::size_t sample = samples.begin; sample < samples.end; ++sample)
-    state.finished += folders.finished(sample);
+  for (const char made : are_made(folders, samples, dataset_json(recipe), refine::thread_count(0)))
+    state.finished += static_cast<std::size_t>(made);
   return state;
 }
 

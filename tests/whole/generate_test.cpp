@@ -291,6 +291,39 @@ TEST_CASE("two processes on one folder make one dataset together") {
   }
 }
 
+TEST_CASE("damaged samples are made again, and a folder that is no sample is refused") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  const auto expected = expected_tree(folder.path());
+  generate_whole(folder.path(), "dataset");
+  fs::resize_file(folder / "dataset/samples/000001/left-right.exr", 50);
+  fs::remove(folder / "dataset/samples/000003/scene.toml");
+  const Outcome dry = generate(folder.path(), "dataset", {"--dry-run"});
+  CHECK(dry.out.find("\"finished\": 6") != std::string::npos);
+  generate_whole(folder.path(), "dataset");
+  check_whole(folder.path(), "dataset", expected);
+
+  const auto check_refused = [&](const std::string& named) {
+    const auto before = tree_of(folder / "dataset");
+    const Outcome outcome = generate(folder.path(), "dataset");
+    INFO(outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.find("dataset/samples/" + named) != std::string::npos);
+    CHECK(difference(tree_of(folder / "dataset"), before) == "");
+  };
+  fs::remove(folder / "dataset/samples/000001/left-right.exr");
+  write_text(folder / "dataset/samples/000001/thesis.txt", "precious");
+  check_refused("000001/thesis.txt: not a file of the sample");
+  fs::resize_file(folder / "dataset/samples/000001/sample.json", 50);
+  check_refused("000001: a sample without a readable sample.json");
+  fs::remove(folder / "dataset/samples/000001/sample.json");
+  check_refused("000001: no sample of a dataset");
+  fs::remove_all(folder / "dataset/samples/000001");
+  fs::copy(folder / "dataset/samples/000002", folder / "dataset/samples/000001",
+           fs::copy_options::recursive);
+  check_refused("000001: a sample of another dataset or number");
+}
+
 TEST_CASE("a folder with another dataset is refused and not changed") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
