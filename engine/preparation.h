@@ -18,8 +18,8 @@ struct Preparation {
   /// Above this the files of the cache that were used longest ago are removed.
   std::uintmax_t cache_limit_bytes = std::uintmax_t{16} << 30;
   int threads = 0;  ///< 0: one per core of the machine
-  /// Called with the name of the next stage ("seafloor", "analysis", "tree"). What it throws ends
-  /// the preparation.
+  /// Called with the name of the next stage ("seafloor", "analysis", "tree"), and now and then while
+  /// one lasts; by one thread at a time. What it throws ends the preparation.
   std::function<void(std::string_view stage)> progress;
   /// The scene's seafloor where prepare_seafloor() has made it before. It is shared, not copied.
   std::shared_ptr<const PreparedSeafloor> seafloor = {};

@@ -361,8 +361,13 @@ class TileCollapser {
 
 }  // namespace
 
-ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads, Borders borders) {
+ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads, Borders borders,
+                                     const std::function<void()>& stop_check) {
+  const auto check_stop = [&] {
+    if (stop_check) stop_check();
+  };
   HalfEdges mesh = half_edges(in, threads);
+  check_stop();
   std::vector<Tile> tiles = partition(in, mesh, threads);
 
   std::vector<Index> tile_of(in.positions.size(), none);
@@ -380,6 +385,7 @@ ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads, Border
   for (int stage = 0;; ++stage) {
     std::vector<std::vector<Collapse>> found(tiles.size());
     parallel_for(tiles.size(), threads, [&](std::size_t tile, int) {
+      check_stop();
       for (const Index v : tiles[tile].vertices) {
         locked[v] = 0;
         const bool at_border = mesh.walk_ring(
@@ -403,16 +409,18 @@ ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads, Border
     tiles = std::move(merged);
   }
   mesh = {};
+  check_stop();
   return lay_out(in, collapses, threads);
 }
 
-ProgressiveMeshArrays build_of_any_mesh(const TriangleMesh& in, int threads, Borders borders) {
+ProgressiveMeshArrays build_of_any_mesh(const TriangleMesh& in, int threads, Borders borders,
+                                        const std::function<void()>& stop_check) {
   try {
-    return build_by_tiles(in, threads, borders);
+    return build_by_tiles(in, threads, borders, stop_check);
   } catch (const MeshError&) {
     // Not manifold. Heightfields are, and need no repair, which takes as long as the build.
     const RepairedMesh manifold = repair(in, -1.0);
-    ProgressiveMeshArrays built = build_by_tiles(manifold.mesh, threads, borders);
+    ProgressiveMeshArrays built = build_by_tiles(manifold.mesh, threads, borders, stop_check);
     for (Index& face : built.source_face)
       if (face != none) face = manifold.source_face[face];
     return built;

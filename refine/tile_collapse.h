@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include <ensonify/refine/progressive_mesh.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -20,14 +22,17 @@ enum class Borders { collapse, stay };
 /// `in` must be finite, manifold and oriented, with or without borders, in any number of components
 /// (mesh_repair.h makes it so); throws MeshError naming a place where it is not, and
 /// std::invalid_argument if threads < 1. Unreferenced vertices become separate leaves. The same
-/// collapses are allowed as in edge_collapse.h: all topology is kept.
+/// collapses are allowed as in edge_collapse.h: all topology is kept. `stop_check` is called before
+/// each tile, by all threads; what it throws ends the work.
 ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads,
-                                     Borders borders = Borders::collapse);
+                                     Borders borders = Borders::collapse,
+                                     const std::function<void()>& stop_check = {});
 
 /// The same of any mesh: where it is not manifold, vertices are split. The faces stay where they
 /// are and keep their numbers, so no ray sees that.
 ProgressiveMeshArrays build_of_any_mesh(const TriangleMesh& in, int threads,
-                                        Borders borders = Borders::collapse);
+                                        Borders borders = Borders::collapse,
+                                        const std::function<void()>& stop_check = {});
 
 /// Peak memory of build_by_tiles, for a mesh with half as many vertices as faces.
 inline constexpr double tile_collapse_bytes_per_face = 75.0;

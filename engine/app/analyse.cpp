@@ -149,18 +149,23 @@ void analyse_scene(const AnalyseArguments& arguments) {
   if (needs_tiles(scene.seafloor)) return make_tiles(arguments, scene, threads);
   if (arguments.file.empty()) throw UsageError("--output is missing: the file to write");
   std::optional<Progress> progress(std::in_place, arguments.quiet);
-  const auto report = [&](std::string_view stage) {
+  const auto stop_if_asked = [] {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
+  };
+  const auto report = [&](std::string_view stage) {
+    stop_if_asked();
     progress->report(stage, 0, 1);
   };
 
   report("seafloor");
   Clock::time_point start = Clock::now();
-  Seafloor seafloor = seafloor_of(scene, {arguments.memory, refine::tile_collapse_bytes_per_face});
+  Seafloor seafloor = seafloor_of(scene, {arguments.memory, refine::tile_collapse_bytes_per_face},
+                                  BedForm::mesh, stop_if_asked);
   const double seafloor_s = seconds_since(start);
   report("analysis");
   start = Clock::now();
-  with_memory_for("the analysis of the seafloor", [&] { analyse(seafloor, threads); });
+  with_memory_for("the analysis of the seafloor",
+                  [&] { analyse(seafloor, threads, stop_if_asked); });
   const double analysis_s = seconds_since(start);
   report("file");
   start = Clock::now();

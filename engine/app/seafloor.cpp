@@ -35,11 +35,12 @@ void write_seafloor(const SeafloorArguments& arguments) {
   const Scene scene = arguments.scene.read();
   const SignalWatch signals;  // a signal then leaves no temporary file
   if (kind == ".ply") {
-    const refine::TriangleMesh mesh = seafloor_of(scene, {arguments.memory}).mesh;
+    const refine::TriangleMesh mesh =
+        seafloor_of(scene, {arguments.memory}, BedForm::mesh, stop_if_asked).mesh;
     stop_if_asked();
     refine::write_ply(arguments.file, mesh);
   } else {
-    const Heightfield field = heights_of(scene, {arguments.memory});
+    const Heightfield field = heights_of(scene, {arguments.memory}, stop_if_asked);
     stop_if_asked();
     refine::write_file(arguments.file,
                        kind == ".tif"

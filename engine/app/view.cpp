@@ -41,29 +41,35 @@ void view_scene(const ViewArguments& arguments) {
   require_at_once(scene.seafloor);
   // The simulator only makes the seafloor and aims the fans; this builds no tree to trace with.
   scene.run.surface = "static";
-  scene.run.intersector = "brute_force";
+  scene.run.intersector = "fan_scan";
 
   const SignalWatch signals;
   Progress progress(arguments.quiet);
-  const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {
+  const auto stop_if_asked = [] {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
+  };
+  const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {
+    stop_if_asked();
     progress.report(stage, done, of);
   };
-  report("seafloor", 0, 1);
-  Simulator simulator(scene, {.cache = arguments.cache, .memory = arguments.memory});
+  Simulator simulator(scene, {.cache = arguments.cache,
+                              .progress = [&](std::string_view stage) { report(stage, 0, 1); },
+                              .memory = arguments.memory});
   const std::vector<Pose> track = simulator.track();
   const std::size_t ping = arguments.ping.value_or(track.size() / 2);
   if (ping >= track.size())
     throw UsageError(fmt::format("--ping {}: the track has {} pings; expected 0 to {}", ping,
                                  track.size(), track.size() - 1));
   report("progressive mesh", 0, 1);
-  const auto progressive = make_progressive_mesh(simulator.seafloor().mesh);
+  const auto progressive =
+      make_progressive_mesh(simulator.seafloor().mesh, refine::thread_count(0), stop_if_asked);
   const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, track[ping]);
   std::vector<refine::FanVolume> volumes;
   for (const RayFan& fan : fans) volumes.push_back(fan_volume_of(fan));
   refine::ActiveMesh mesh(*progressive);
   mesh.refine(volumes);
 
+  stop_if_asked();
   const PingRendering view =
       shade({simulator.seafloor(), mesh, fans, track, ping},
             {.width_px = arguments.width_px,

@@ -109,8 +109,8 @@ void take(std::string_view text, Seafloor& seafloor) {
 
 }  // namespace
 
-void analyse(Seafloor& seafloor, int threads) {
-  seafloor.progressive = make_progressive_mesh(seafloor.mesh, threads);
+void analyse(Seafloor& seafloor, int threads, const std::function<void()>& stop_check) {
+  seafloor.progressive = make_progressive_mesh(seafloor.mesh, threads, stop_check);
   seafloor.mesh = {{}, {}, seafloor.mesh.world_origin};
 }
 

@@ -33,12 +33,14 @@ struct Ground {
   SeabedMap map;
 };
 
-Ground make_ground(const SeafloorOptions& options, std::uint64_t seed) {
+Ground make_ground(const SeafloorOptions& options, std::uint64_t seed,
+                   const std::function<void()>& stop_check) {
   if (!options.is_grid())
     throw std::invalid_argument("seafloor: a mesh has no grid of heights; write it to a .ply file");
   Ground ground;
   ground.field = make_base(options, seed);
-  ground.map = lay_seabed(ground.field, options.seabed, options.material, seed);
+  ground.map =
+      lay_seabed(ground.field, options.seabed, options.material, seed, nullptr, stop_check);
   if (options.kind == SeafloorKind::fractal) refuse_land(ground.field.z_m, options.depth_m);
   return ground;
 }
@@ -95,10 +97,11 @@ void take_bed(const Ground& ground, std::size_t objects, Seafloor& seafloor) {
 
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
                              std::span<const ObjectOptions> objects,
-                             std::span<const Material> materials, const MemoryPlan& plan) {
+                             std::span<const Material> materials, const MemoryPlan& plan,
+                             const std::function<void()>& stop_check) {
   require_at_once(options);
   if (options.is_grid()) require_heights_fit(options, plan);
-  Ground ground = make_ground(options, seed);
+  Ground ground = make_ground(options, seed, stop_check);
   if (first_scoured(objects)) {
     Seafloor seafloor;
     take_bed(ground, count_of(objects), seafloor);
@@ -109,7 +112,8 @@ Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
 
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                        std::span<const ObjectOptions> objects, std::span<const Material> materials,
-                       const MemoryPlan& plan, BedForm form) {
+                       const MemoryPlan& plan, BedForm form,
+                       const std::function<void()>& stop_check) {
   if (options.kind == SeafloorKind::progressive) {
     if (!objects.empty())
       throw std::invalid_argument(
@@ -130,7 +134,7 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
   } else {
     require_at_once(options);
     require_bed_fits(options, plan, form);
-    ground = make_ground(options, seed);
+    ground = make_ground(options, seed, stop_check);
     require_faces_fit(options, ground.field, plan, form);
     seafloor.warnings = coarse_cell_warnings(ground.field, options.seabed);
     take_bed(ground, count_of(objects), seafloor);

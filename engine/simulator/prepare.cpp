@@ -1,14 +1,17 @@
 #include <ensonify/engine/simulator/prepare.h>
 
 #include <algorithm>
+#include <functional>
+#include <mutex>
 #include <system_error>
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/clock.h>
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed_height.h>
-#include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
 #include <ensonify/engine/trace/face_source.h>
@@ -118,13 +121,22 @@ class Preparing {
   void report(std::string_view stage) const {
     if (how_.progress) how_.progress(stage);
   }
+  /// Reports a stage that lasts again now and then, from any thread.
+  std::function<void()> still_in(std::string_view stage) {
+    return [this, stage] {
+      const std::lock_guard lock(reporting_);
+      if (seconds_since(reported_) < 0.1) return;
+      report(stage);
+      reported_ = Clock::now();
+    };
+  }
   bool needs_progressive() const {
     return face_source_kind(result_->surface).needs_progressive_mesh;
   }
 
   void make_seafloor_of_scene(BedForm form = BedForm::mesh) {
     report("seafloor");
-    result_->seafloor = seafloor_of(scene_, plan(), form);
+    result_->seafloor = seafloor_of(scene_, plan(), form, still_in("seafloor"));
     result_->cached = false;
   }
 
@@ -266,8 +278,9 @@ class Preparing {
 
   void make_progressive() {
     report("analysis");
-    with_memory_for("the analysis of the seafloor",
-                    [&] { analyse(result_->seafloor, refine::thread_count(how_.threads)); });
+    with_memory_for("the analysis of the seafloor", [&] {
+      analyse(result_->seafloor, refine::thread_count(how_.threads), still_in("analysis"));
+    });
     if (how_.cache.empty()) return;
     try {
       fs::create_directories(how_.cache);
@@ -285,6 +298,8 @@ class Preparing {
   const Preparation& how_;
   std::shared_ptr<PreparedSeafloor> result_ = std::make_shared<PreparedSeafloor>();
   std::string key_;
+  std::mutex reporting_;
+  Clock::time_point reported_;
 };
 
 }  // namespace
@@ -300,16 +315,19 @@ std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
   return how.seafloor ? how.seafloor : Preparing(scene, how).result();
 }
 
-Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan, BedForm form) {
+Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan, BedForm form,
+                     const std::function<void()>& stop_check) {
   return with_places(scene, [&] {
     return make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, plan,
-                         form);
+                         form, stop_check);
   });
 }
 
-Heightfield heights_of(const Scene& scene, const MemoryPlan& plan) {
+Heightfield heights_of(const Scene& scene, const MemoryPlan& plan,
+                       const std::function<void()>& stop_check) {
   return with_places(scene, [&] {
-    return make_heightfield(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, plan);
+    return make_heightfield(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, plan,
+                            stop_check);
   });
 }
 

@@ -51,9 +51,11 @@ std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
 /// Makes the scene's seafloor. Throws what make_seafloor does; a fault that names a layer or an
 /// object becomes a SceneError with its place in the scene's file; MemoryError for a mesh that does
 /// not fit.
-Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan = {}, BedForm form = BedForm::mesh);
+Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan = {}, BedForm form = BedForm::mesh,
+                     const std::function<void()>& stop_check = {});
 
 /// The heights of its bed, as make_heightfield() makes them. Throws likewise.
-Heightfield heights_of(const Scene& scene, const MemoryPlan& plan = {});
+Heightfield heights_of(const Scene& scene, const MemoryPlan& plan = {},
+                       const std::function<void()>& stop_check = {});
 
 }  // namespace ensonify::engine

@@ -176,6 +176,15 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("the work by tiles is ended by what its check throws") {
+  const TriangleMesh mesh = ensonify::tests::open_grid(200, 200, 0.5, 0.5, 1);
+  int calls = 0;
+  build_by_tiles(mesh, 1, Borders::collapse, [&] { ++calls; });
+  CHECK(calls > 5);
+  const auto stop = [] { throw std::runtime_error("stopped"); };
+  CHECK_THROWS_WITH(build_of_any_mesh(mesh, 2, Borders::collapse, stop), Contains("stopped"));
+}
+
 TEST_CASE("any number of threads builds the same bytes by tiles") {
   for (const auto& [name, source] : meshes()) {
     INFO(name);

@@ -393,6 +393,28 @@ TEST_CASE("A run that is stopped removes its files and exits with 128 plus the s
   CHECK(with_json.out == "{\n  \"folder\": \"new/folders/out\",\n  \"stopped\": true\n}\n");
 }
 
+TEST_CASE("Making a bed, which takes minutes, is stopped by SIGTERM at once") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene + "[[seafloor.boulders]]\nper_hectare = 1e5\n");
+  using Words = std::vector<std::string>;
+  for (Words words : {Words{"run", "-o", "out"}, Words{"view", "-o", "out.png"},
+                      Words{"seafloor", "-o", "out.npy"}, Words{"analyse", "-o", "out.pm"}}) {
+    CAPTURE(words.front());
+    words.insert(words.begin() + 1, "tiny.toml");
+    for (const char* key : {"extent_east_m=300", "extent_north_m=300", "cell_m=0.1"})
+      words.insert(words.end(), {"-D", std::string("seafloor.") + key});
+    std::chrono::steady_clock::time_point killed;
+    const Outcome outcome = run_program(folder.path(), words, {}, [&](pid_t process) {
+      std::this_thread::sleep_for(std::chrono::seconds(2));
+      kill(process, SIGTERM);
+      killed = std::chrono::steady_clock::now();
+    });
+    CHECK(std::chrono::steady_clock::now() - killed < std::chrono::seconds(10));
+    check_refused(outcome, 128 + SIGTERM, "stopped");
+    CHECK(names_in(folder.path()) == std::set<std::string>{"tiny.toml"});
+  }
+}
+
 TEST_CASE("A run is made as ever if stderr cannot be written") {
   if (!fs::exists("/dev/full")) {
     WARN("skipped: this system has no /dev/full");

@@ -14,6 +14,9 @@ namespace {
 using std::numbers::pi;
 constexpr double largest_boulder_of_median = 5.0;
 constexpr double tail_diameters = 6.0;
+constexpr double farthest_top = 1.6;  // in halves of a diameter from a stone's middle, any is lower
+// Gaussians beyond this, of 5e-22, change no height.
+constexpr double faint = 7.0;
 
 // The lower bits of a random number are another one.
 double lower_bits(double random) { return 1024.0 * random - std::floor(1024.0 * random); }
@@ -95,15 +98,18 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
       const double across = (dx * down_y - dy * down_x) / half_m;
       const double r = std::hypot(down, across);
       const double moat = (r - 1.15) / 0.45;  // a horseshoe, open to the lee
-      const double open = 0.5 - 0.5 * down / std::max(r, 1e-9);
-      field.z_m[point] -= moat_m * open * std::exp(-moat * moat);
-      if (down > 0.0) {
-        const double width = 0.7 + 0.08 * down;
+      if (moat < faint) {
+        const double open = 0.5 - 0.5 * down / std::max(r, 1e-9);
+        field.z_m[point] -= moat_m * open * std::exp(-moat * moat);
+      }
+      const double width = 0.7 + 0.08 * down;
+      if (down > 0.0 && std::abs(across) < faint * width) {
         const double along = down / 3.0;
         field.z_m[point] += tail_m * along * std::exp(1.0 - along) *
                             std::exp(-across * across / (width * width)) *
                             std::clamp(2.0 - 2.0 * down / (2.0 * tail_diameters), 0.0, 1.0);
       }
+      if (r > farthest_top) return;
       const double top = stone.top_m(dx, dy);
       if (top > stones[point]) {
         stones[point] = top;

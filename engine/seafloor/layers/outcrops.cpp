@@ -184,7 +184,8 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
   const double joint_m = joints_per_bed * relief.ledge_m;
   Joints joints(std::max(joint_m, 1e-3), relief.dip_heading_rad, draws);
   std::vector<double> rock(field.z_m.size());
-  for (int row = 0; row < field.rows; ++row)
+  for (int row = 0; row < field.rows; ++row) {
+    draws.check_stop();
     for (int column = 0; column < field.columns; ++column) {
       const std::size_t point = field.index(column, row);
       rock[point] = eroded(point);
@@ -206,6 +207,7 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
       rock[point] =
           bed_at(x, y) + relief.ledge_m * std::floor(over) + lean - crack + 0.6 * rough.z_m[point];
     }
+  }
   if (relief.ledge_m > 0.0) add_fallen_blocks(field, relief, draws, rock);
   for (std::size_t point = 0; point < rock.size(); ++point) {
     if (!(rock[point] > 0.0) || weight[point] == 0.0) continue;

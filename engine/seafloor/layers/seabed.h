@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -92,9 +93,11 @@ struct SeabedMap {
 /// Lays patches and layers on a base of one material. Rock outcrops rise from the base, so what
 /// lies on the sediment does not show on them. Features of a layer without a class get no numbers.
 /// `seed` is the seabed's. Throws std::invalid_argument and refine::MeshError, beginning with the
-/// scene's key of the layer at fault, for options that cannot be laid.
+/// scene's key of the layer at fault, for options that cannot be laid. `stop_check` is called
+/// often; what it throws ends the laying.
 SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
-                     std::uint64_t seed, RoughnessInWindows* roughness = nullptr);
+                     std::uint64_t seed, RoughnessInWindows* roughness = nullptr,
+                     const std::function<void()>& stop_check = {});
 
 /// Warns of layers whose features lie between the points of the grid: a line for each.
 std::vector<std::string> coarse_cell_warnings(const Heightfield& grid, const SeabedOptions& seabed);

@@ -311,8 +311,9 @@ std::unique_ptr<FaceSource> make_object_faces(const FaceSourceParts& parts) {
 }
 
 std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
-    const refine::TriangleMesh& mesh, int threads) {
-  return std::make_shared<const refine::ProgressiveMesh>(refine::build_of_any_mesh(mesh, threads));
+    const refine::TriangleMesh& mesh, int threads, const std::function<void()>& stop_check) {
+  return std::make_shared<const refine::ProgressiveMesh>(
+      refine::build_of_any_mesh(mesh, threads, refine::Borders::collapse, stop_check));
 }
 
 // A bent ray's point lies in direction d': its launch d, turned by up to the bend within a vertical

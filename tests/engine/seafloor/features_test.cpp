@@ -12,6 +12,7 @@
 #include <ensonify/engine/seafloor/layers/boulders.h>
 #include <ensonify/engine/seafloor/layers/outcrops.h>
 #include <ensonify/engine/seafloor/layers/pits.h>
+#include <ensonify/engine/seafloor/layers/seabed.h>
 #include <ensonify/engine/seafloor/layers/trawl_marks.h>
 
 #include "engine/seafloor/spectrum.h"
@@ -238,6 +239,22 @@ TEST_CASE("A rim rises from the pit's own bowl without a step") {
     for (int column = 0; column + 1 < 401; ++column)
       REQUIRE(std::abs(laid.field.at(column + 1, row) - laid.field.at(column, row)) <
               2.0 * 0.05 * steepest);
+}
+
+TEST_CASE("Each feature that is laid looks whether it shall stop") {
+  for (const bool pits : {true, false}) {
+    SeabedOptions seabed;
+    if (pits)
+      seabed.pits.emplace_back().relief.per_hectare = 1000.0;
+    else
+      seabed.boulders.emplace_back().relief.per_hectare = 1000.0;
+    Heightfield bed = flat(401, 401, 0.25, 0.25);
+    int calls = 0;
+    lay_seabed(bed, seabed, "medium sand", 1, nullptr, [&] { ++calls; });
+    CHECK(calls > 1000);
+    const auto stop = [] { throw std::runtime_error("stopped"); };
+    CHECK_THROWS_AS(lay_seabed(bed, seabed, "medium sand", 1, nullptr, stop), std::runtime_error);
+  }
 }
 
 TEST_CASE("Features lie where they are allowed to, whatever the bed's extent") {
