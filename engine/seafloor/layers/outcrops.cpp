@@ -17,8 +17,11 @@ namespace {
 constexpr double joints_per_bed = 4.0;
 constexpr double leaning = 0.12;  // of a block's top: the greatest slope is half of it either way
 constexpr double fallen_per_m2 = 0.5;  // where a ledge is near
-constexpr double closed_share = 0.5;   // of the second set's joints
-constexpr double crooked = 6.0;  // how far joints leave the straight, over the roughness there
+// Between joints 16 m apart and more, where otherwise each place would have ever more of them.
+constexpr double most_fallen_per_block = 128.0;
+constexpr double longest_fallen_in_joints = 0.7;
+constexpr double closed_share = 0.5;  // of the second set's joints
+constexpr double crooked = 6.0;       // how far joints leave the straight, over the roughness there
 
 /// The blocks of a bed between two sets of joints. The joints of the first set run through; those
 /// of the second end at them, and some are closed. It keeps the last block, in which the next place
@@ -89,7 +92,7 @@ class Joints {
 class FallenBlock {
  public:
   FallenBlock(double joint_m, std::span<const double> u) {
-    length_m_ = std::min(0.7, 0.2 * std::pow(u[2], -0.4)) * joint_m;
+    length_m_ = std::min(longest_fallen_in_joints, 0.2 * std::pow(u[2], -0.4)) * joint_m;
     width_m_ = length_m_ * (0.5 + 0.5 * u[3]);
     height_m_ = width_m_ * (0.5 + 0.6 * u[4]);
     const double heading = 2.0 * std::numbers::pi * u[5];
@@ -129,26 +132,29 @@ void add_fallen_blocks(const Heightfield& field, const OutcropRelief& relief,
     return std::max(before[field.index(static_cast<int>(column), static_cast<int>(row))], 0.0);
   };
   const double joint_m = joints_per_bed * relief.ledge_m, near_m = 2.0 * joint_m;
-  for_each_scattered(
-      field, fallen_per_m2, joint_m, draws, 6, [&](double x, double y, const auto& u) {
-        const double foot = standing(x, y);
-        // Uphill, at a random distance: more blocks lie near the ledge.
-        const double away_m = u[8] * near_m, from = 2.0 * std::numbers::pi * u[9];
-        bool fell = false;
-        for (int i = 0; i < 8; ++i) {
-          const double direction = from + 0.25 * std::numbers::pi * i;
-          fell |= standing(x + away_m * std::sin(direction), y + away_m * std::cos(direction)) >
-                  foot + 0.6 * relief.ledge_m;
-        }
-        if (!fell) return;
-        const FallenBlock block(joint_m, u);
-        for_each_point_near(field, x, y, block.reach_m(),
-                            [&](int column, int row, double dx, double dy) {
-                              const double top = block.top_m(dx, dy);
-                              double& height = rock[field.index(column, row)];
-                              if (top > 0.0) height = std::max(height, foot + top);
-                            });
-      });
+  const double drop_m = 0.6 * relief.ledge_m;
+  if (std::ranges::max(before) <= drop_m) return;
+  const double per_m2 = std::min(fallen_per_m2, most_fallen_per_block / (joint_m * joint_m));
+  for_each_scattered(field, per_m2, longest_fallen_in_joints * joint_m, draws, 6,
+                     [&](double x, double y, const auto& u) {
+                       const double foot = standing(x, y);
+                       // Uphill, at a random distance: more blocks lie near the ledge.
+                       const double away_m = u[8] * near_m, from = 2.0 * std::numbers::pi * u[9];
+                       bool fell = false;
+                       for (int i = 0; i < 8; ++i) {
+                         const double direction = from + 0.25 * std::numbers::pi * i;
+                         fell |= standing(x + away_m * std::sin(direction),
+                                          y + away_m * std::cos(direction)) > foot + drop_m;
+                       }
+                       if (!fell) return;
+                       const FallenBlock block(joint_m, u);
+                       for_each_point_near(field, x, y, block.reach_m(),
+                                           [&](int column, int row, double dx, double dy) {
+                                             const double top = block.top_m(dx, dy);
+                                             double& height = rock[field.index(column, row)];
+                                             if (top > 0.0) height = std::max(height, foot + top);
+                                           });
+                     });
 }
 
 }  // namespace

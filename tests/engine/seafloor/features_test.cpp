@@ -257,6 +257,18 @@ TEST_CASE("Each feature that is laid looks whether it shall stop") {
   }
 }
 
+TEST_CASE("Outcrops with ledges of any height are laid at once") {
+  // Blocks between joints that are as far apart as the ledges are high would be 32 million.
+  for (const double height_m : {3.0, 1000.0}) {
+    SeabedOptions seabed;
+    seabed.outcrops.emplace_back().relief = {.height_m = height_m, .ledge_m = 1000.0};
+    Heightfield bed = flat(161, 161, 0.25, 0.25);
+    int calls = 0;
+    lay_seabed(bed, seabed, "medium sand", 1, nullptr, [&] { ++calls; });
+    CHECK(calls < 10000);
+  }
+}
+
 TEST_CASE("Features lie where they are allowed to, whatever the bed's extent") {
   const BoulderField boulders{.per_hectare = 300.0, .scour_ratio = 0.0, .tail_ratio = 0.0};
   Laid large(flat(401, 301, 0.25, 0.25)), small(flat(201, 101, 0.25, 0.25));
