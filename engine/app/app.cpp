@@ -153,6 +153,16 @@ void print(std::string_view text) {
       "stdout: not all of the output could be written; check the disk, or the program that reads it");
 }
 
+bool can_write_now(int descriptor) {
+  pollfd wanted{descriptor, POLLOUT, 0};
+  return ::poll(&wanted, 1, 0) > 0;
+}
+
+void write_note(std::string_view text) {
+  if (!SignalWatch::wait_for_output(STDERR_FILENO)) return;
+  [[maybe_unused]] const auto written = std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
 void print_object(const nlohmann::ordered_json& json) { print(json_text(json, 2) + "\n"); }
 
 void print_warnings(std::span<const std::string> warnings) {
@@ -188,7 +198,7 @@ SignalWatch::SignalWatch(bool interrupts) {
 SignalWatch::~SignalWatch() {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
   if (std::signal(SIGHUP, SIG_IGN) != SIG_IGN) std::signal(SIGHUP, SIG_DFL);
-  ::close(wakes_);
+  ::close(std::exchange(wakes_, -1));
 }
 
 bool SignalWatch::wait_for_input(int descriptor) {
@@ -199,6 +209,15 @@ bool SignalWatch::wait_for_input(int descriptor) {
       return wanted[1].revents == 0;
   }
   return false;
+}
+
+bool SignalWatch::wait_for_output(int descriptor) {
+  while (!can_write_now(descriptor)) {
+    if (caught_ != 0) return false;
+    std::array<pollfd, 2> wanted{{{descriptor, POLLOUT, 0}, {wakes_, POLLIN, 0}}};
+    ::poll(wanted.data(), wanted.size(), -1);
+  }
+  return true;
 }
 
 }  // namespace ensonify::engine::app

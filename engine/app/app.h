@@ -108,12 +108,16 @@ Shard parse_shard(std::string_view option, const std::string& text);
 void print(std::string_view text);
 /// Writes the object of --json to stdout. Throws as print().
 void print_object(const nlohmann::ordered_json& json);
-/// Writes to stderr. A write error is ignored: a full disk under a log must not end the work.
+/// Writes to stderr. A write error is ignored: a full disk under a log must not end the work. After
+/// a signal nothing is written to a pipe that is full.
+void write_note(std::string_view text);
 template <class... Values>
 void print_note(fmt::format_string<Values...> format, Values&&... values) {
-  const std::string text = fmt::format(format, std::forward<Values>(values)...);
-  [[maybe_unused]] const auto written = std::fwrite(text.data(), 1, text.size(), stderr);
+  write_note(fmt::format(format, std::forward<Values>(values)...));
 }
+
+/// Whether a write to a descriptor would not wait for its reader.
+bool can_write_now(int descriptor);
 
 /// Writes warnings to stderr, one per line.
 void print_warnings(std::span<const std::string> warnings);
@@ -134,6 +138,9 @@ class SignalWatch {
   static int caught() { return caught_; }  ///< the signal's number; 0: none yet
   /// Waits until a descriptor can be read. Returns false if a signal comes first, or came before.
   static bool wait_for_input(int descriptor);
+  /// Waits until a descriptor can be written. Returns false if it cannot when a signal comes, or
+  /// came before.
+  static bool wait_for_output(int descriptor);
 
  private:
   static std::atomic<int> caught_;  // which other threads read; lock-free, as a handler needs

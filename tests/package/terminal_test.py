@@ -1,15 +1,18 @@
 """The program on terminals of several widths: its progress stays on one line, and its help within them."""
 
+import contextlib
 import fcntl
 import os
 import pathlib
 import pty
 import re
+import signal
 import struct
 import subprocess
 import tempfile
 import termios
 import threading
+import time
 import unittest
 
 END = b"\0end\0"
@@ -54,6 +57,31 @@ def shown(arguments, columns, stream, folder):
     os.close(its)
     os.close(ours)
     return process.returncode, text.removesuffix(END).decode()
+
+
+class IntoAFullPipe(unittest.TestCase):
+    def test_a_run_whose_messages_are_not_read_goes_on_and_is_stopped_by_sigterm(self):
+        read, write = os.pipe()
+        os.set_blocking(write, False)
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                os.write(write, bytes(4096))
+        os.set_blocking(write, True)
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "scene.toml").write_text(scene)
+            arguments = ["run", "scene.toml", "-o", "out", "-D", "sonar.left-right.elevations=32768",
+                         "-D", "track.pings=20000", "--threads", "1"]
+            process = subprocess.Popen([program, *arguments], cwd=folder, stderr=write)
+            time.sleep(12)  # lines of progress are 10 s apart
+            process.send_signal(signal.SIGTERM)
+            try:
+                self.assertEqual(process.wait(10), 128 + signal.SIGTERM)
+            finally:
+                process.kill()
+                process.wait()
+            self.assertFalse((pathlib.Path(folder) / "out").exists())
+        os.close(read)
+        os.close(write)
 
 
 class OnATerminal(unittest.TestCase):
