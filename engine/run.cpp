@@ -67,18 +67,33 @@ std::string no_parts(const Shard& shard, const RunParts& parts) {
       shard.index, shard.count, parts.count());
 }
 
-/// Of the pings that are known before there is a seafloor to fly over; none otherwise. Throws
-/// MemoryError for images that do not even fit by themselves.
-double expected_image_bytes(const RunState& run) {
+/// The bytes of the images that are in memory at one time, and of the rays. Throws MemoryError if
+/// they do not fit.
+double require_pings(const RunState& run, std::span<const Sonar> sonars, const RunParts& parts) {
+  const std::size_t images = run.pings_in_memory(parts);
+  require_images(run.control.memory, sonars, images);
+  const auto block = static_cast<std::size_t>(run.scene.run.block_pings);
+  const std::size_t threads =
+      std::min(static_cast<std::size_t>(run.threads), (parts.pings() + block - 1) / block);
+  const double bytes = image_bytes(sonars, images) +
+                       static_cast<double>(threads) * ray_bytes(sonars, run.scene.run.intersector);
+  run.control.memory.require(
+      bytes,
+      fmt::format("the rays of {} sonars on {} threads, and the images of {} pings,", sonars.size(),
+                  threads, images),
+      "take fewer threads, elevations or planes, or run the sonars in several scenes");
+  return bytes;
+}
+
+/// Of the pings that are known before there is a seafloor to fly over; none otherwise. Throws as
+/// require_pings().
+double expected_ping_bytes(const RunState& run) {
   if (run.scene.track.kind != TrackKind::line) return 0.0;
   std::vector<Sonar> sonars = run.scene.sonars;
   for (Sonar& sonar : sonars)
     sonar = sonar.sampled(run.scene.sea.sound_speed_mps.value_or(nominal_sound_speed_mps));
   const auto pings = static_cast<std::size_t>(run.scene.track.pings);
-  const std::size_t at_once =
-      run.pings_in_memory(equal_parts(pings, pings_of_a_part(run, sonars, pings)));
-  require_images(run.control.memory, sonars, at_once);
-  return image_bytes(sonars, at_once);
+  return require_pings(run, sonars, equal_parts(pings, pings_of_a_part(run, sonars, pings)));
 }
 
 RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl& control) {
@@ -104,7 +119,7 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
                        .progress = [&](std::string_view stage) { run.report_stage(stage, 0, 1); },
                        .seafloor = control.seafloor,
                        .memory = control.memory,
-                       .more_bytes = expected_image_bytes(run)});
+                       .more_bytes = expected_ping_bytes(run)});
   RunReport& report = run.report;
   report.prepare_s = seconds_since(start);
   const PreparedSeafloor& prepared = SimulatorInternals::prepared(simulator);
@@ -121,7 +136,7 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
   const RunParts parts = parts_of(run, track.leg_starts(), track.count(), simulator.sonars());
   if (std::string warning = no_parts(control.shard, parts); !warning.empty())
     run.warnings.push_back(std::move(warning));
-  require_images(control.memory, simulator.sonars(), run.pings_in_memory(parts));
+  require_pings(run, simulator.sonars(), parts);
   run.world = {track.middle(),
                world_reference(scene, simulator.seafloor().mesh.world_origin, track.middle())};
   const RunPlan plan = make_plan(scene, run.world.reference, control.verify_pings, parts);

@@ -8,15 +8,13 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/quantile.h>
+#include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/ball_tree.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
 namespace {
-
-/// What the rays of a ping need with fan_scan, measured; with Embree it is a third.
-constexpr double bytes_per_ray = 130.0;
 
 /// Grids are checked when they are made; a mesh may be analysed wherever it lies.
 void require_sea_over(const refine::Bounds& bounds, const SeafloorOptions& options) {
@@ -125,7 +123,7 @@ std::shared_ptr<const PreparedSonar> Simulator::Ready::prepare(
     std::vector<std::string>& its_warnings) const {
   const double rays = static_cast<double>(sides_of(settings).size()) * settings.planes *
                       static_cast<double>(settings.elevations);
-  memory.require(threads * bytes_per_ray * rays,
+  memory.require(threads * ray_bytes({&settings, 1}, "fan_scan"),
                  fmt::format("the {:.2g} million rays of a ping of {}, for {} thread{},",
                              1e-6 * rays, settings.name, threads, threads > 1 ? "s" : ""),
                  "take fewer elevations or planes");

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/image/waterfall.h>
@@ -110,7 +111,10 @@ ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
 
 /// The bytes in memory of the sonars' images of this many pings; their files need more.
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings);
-/// Throws MemoryError unless they fit.
+/// The bytes that the rays of one ping of all these sonars take in each thread that pings, at
+/// least.
+double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector);
+/// Throws MemoryError unless the images fit.
 void require_images(const MemoryLimit& memory, std::span<const Sonar> sonars, std::size_t pings);
 
 }  // namespace ensonify::engine

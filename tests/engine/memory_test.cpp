@@ -150,3 +150,27 @@ TEST_CASE("images that do not fit are refused before the seafloor is made, and l
   CHECK_THROWS_AS(run(scene, folder / "run", {.progress = stop, .memory = {4.0 * gb}}), Stopped);
   CHECK(!fs::exists(folder / "run"));
 }
+
+TEST_CASE("the rays of many sonars on several threads are counted before the seafloor is made") {
+  const TemporaryFolder folder;
+  Scene scene = fractal_scene(0.5);
+  scene.run.intersector = "fan_scan";
+  scene.track.pings = 4 * scene.run.block_pings;
+  scene.sonars.resize(300, scene.sonars.front());
+  for (std::size_t i = 0; i < scene.sonars.size(); ++i)
+    scene.sonars[i].name = "sonar" + std::to_string(i);
+  scene.sonars.front().bins = 100;
+  bool began = false;
+  const auto stages = [&](std::string_view, std::size_t, std::size_t) { return !(began = true); };
+  const auto try_run = [&](int threads, double limit) {
+    run(scene, folder / "run", {.threads = threads, .progress = stages, .memory = {limit}});
+  };
+  const double bytes = ray_bytes(scene.sonars, "fan_scan");
+  CHECK(bytes == 130.0 * 300 * 2 * 8 * scene.sonars.front().elevations);
+  const double limit = 3.0 * bytes + image_bytes(scene.sonars, 4 * 64);
+  CHECK_THROWS_WITH(try_run(4, limit),
+                    Catch::Contains("the rays of 300 sonars on 4 threads, and the images of") &&
+                        Catch::Contains("take fewer threads"));
+  CHECK(!began);
+  CHECK_THROWS_AS(try_run(1, limit), Stopped);
+}
