@@ -42,7 +42,7 @@ struct Shard {
 struct RunSize {
   std::size_t parts = 0, pings = 0;
   std::size_t finished_parts = 0;  ///< found in the folder
-  double max_disk_bytes = 0.0;     ///< of the layers before compression, for the missing parts
+  double max_disk_bytes = 0.0;     ///< of the files of the missing parts, without tables of targets
   double memory_bytes = 0.0;       ///< of the images
 };
 

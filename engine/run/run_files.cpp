@@ -128,6 +128,36 @@ std::vector<std::string> file_names(const Scene& scene, const std::string& endin
   return names;
 }
 
+double most_file_bytes(const Scene& scene, std::span<const Sonar> sonars, std::size_t pings,
+                       std::size_t parts) {
+  constexpr double headers = 16384.0;      // of the files of a sonar's part, and its record
+  constexpr double table_row = 500.0;      // 14 numbers of 20 characters, and short ones
+  constexpr double recording_row = 600.0;  // headers of both sides
+  const OutputOptions& output = scene.output;
+  double layers = 2.0;  // bytes of a pixel; a preview's
+  BinLayers::for_each([&](std::string_view name, auto layer) {
+    if (ImageOrigin{.encoding = output.encoding}.has_layer(name))
+      layers += sizeof(typename std::decay_t<decltype(BinLayers{}.*layer)>::value_type);
+  });
+  const Palette palette = scene.display.palette;
+  const double channels = palette == Palette::grey || palette == Palette::paper ? 1.0 : 3.0;
+  double pixel = 2.0 * channels * output.png_bits / 8.0;  // of the part, and of the whole run
+  if (output.truth) pixel += 3.0;
+  double recordings = 0.0;
+  for (const OutputFormat& format : output_formats())
+    if (output.*format.wanted)
+      (std::holds_alternative<EncodeRecording>(format.encode) ? recordings += 1.0
+                                                              : pixel += layers);
+  double bytes = 0.0;
+  for (const Sonar& sonar : sonars) {
+    const double bins = sonar.bins, sides = static_cast<double>(sides_of(sonar).size());
+    const double row = table_row + sides * bins * pixel +
+                       recordings * (recording_row + 2.0 * bins * sizeof(std::uint16_t));
+    bytes += static_cast<double>(pings) * sonar.beams * row + static_cast<double>(parts) * headers;
+  }
+  return bytes;
+}
+
 PartRecord write_files(const Scene& scene, const std::string& scene_hash, const WorldOnEarth& world,
                        ScenePings& pings, const Simulator& simulator, const std::string& ending,
                        int threads, const WriteFile& write) {

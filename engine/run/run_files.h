@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,11 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, const 
 
 /// The names of the files that write_files() may write.
 std::vector<std::string> file_names(const Scene& scene, const std::string& ending);
+
+/// The most bytes of the files of a run's parts with these pings, joined pictures included; without
+/// the tables of targets.
+double most_file_bytes(const Scene& scene, std::span<const Sonar> sonars, std::size_t pings,
+                       std::size_t parts);
 
 /// The picture of a sonar's pings, as write_files() encodes it.
 std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image,

@@ -165,7 +165,7 @@ class SeveralParts {
     return {.parts = parts_.count(),
             .pings = parts_.pings(),
             .finished_parts = finished_.size(),
-            .max_disk_bytes = image_bytes(sonars, pings_to_do_),
+            .max_disk_bytes = most_file_bytes(run_.scene, sonars, pings_to_do_, todo_.size()),
             .memory_bytes = image_bytes(sonars, run_.pings_in_memory(parts_))};
   }
 

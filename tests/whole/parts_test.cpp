@@ -228,6 +228,27 @@ TEST_CASE("the parts of a run put together are the run of one part") {
   CHECK(!one.contains("run.json"));
 }
 
+TEST_CASE("a run in parts needs at most the disk that it states") {
+  const TemporaryFolder folder;
+  const std::string scene = changed(many_pings(), "bins = 100", "bins = 2000");
+  for (const std::string output : {"exr_compression = \"none\"\ntruth = true\n", "exr = false\n"}) {
+    CAPTURE(output);
+    write_text(folder / "scene.toml", scene + output);
+    fs::remove_all(folder / "run");
+    const Outcome outcome = run_program(folder.path(), {"run", "scene.toml", "-o", "run"});
+    REQUIRE(outcome.code == 0);
+    double bytes = 0.0;
+    for (const auto& [name, content] : tree_of(folder / "run"))
+      bytes += static_cast<double>(content.size());
+    const std::string before = "need at most ";
+    const std::size_t at = outcome.err.find(before);
+    REQUIRE(at != std::string::npos);
+    const double stated = 1e9 * std::stod(outcome.err.substr(at + before.size()));
+    CHECK(bytes < stated);
+    CHECK(stated < (output.starts_with("exr_") ? 2.0 : 8.0) * bytes);
+  }
+}
+
 TEST_CASE("a run in parts is the same on any number of threads, and when it is run again") {
   const TemporaryFolder folder;
   write_text(folder / "scene.toml", many_pings());
