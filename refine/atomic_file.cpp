@@ -253,6 +253,10 @@ std::vector<std::filesystem::path> make_folder(const std::filesystem::path& fold
   for (auto at = missing.rbegin(); at != missing.rend(); ++at)
     if (std::filesystem::create_directory(*at, error))
       made.insert(made.begin(), *at);
+    else if (std::error_code none; std::filesystem::is_symlink(*at, none))
+      give_up(fmt::format("make {}, which is a link to a folder that is not there", at->string())
+                  .c_str(),
+              ENOENT);
     else if (error)
       give_up("make this folder", error.value());
   if (!std::filesystem::is_directory(folder, error)) give_up("make this folder", ENOTDIR);

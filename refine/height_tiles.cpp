@@ -264,6 +264,13 @@ void HeightTiles::map() {
       ::ftruncate(descriptor_, static_cast<off_t>(layout.end)) != 0)
     fail(name_, "make it larger", errno);
   void* const at = ::mmap(nullptr, layout.end, PROT_READ, MAP_SHARED, descriptor_, 0);
+  if (at == MAP_FAILED && errno == ENOMEM)
+    throw std::system_error(
+        ENOMEM, std::generic_category(),
+        fmt::format(
+            "{}: its {:.3g} GB do not fit into the address space of this process; raise its "
+            "limit (ulimit -v), or make the bed's cells larger",
+            name_, 1e-9 * static_cast<double>(layout.end)));
   if (at == MAP_FAILED) fail(name_, "map it into memory", errno);
   // Fans touch tiles here and there, and reading ahead would fill the memory.
   ::madvise(at, layout.end, MADV_RANDOM);

@@ -225,6 +225,10 @@ TEST_CASE("A folder is made with its parents, which can be removed again if noth
   CHECK_THROWS_AS(make_folder(folder / "a/f/g"), std::system_error);
   CHECK_THROWS_AS(make_folder(folder / "a/f"), std::system_error);
   CHECK(names(folder.path()) == std::set<std::string>{"a"});
+  fs::create_directory_symlink(folder / "gone", folder / "link");
+  CHECK_THROWS_WITH(make_folder(folder / "link/x"),
+                    Catch::Contains((folder / "link").string() + ", which is a link to a folder"));
+  fs::remove(folder / "link");
   remove_empty(make_folder(folder / "d/e/"));
   CHECK(names(folder.path()) == std::set<std::string>{"a"});
 }

@@ -17,6 +17,7 @@
 
 #include "support/catch.h"
 #include "support/heights.h"
+#include "support/little_memory.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/refine/grid_footprint.h>
@@ -269,6 +270,17 @@ TEST_CASE("Two users of one file of tiles, with two threads each, get the same t
   for (std::size_t chunk = 0; chunk < one->chunks(); ++chunk) one->require_chunk(chunk);
   CHECK(content_of(file) == content_of(alone));
 }
+
+#ifdef ENSONIFY_CAN_LIMIT_MEMORY
+TEST_CASE("tiles that do not fit into a limited address space say so") {
+  const std::vector<float> places(30000, 0.0f);
+  const ensonify::tests::LittleMemory little(std::size_t{1} << 30);
+  CHECK_THROWS_WITH(
+      HeightTiles(
+          places, places, Eigen::Vector3d::Zero(), [](HeightTiles::Shape&) {}, {}, {}, ""),
+      Catch::Contains("GB do not fit into the address space") && Catch::Contains("ulimit -v"));
+}
+#endif
 
 TEST_CASE("A grid of tiles with more faces than 32 bits can number is refused before it is made") {
   const std::vector<float> places(47000, 0.0f);
