@@ -29,7 +29,7 @@ class SandEcho {
   explicit SandEcho(const Sonar& sonar)
       : altitude_m_(0.1 * sonar.range_m),
         sound_speed_mps_(scatter::sound_speed_mps({}, altitude_m_)),
-        scatterers_(sonar, sound_speed_mps_, 1, 0.0),
+        scatterers_(sonar, sound_speed_mps_, 1, 0.0, {}, 10.0 * sonar.range_m),
         law_(sonar, sound_speed_mps_,
              scatter::absorption_db_per_m({}, altitude_m_, sonar.frequency_hz), scatterers_),
         sand_(scatter::sediment_named("medium sand"), sonar.frequency_hz, sound_speed_mps_),
