@@ -250,8 +250,8 @@ TEST_CASE("fish swim below the sea surface") {
   }
   CHECK(within > 0.0);
   CHECK(beyond < within);
-  CHECK(all == lines(5.0));
-  CHECK(all != lines(4.0));
+  CHECK((all == lines(5.0)));
+  CHECK((all != lines(4.0)));
 }
 
 TEST_CASE("a pitched array meets as many fish, and a wake where its beam meets the surface") {
