@@ -60,12 +60,14 @@ bool is_made(const SampleFolders& folders, std::size_t sample, const std::string
   return folders.finished(sample);
 }
 
-/// The same for each of some samples.
+/// The same for each of some samples. Calls on_sample() before each, which may throw.
+template <class OnSample>
 std::vector<char> are_made(const SampleFolders& folders, const Interval& samples,
-                           const std::string& dataset_json, int threads) {
+                           const std::string& dataset_json, int threads, OnSample&& on_sample) {
   const std::string hash = hash_in(dataset_json);
   std::vector<char> made(samples.end - samples.begin);
   refine::parallel_for(made.size(), threads, [&](std::size_t i, int) {
+    on_sample();
     made[i] = is_made(folders, samples.begin + i, hash);
   });
   return made;
@@ -188,8 +190,8 @@ class Generator {
 
   GenerateReport generate_all() {
     const Clock::time_point start = Clock::now();
-    begin();
     try {
+      begin();
       work();
       wait_for_others();
       make_tars();
@@ -214,7 +216,8 @@ class Generator {
     require_same_dataset(file, dataset_json_);
     report_.samples = samples_.end - samples_.begin;
     const std::vector<char> made =
-        are_made(folders_, samples_, dataset_json_, refine::thread_count(control_.threads));
+        are_made(folders_, samples_, dataset_json_, refine::thread_count(control_.threads),
+                 [&] { report_progress(); });
     for (std::size_t sample = samples_.begin; sample < samples_.end; ++sample) {
       if (fs::exists(StagingFolder::lock_of(folders_.sample(sample))))
         StagingFolder::try_claim(folders_.sample(sample));
@@ -446,7 +449,8 @@ ShardState shard_state(const Recipe& recipe, const fs::path& folder, const Shard
   ShardState state{.samples = samples.end - samples.begin};
   const fs::path file = folder / "dataset.json";
   if (fs::exists(file)) require_same_dataset(file, dataset_json(recipe));
-  for (const char made : are_made(folders, samples, dataset_json(recipe), refine::thread_count(0)))
+  for (const char made :
+       are_made(folders, samples, dataset_json(recipe), refine::thread_count(0), [] {}))
     state.finished += static_cast<std::size_t>(made);
   return state;
 }

@@ -7,6 +7,9 @@
 #include <sstream>
 #include <thread>
 
+#include <ensonify/engine/dataset/generate.h>
+#include <ensonify/engine/dataset/recipe.h>
+
 #include "support/catch.h"
 #include "support/program.h"
 #include "support/tiny_recipe.h"
@@ -322,6 +325,22 @@ TEST_CASE("damaged samples are made again, and a folder that is no sample is ref
   fs::copy(folder / "dataset/samples/000002", folder / "dataset/samples/000001",
            fs::copy_options::recursive);
   check_refused("000001: a sample of another dataset or number");
+}
+
+TEST_CASE("looking at finished samples can be stopped") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  generate_whole(folder.path(), "dataset");
+  int calls = 0;
+  const ensonify::engine::GenerateReport report = ensonify::engine::generate(
+      ensonify::engine::Recipe(folder / "recipe.toml", {}), folder / "dataset",
+      {.threads = 1, .progress = [&](std::size_t, std::size_t) {
+         ++calls;
+         return false;
+       }});
+  CHECK(report.stopped);
+  CHECK(report.found == 0);
+  CHECK(calls == 1);
 }
 
 TEST_CASE("a folder with another dataset is refused and not changed") {
