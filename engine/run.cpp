@@ -79,9 +79,9 @@ double require_pings(const RunState& run, std::span<const Sonar> sonars, const R
                        static_cast<double>(threads) * ray_bytes(sonars, run.scene.run.intersector);
   run.control.memory.require(
       bytes,
-      fmt::format("the rays of {} sonars on {} threads, and the images of {} pings,", sonars.size(),
-                  threads, images),
-      "take fewer threads, elevations or planes, or run the sonars in several scenes");
+      fmt::format("the {:.2g} million rays of a ping, for {} thread{}, and the images of {} pings,",
+                  1e-6 * rays_of(sonars), threads, threads == 1 ? "" : "s", images),
+      "take fewer elevations or planes, fewer threads, or run the sonars in several scenes");
   return bytes;
 }
 

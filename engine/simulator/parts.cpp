@@ -121,12 +121,11 @@ void Simulator::Ready::find_buried() {
 std::shared_ptr<const PreparedSonar> Simulator::Ready::prepare(
     std::size_t number, const Sonar& settings, const std::vector<std::string>& materials,
     std::vector<std::string>& its_warnings) const {
-  const double rays = static_cast<double>(sides_of(settings).size()) * settings.planes *
-                      static_cast<double>(settings.elevations);
-  memory.require(threads * ray_bytes({&settings, 1}, "fan_scan"),
-                 fmt::format("the {:.2g} million rays of a ping of {}, for {} thread{},",
-                             1e-6 * rays, settings.name, threads, threads > 1 ? "s" : ""),
-                 "take fewer elevations or planes");
+  memory.require(
+      threads * ray_bytes({&settings, 1}, "fan_scan"),
+      fmt::format("the {:.2g} million rays of a ping of {}, for {} thread{},",
+                  1e-6 * rays_of({&settings, 1}), settings.name, threads, threads > 1 ? "s" : ""),
+      "take fewer elevations or planes");
   return prepare_sonar(scene, water, usual_ping, number, settings, materials, its_warnings);
 }
 

@@ -297,12 +297,16 @@ void require_images(const MemoryLimit& memory, std::span<const Sonar> sonars, st
                  "take fewer pings, fewer bins or a smaller output.pings_per_file");
 }
 
-double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector) {
-  constexpr double with_tree = 43.0, without_tree = 130.0;  // measured
+double rays_of(std::span<const Sonar> sonars) {
   double rays = 0.0;
   for (const Sonar& sonar : sonars)
     rays += static_cast<double>(sides_of(sonar).size()) * sonar.planes * sonar.elevations;
-  return rays * (intersector_kind(intersector).builds_tree ? with_tree : without_tree);
+  return rays;
+}
+
+double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector) {
+  constexpr double with_tree = 43.0, without_tree = 130.0;  // measured
+  return rays_of(sonars) * (intersector_kind(intersector).builds_tree ? with_tree : without_tree);
 }
 
 }  // namespace ensonify::engine

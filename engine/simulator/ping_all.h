@@ -111,6 +111,8 @@ ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
 
 /// The bytes in memory of the sonars' images of this many pings; their files need more.
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings);
+/// The rays of a ping of all these sonars.
+double rays_of(std::span<const Sonar> sonars);
 /// The bytes that the rays of one ping of all these sonars take in each thread that pings, at
 /// least.
 double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector);
