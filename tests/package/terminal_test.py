@@ -70,7 +70,8 @@ class IntoAFullPipe(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "scene.toml").write_text(scene)
             arguments = ["run", "scene.toml", "-o", "out", "-D", "sonar.left-right.elevations=32768",
-                         "-D", "track.pings=20000", "-D", "track.speed_mps=0.001", "--threads", "1"]
+                         "-D", "track.pings=20000", "-D", "track.speed_mps=0.001", "-D", "run.intersector=embree",
+                         "--threads", "1"]
             process = subprocess.Popen([program, *arguments], cwd=folder, stderr=write)
             time.sleep(12)  # lines of progress are 10 s apart
             process.send_signal(signal.SIGTERM)
