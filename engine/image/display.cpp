@@ -188,15 +188,17 @@ void smooth(Picture& grey, double track_sigma_px, double range_sigma_px) {
   const auto values = [&](Eigen::Index row) -> Row& {
     return near[static_cast<std::size_t>(row) % near.size()];
   };
+  // Plain loops, which compilers turn into vectors.
   const auto load = [&](Eigen::Index row) {
-    using Bytes =
-        Eigen::Map<const Eigen::Array<std::uint8_t, 1, Eigen::Dynamic>, 0, Eigen::InnerStride<>>;
-    const Eigen::Index bytes = grey.bits / 8;
-    const std::uint8_t* first = &grey.pixels[static_cast<std::size_t>(row * columns * bytes)];
-    values(row) = Bytes(first, columns, Eigen::InnerStride<>(bytes)).cast<float>();
-    if (bytes == 2)
-      values(row) = 256.0f * values(row) +
-                    Bytes(first + 1, columns, Eigen::InnerStride<>(bytes)).cast<float>();
+    Row& its = values(row);
+    its.resize(columns);
+    const std::uint8_t* from =
+        &grey.pixels[static_cast<std::size_t>(row * columns * grey.bits / 8)];
+    if (grey.bits == 8)
+      for (Eigen::Index i = 0; i < columns; ++i) its[i] = static_cast<float>(from[i]);
+    else
+      for (Eigen::Index i = 0; i < columns; ++i)
+        its[i] = static_cast<float>(from[2 * i] << 8 | from[2 * i + 1]);
   };
   for (Eigen::Index row = 0; row < std::min(reach, rows); ++row) load(row);
   Row beyond(columns + 2 * side);
@@ -208,12 +210,19 @@ void smooth(Picture& grey, double track_sigma_px, double range_sigma_px) {
     });
     beyond.head(side) = beyond[side];
     beyond.tail(side) = beyond[side + columns - 1];
-    for (const float value : weighted_sum(
-             over_columns, [&](Eigen::Index k) { return beyond.segment(side + k, columns); })) {
-      const auto step = static_cast<unsigned>(std::lround(value));
-      if (grey.bits == 16) *to++ = static_cast<std::uint8_t>(step >> 8);
-      *to++ = static_cast<std::uint8_t>(step & 0xff);
+    const Row smooth_row = weighted_sum(
+        over_columns, [&](Eigen::Index k) { return beyond.segment(side + k, columns); });
+    if (grey.bits == 8) {
+      for (Eigen::Index i = 0; i < columns; ++i)
+        to[i] = static_cast<std::uint8_t>(static_cast<int>(smooth_row[i] + 0.5f));
+    } else {
+      for (Eigen::Index i = 0; i < columns; ++i) {
+        const int step = static_cast<int>(smooth_row[i] + 0.5f);
+        to[2 * i] = static_cast<std::uint8_t>(step >> 8);
+        to[2 * i + 1] = static_cast<std::uint8_t>(step & 0xff);
+      }
     }
+    to += columns * grey.bits / 8;
   }
 }
 
