@@ -112,6 +112,15 @@ void warn_of_beams(const Scene& scene, const Sonar& sonar, double sound_speed_mp
                          advance_m > covered_m ? "leave gaps" : "overlap", covered_m / interval_s));
 }
 
+/// Of rays so few that not even a level bed has its level (engine/sonar/README.md).
+void warn_of_few_rays(const Sonar& sonar, std::vector<std::string>& warnings) {
+  if (sonar.elevations >= 32) return;
+  add_once(warnings,
+           fmt::format("sonar {}: {} elevations are so few that a level bed is too bright, "
+                       "or shadow: set sonar.{}.elevations to 64 or more",
+                       sonar.name, sonar.elevations, sonar.name));
+}
+
 /// Where the far part of the picture is noise, for which the gain over range has to end.
 void warn_of_noise(const PreparedSonar& its, std::vector<std::string>& warnings) {
   const double noise_m = its.chain->noise_exceeds_bed_m();
@@ -154,6 +163,7 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
   if (!sonar.vertical.file.path.empty())
     sonar.vertical.measured = read_vertical_pattern(sonar.vertical.file.path);
   warn_of_beams(scene, sonar, water.sound_speed_mps(), warnings);
+  warn_of_few_rays(sonar, warnings);
   made->profile = water.profile(sonar.frequency_hz);
   made->medium = water.medium(sonar.frequency_hz, nominal_altitude_m(usual, sonar),
                               made->profile ? &*made->profile : nullptr);

@@ -172,6 +172,22 @@ TEST_CASE("a sonar with one side receives the same as that side of a sonar with 
   }
 }
 
+TEST_CASE("fewer than 32 elevations are warned of") {
+  Scene scene;
+  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 20.0;
+  scene.seafloor.cell_m = 1.0;
+  scene.sonars.resize(1);
+  scene.sonars[0].name = "s";
+  for (const int elevations : {31, 32}) {
+    scene.sonars[0].elevations = elevations;
+    const Simulator simulator(scene);
+    const auto few = std::ranges::count_if(simulator.warnings(), [](const std::string& warning) {
+      return warning.find("s: 31 elevations are so few") != std::string::npos;
+    });
+    CHECK(few == (elevations == 31 ? 1 : 0));
+  }
+}
+
 TEST_CASE("a sonar that looks ahead sees what lies ahead, before the sidescan does") {
   const tests::TemporaryFolder folder;
   Scene scene = busy_scene(folder);

@@ -284,7 +284,7 @@ TEST_CASE("twice the planes, elevations or bins change the level by less than 0.
   }
 }
 
-TEST_CASE("the fewest elevations of a scene light a level bed, 64 give its energy at 37 heights") {
+TEST_CASE("32 elevations light a level bed, 64 give its energy at 37 heights") {
   // Cells of 20 cm, over which the rays step.
   Seafloor bed;
   constexpr int columns = 1000, rows = 20;

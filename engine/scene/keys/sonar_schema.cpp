@@ -147,7 +147,7 @@ const Section<Sonar>& sonar_section() {
            at(&Sonar::sector_high_rad)},
           {"planes", "", {2, 1024}, "Planes of rays across the main beam, an even number.",
            at(&Sonar::planes)},
-          {"elevations", "", {32, 1 << 20},
+          {"elevations", "", {2, 1 << 20},
            "Rays per plane. A level bed needs 64; a rough one at grazing angles many more, or small "
            "lit places between the rays are taken for shadow.",
            at(&Sonar::elevations)},

@@ -346,8 +346,6 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
       {head + "seed = -1",
        "s.toml:2:8: 'seed' is -1, expected a whole number from 0 to 9223372036854775807"},
       {head + "speckle = 1", "s.toml:2:11: 'speckle' is 1, expected true or false"},
-      {head + "[sonar.a]\nelevations = 31",
-       "s.toml:3:14: 'sonar.a.elevations' is 31, expected a whole number from 32 to 1048576"},
       {head + "[artefacts]\nlost = { uniform = [0, 1] }\n[dataset]\nsamples = 2",
        "s.toml:4:2: this is a dataset's recipe, expected a scene: `ensonify generate` takes it"},
       {head + "[arrivals]\nburst_m = { times = \"draw.a\" }\n[draw]\na = 2",
