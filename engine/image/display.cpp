@@ -210,16 +210,17 @@ void smooth(Picture& grey, double track_sigma_px, double range_sigma_px) {
     });
     beyond.head(side) = beyond[side];
     beyond.tail(side) = beyond[side + columns - 1];
-    const Row smooth_row = weighted_sum(
-        over_columns, [&](Eigen::Index k) { return beyond.segment(side + k, columns); });
+    const Eigen::Array<int, 1, Eigen::Dynamic> steps =
+        (weighted_sum(over_columns,
+                      [&](Eigen::Index k) { return beyond.segment(side + k, columns); }) +
+         0.5f)
+            .cast<int>();
     if (grey.bits == 8) {
-      for (Eigen::Index i = 0; i < columns; ++i)
-        to[i] = static_cast<std::uint8_t>(static_cast<int>(smooth_row[i] + 0.5f));
+      for (Eigen::Index i = 0; i < columns; ++i) to[i] = static_cast<std::uint8_t>(steps[i]);
     } else {
       for (Eigen::Index i = 0; i < columns; ++i) {
-        const int step = static_cast<int>(smooth_row[i] + 0.5f);
-        to[2 * i] = static_cast<std::uint8_t>(step >> 8);
-        to[2 * i + 1] = static_cast<std::uint8_t>(step & 0xff);
+        to[2 * i] = static_cast<std::uint8_t>(steps[i] >> 8);
+        to[2 * i + 1] = static_cast<std::uint8_t>(steps[i] & 0xff);
       }
     }
     to += columns * grey.bits / 8;

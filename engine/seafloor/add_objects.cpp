@@ -46,7 +46,7 @@ void add_object(PlacedObjects::One& object, Seafloor& seafloor) {
 }  // namespace
 
 void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
-                 std::span<const Material> materials, Heightfield* scoured, Seafloor& seafloor) {
+                 std::span<const Material> materials, Heightfield* heights, Seafloor& seafloor) {
   if (tables.empty()) return;
   const auto require_labels = [&](std::size_t count, std::string_view what) {
     if (count + seafloor.labels.size() > max_labels)
@@ -57,13 +57,13 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
   require_labels(count_of(tables), "objects");
   PlacedObjects placed = place_objects(tables, seed, BedGrid(seafloor), materials);
   if (const std::optional<std::size_t> first = first_scoured(tables)) {
-    if (!scoured)
+    if (!heights)
       throw std::invalid_argument(
           fmt::format("objects.{}: scour_ratio and tail_ratio need a bed of heights that is made "
                       "at once, not a mesh and not one in tiles; leave them out",
                       *first));
-    add_scours(*scoured, placed, tables, seed);
-    seafloor.grid = std::make_shared<const refine::HeightGrid>(height_grid(*scoured));
+    add_scours(*heights, placed, tables, seed);
+    seafloor.grid = std::make_shared<const refine::HeightGrid>(height_grid(*heights));
     seafloor.mean_bed_m = seafloor.grid->mean_height_m();
   }
   std::size_t parts = 0;

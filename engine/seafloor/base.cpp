@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/seafloor/bed/detail_in_windows.h>
 #include <ensonify/engine/seafloor/bed/generated_tiles.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 
 namespace ensonify::engine {
 namespace {

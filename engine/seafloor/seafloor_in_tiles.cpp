@@ -12,6 +12,8 @@
 #include <ensonify/engine/seafloor/add_objects.h>
 #include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/bed/relief_fields.h>
+#include <ensonify/engine/seafloor/bed/tessellate.h>
+#include <ensonify/engine/seafloor/layers/bed_labels.h>
 #include <ensonify/engine/seafloor/layers/seabed_in_windows.h>
 #include <ensonify/engine/seafloor/seafloor_memory.h>
 #include <ensonify/refine/height_grid.h>
