@@ -45,6 +45,22 @@ struct Moments {
   double third;   ///< <I^3> / (6 <I>^3)
 };
 
+/// The mean of 1 / shape over the ranges beyond 30 m, of cells of this length. Along the track the
+/// weights are those of sinc^4(L y / (lambda r)), whose integral is 2/3 lambda r / L and whose
+/// square's is 151/315 lambda r / L.
+double expected_excess(const Sonar& sonar, double cell_m, double patch_m, double shape) {
+  const double beam =
+      1500.0 / sonar.frequency_hz / sonar.array_length_m * (4.0 / 9.0) * 315.0 / 151.0;
+  double mean = 0.0;
+  constexpr int steps = 200;
+  for (int i = 0; i < steps; ++i) {
+    const double r = 30.0 + (i + 0.5) / steps * (sonar.range_m - 30.0);
+    const double over_bed_m = cell_m / std::sqrt(1.0 - std::pow(altitude_m / r, 2));
+    mean += patch_m * patch_m / (shape * beam * r * over_bed_m) / steps;
+  }
+  return mean;
+}
+
 /// Of the intensities beyond 30 m of pings far from one another.
 Moments moments(const Sonar& sonar, const GroundTexture& texture, int pings) {
   Receiver receiver(sonar, texture);
@@ -113,25 +129,15 @@ TEST_CASE("the shape of a cell grows with its length, as Abraham and Lyons (2002
 
 TEST_CASE("the shape of a cell is that of its patches times their number, whatever the bins are") {
   // A sum of gamma variables of one shape with the weights p has 1 / shape = sum p^2 / (sum p)^2 /
-  // their shape. Over range the weights of a CW pulse are those of a box, along the track those of
-  // sinc^4(L y / (lambda r)), whose integral is 2/3 lambda r / L and whose square's is 151/315
-  // lambda r / L. The beam is sampled by some 12 scatterers, which makes the shape a little
-  // smaller.
+  // their shape. Over range the weights of a CW pulse are those of a box. The beam is sampled by
+  // some 12 scatterers, which makes the shape a little smaller.
   constexpr double patch_m = 0.01, shape = 0.003;
   for (const double cell_bins : {0.25, 0.6, 1.0, 1.3, 1.6, 2.0, 2.5, 4.0, 16.0}) {
     Sonar sonar = quiet_sonar();
     sonar.focused = true;
     sonar.pulse.bandwidth_hz = 750.0 / (cell_bins * sonar.bin_m());
     const double cell_m = sonar.pulse.cell_m(1500.0);
-    const double beam =
-        1500.0 / sonar.frequency_hz / sonar.array_length_m * (4.0 / 9.0) * 315.0 / 151.0;
-    double expected = 0.0;  // mean of 1 / shape over the ranges
-    constexpr int steps = 200;
-    for (int i = 0; i < steps; ++i) {
-      const double r = 30.0 + (i + 0.5) / steps * (sonar.range_m - 30.0);
-      const double over_bed_m = cell_m / std::sqrt(1.0 - std::pow(altitude_m / r, 2));
-      expected += patch_m * patch_m / (shape * beam * r * over_bed_m) / steps;
-    }
+    const double expected = expected_excess(sonar, cell_m, patch_m, shape);
     const Moments its = moments(sonar, patches(patch_m, shape), 800);
     CAPTURE(cell_bins, its.excess, expected);
     CHECK(its.mean == Approx(1.0).epsilon(0.05));
@@ -160,15 +166,7 @@ TEST_CASE("the shape of a sweep's cell follows from its compressed pulse, also i
       sonar.pulse.window = window;
       sonar.pulse.bandwidth_hz = 750.0 / (bins_per_lobe * sonar.bin_m());
       const double long_m = 750.0 / sonar.pulse.bandwidth_hz * sum * sum / squares;
-      const double beam =
-          1500.0 / sonar.frequency_hz / sonar.array_length_m * (4.0 / 9.0) * 315.0 / 151.0;
-      double expected = 0.0;  // mean of 1 / shape over the ranges
-      constexpr int steps = 200;
-      for (int i = 0; i < steps; ++i) {
-        const double r = 30.0 + (i + 0.5) / steps * (sonar.range_m - 30.0);
-        const double over_bed_m = long_m / std::sqrt(1.0 - std::pow(altitude_m / r, 2));
-        expected += patch_m * patch_m / (shape * beam * r * over_bed_m) / steps;
-      }
+      const double expected = expected_excess(sonar, long_m, patch_m, shape);
       const Moments its = moments(sonar, patches(patch_m, shape), 800);
       CAPTURE(static_cast<int>(window), bins_per_lobe, its.excess, expected);
       CHECK(its.mean == Approx(1.0).epsilon(0.05));

@@ -1,0 +1,241 @@
+// The corner of a wall and the bed.
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "support/catch.h"
+#include "support/lines.h"
+#include "support/other_paths.h"
+
+#include <ensonify/engine/units.h>
+#include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/forward_lobe.h>
+#include <ensonify/scatter/kirchhoff.h>
+#include <ensonify/scatter/reflection.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+/// A wall on the bed. Its middle along the track is beside_m from that of the beam; its normal is
+/// turned by turned_rad from facing the sonar, in the level.
+struct Wall {
+  double length_m = 40.0, turned_rad = 0.0, beside_m = 0.0, slope = 0.0;
+};
+constexpr double wall_away_m = 24.0, wall_height_m = 2.5;
+
+/// The energy that a wall adds to a bed whose direct echo is 1 in each bin.
+double corner_energy(const Sonar& sonar, const Circumstances& under, const Wall& wall,
+                     double reflected = 1.0) {
+  const SignalChain with(sonar, {.speckle = false,
+                                 .nominal_strength = under.strength,
+                                 .bed = under.bed,
+                                 .arrivals = {.double_bounce = true}});
+  EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+  line.walls = {{.middle = {wall_away_m, wall.beside_m, 0.5 * wall_height_m - altitude_m},
+                 .normal = {-std::cos(wall.turned_rad), std::sin(wall.turned_rad), 0.0},
+                 .length_m = wall.length_m,
+                 .height_m = wall_height_m,
+                 .reflected = reflected,
+                 .slope = wall.slope}};
+  SignalChain::Memory memory;
+  with.receive(context, std::span(&line, 1), memory);
+  double added = 0.0;
+  for (std::size_t i = 0; i < line.bins.intensity.size(); ++i) {
+    const double its = double(line.bins.intensity[i]) - double(line.bins.intensity_mean[i]);
+    // The paths are nearly as long as that to the wall's foot.
+    const double foot_m = std::hypot(wall_away_m, altitude_m);
+    if (std::abs(line.bins.range_m[i] - foot_m) > 0.5) REQUIRE(std::abs(its) < 1e-3);
+    added += its;
+  }
+  return added;
+}
+
+/// The same by a sum over the bed. Sound that reaches a place of it over the wall has come from the
+/// place's own mirror image behind the wall, if the line there passes through the wall; it has the
+/// array's far-field beam in that direction. Each place has two paths, whose amplitudes add.
+template <class Direct, class Bistatic>
+double mirrored_energy(const Sonar& sonar, const Wall& wall, Direct&& direct, Bistatic&& bistatic) {
+  const double per_m = sonar.frequency_hz / 1500.0 * sonar.array_length_m;
+  const auto beam = [&](double along_m, double range_m) {
+    const double a = std::numbers::pi * per_m * along_m / range_m;
+    return std::abs(a) < 1e-6 ? 1.0 : std::pow(std::sin(a) / a, 2);
+  };
+  const Eigen::Vector3d sonar_at(0.0, 0.0, altitude_m);
+  const Eigen::Vector3d normal(-std::cos(wall.turned_rad), std::sin(wall.turned_rad), 0.0);
+  const Eigen::Vector3d level(std::sin(wall.turned_rad), std::cos(wall.turned_rad), 0.0);
+  const Eigen::Vector3d foot(wall_away_m, wall.beside_m, 0.0);
+  constexpr double step_m = 0.05, aside_m = 0.01;
+  double sum = 0.0;
+  for (double x_m = 0.5 * step_m; x_m < wall_away_m + 1.0; x_m += step_m) {
+    const double range_m = std::hypot(x_m, altitude_m);
+    double across = 0.0;
+    for (double y_m = -1.0 + 0.5 * aside_m; y_m < 1.0; y_m += aside_m) {
+      const Eigen::Vector3d place(x_m, y_m, 0.0);
+      const double before_m = (place - foot).dot(normal);
+      if (before_m < 0.0) continue;
+      const Eigen::Vector3d image = place - 2.0 * before_m * normal, way = image - sonar_at;
+      const Eigen::Vector3d met =
+          sonar_at + (foot - sonar_at).dot(normal) / way.dot(normal) * way - foot;
+      if (met.z() > wall_height_m || std::abs(met.dot(level)) > 0.5 * wall.length_m) continue;
+      const double g_in = std::asin(altitude_m / way.norm()), g = std::asin(altitude_m / range_m);
+      // By how much the sound changes its azimuth on the bed.
+      const Eigen::Vector3d arrives = way - 2.0 * way.dot(normal) * normal;
+      const double turned = std::atan2(arrives.y(), -arrives.x()) - std::atan2(-y_m, x_m);
+      across += aside_m * beam(image.y(), way.norm()) * beam(y_m, range_m) *
+                bistatic(g_in, g, turned) / direct(g) * std::pow(range_m / way.norm(), 2);
+    }
+    const double bins = step_m * x_m / range_m / sonar.bin_m();
+    sum += 4.0 * bins * across / (2.0 / 3.0 * range_m / per_m);
+  }
+  return sum;
+}
+
+double lambert(double sine) { return 3e-4 * sine * sine; }
+double mirrored_by_lambert(const Sonar& sonar, const Wall& wall) {
+  return mirrored_energy(
+      sonar, wall, [](double g) { return std::pow(std::sin(g), 2.0); },
+      [](double a, double b, double) { return std::sin(a) * std::sin(b); });
+}
+
+}  // namespace
+
+TEST_CASE("a wall's foot has the echo of the bed that it mirrors, both ways in phase") {
+  // By Lambert's law, of mu sin g sin g'; two paths that add in amplitude make four times the
+  // energy of one.
+  const Sonar sonar = open_sonar();
+  CHECK(corner_energy(sonar, {.strength = lambert}, {}) ==
+        Approx(mirrored_by_lambert(sonar, {})).epsilon(0.04));
+  CHECK(corner_energy(sonar, {.strength = lambert}, {}, 0.1) ==
+        Approx(0.1 * corner_energy(sonar, {.strength = lambert}, {})).epsilon(0.01));
+}
+
+TEST_CASE("a wall that is oblique or beside the beam mirrors less of the bed") {
+  const Sonar sonar = open_sonar();
+  const double whole = corner_energy(sonar, {.strength = lambert}, {});
+  for (const Wall& wall :
+       {Wall{.turned_rad = 0.5 * degree}, Wall{.turned_rad = 2.0 * degree},
+        Wall{.turned_rad = -5.0 * degree}, Wall{.length_m = 1.0, .beside_m = 0.5},
+        Wall{.length_m = 0.4, .beside_m = 0.2}, Wall{.length_m = 1.0, .beside_m = 0.7},
+        Wall{.length_m = 0.4, .turned_rad = 1.0 * degree, .beside_m = 0.1}}) {
+    const double expected = mirrored_by_lambert(sonar, wall);
+    CAPTURE(wall.length_m, wall.turned_rad / degree, wall.beside_m, whole, expected);
+    CHECK(corner_energy(sonar, {.strength = lambert}, wall) ==
+          Approx(expected).epsilon(0.08).margin(0.01 * whole));
+    CHECK(expected < 0.9 * whole);
+  }
+  // From 45 degrees on, and from its back, it mirrors none.
+  for (const double turned_deg : {46.0, 90.0, 180.0})
+    CHECK(corner_energy(sonar, {.strength = lambert}, {.turned_rad = turned_deg * degree}) == 0.0);
+}
+
+TEST_CASE("a wall that is narrower than the beam mirrors by its width, with diffraction") {
+  // In the plane of the sound: the field of the array's points on the wall, and from there on the
+  // bed, by Huygens's sum. Over the field of the array's image it is 1 behind a wide wall.
+  const Sonar sonar = open_sonar();
+  const double wavelength_m = 1500.0 / sonar.frequency_hz,
+               k = 2.0 * std::numbers::pi / wavelength_m;
+  const double per_m = sonar.array_length_m / wavelength_m;
+  const auto beam = [&](double along_m, double range_m) {
+    const double a = std::numbers::pi * per_m * along_m / range_m;
+    return std::abs(a) < 1e-6 ? 1.0 : std::pow(std::sin(a) / a, 2);
+  };
+  const auto by_diffraction = [&](const Wall& wall) {
+    // The array is focused: its field on the wall has the far field's amplitude, in the phase of a
+    // wave from its middle.
+    constexpr double part_m = 1e-3, aside_m = 0.01, step_m = 0.25;
+    double sum = 0.0;
+    for (double before_m = 0.5 * step_m; before_m < 8.0; before_m += step_m) {
+      const double x_m = wall_away_m - before_m, range_m = std::hypot(x_m, altitude_m);
+      const double height_m = altitude_m * before_m / (wall_away_m + before_m);
+      if (height_m > wall_height_m) break;
+      const double image_m = std::hypot(wall_away_m + before_m, altitude_m);
+      const double first_m = image_m * wall_away_m / (wall_away_m + before_m),
+                   last_m = image_m - first_m;
+      double across = 0.0;
+      for (double y_m = -1.5; y_m < 1.5; y_m += aside_m) {
+        std::complex<double> field = 0.0;
+        for (double u = wall.beside_m - 0.5 * wall.length_m + 0.5 * part_m;
+             u < wall.beside_m + 0.5 * wall.length_m; u += part_m) {
+          const double amplitude = std::sqrt(beam(u, first_m));
+          field += part_m * std::polar(amplitude, k * (0.5 * u * u / first_m +
+                                                       0.5 * (y_m - u) * (y_m - u) / last_m));
+        }
+        across += aside_m * beam(y_m, range_m) * std::norm(field) * image_m /
+                  (wavelength_m * first_m * last_m);
+      }
+      const double sines = (altitude_m / image_m) / (altitude_m / range_m);
+      sum += 4.0 * step_m * x_m / range_m / sonar.bin_m() * across * sines *
+             std::pow(range_m / image_m, 2) / (2.0 / 3.0 * range_m / per_m);
+    }
+    return sum;
+  };
+  for (const Wall& wall : {Wall{.length_m = 0.3}, Wall{.length_m = 0.15}, Wall{.length_m = 0.08},
+                           Wall{.length_m = 0.04}, Wall{.length_m = 0.1, .beside_m = 0.1}}) {
+    CAPTURE(wall.length_m, wall.beside_m);
+    CHECK(corner_energy(sonar, {.strength = lambert}, wall) / by_diffraction(wall) ==
+          Approx(1.0).epsilon(0.2));
+  }
+}
+
+TEST_CASE(
+    "a rough wall mirrors as smooth ones do of which each is turned by a part of its slopes") {
+  const Sonar sonar = open_sonar();
+  for (const double slope : {0.02, 0.1}) {
+    double expected = 0.0;
+    constexpr int steps = 40;
+    for (int i = 0; i < steps; ++i) {
+      const double sigmas = -3.0 + 6.0 * (i + 0.5) / steps;
+      expected += mirrored_by_lambert(sonar, {.turned_rad = std::atan(sigmas * slope)}) *
+                  std::exp(-0.5 * sigmas * sigmas) * 6.0 / steps /
+                  std::sqrt(2.0 * std::numbers::pi);
+    }
+    CAPTURE(slope);
+    CHECK(corner_energy(sonar, {.strength = lambert}, {.slope = slope}) ==
+          Approx(expected).epsilon(0.1));
+  }
+}
+
+TEST_CASE("a wall's corner with medium sand has the bed's lobe, by Kirchhoff's integral") {
+  // The integral for q = k_out - k_in at the specular point, |R|^2 (k_z^2 / 2 pi) Gamma(1/a) / (2
+  // a) (2 k_z^2 Ch2)^(-1/a), k_z = k sin g; across the strip the angles differ by 5 degrees, far
+  // less than the lobe's width.
+  Sonar sonar = open_sonar();
+  sonar.frequency_hz = 400e3;
+  const scatter::Sediment sand = scatter::sediment_named("medium sand");
+  const double k = scatter::wavenumber_per_cm(sonar.frequency_hz, 1500.0), a = sand.alpha();
+  const double Ch2 = scatter::kirchhoff_shape(sand, k).Ch2;
+  const scatter::Bottom bottom(sand, sonar.frequency_hz, 1500.0);
+  const auto direct = [&](double g) { return bottom.cross_section(g); };
+  const auto lobe = [&](double g_in, double g, double) {
+    const double mean = 0.5 * (g_in + g), k_z = k * std::sin(mean);
+    return std::norm(scatter::reflection_coefficient(sand, mean)) * k_z * k_z /
+               (2.0 * std::numbers::pi) * std::tgamma(1.0 / a) / (2.0 * a) *
+               std::pow(2.0 * k_z * k_z * Ch2, -1.0 / a) +
+           std::sqrt(direct(g_in) * direct(g));
+  };
+  const double energy = corner_energy(
+      sonar, {.bed = sand, .strength = [&](double sine) { return direct(std::asin(sine)); }}, {});
+  CHECK(scatter::to_db(energy) ==
+        Approx(scatter::to_db(mirrored_energy(sonar, {}, direct, lobe))).margin(0.2));
+  // The lobe is some 18 dB above backscatter at 20 degrees.
+  const double g = 20.0 * std::numbers::pi / 180.0;
+  CHECK(scatter::to_db(lobe(g, g, 0.0) / direct(g)) == Approx(18.0).margin(3.0));
+  // An oblique wall sends the sound to the array by a facet of the bed that is inclined to the
+  // side.
+  const Wall oblique{.turned_rad = 3.0 * std::numbers::pi / 180.0};
+  const double of_oblique = corner_energy(
+      sonar, {.bed = sand, .strength = [&](double sine) { return direct(std::asin(sine)); }},
+      oblique);
+  const double expected =
+      mirrored_energy(sonar, oblique, direct, [&](double g_in, double g_out, double turned) {
+        return scatter::forward_lobe(sand, k, g_in, g_out, turned) +
+               std::sqrt(direct(g_in) * direct(g_out));
+      });
+  CHECK(scatter::to_db(of_oblique / expected) == Approx(0.0).margin(0.5));
+  CHECK(of_oblique < 0.3 * energy);
+}
