@@ -177,6 +177,6 @@ count = 3
   append(bytes, floor.mesh.positions);
   append(bytes, floor.mesh.faces);
   append(bytes, floor.face_label);
-  CHECK(seafloor_version == 10);
-  CHECK(xxh128(bytes) == "f795139f861b4d208880b40dbf1fade9");
+  CHECK(seafloor_version == 11);
+  CHECK(xxh128(bytes) == "37475f82e136cd567bdd6c96b897bda2");
 }

@@ -15,30 +15,33 @@ namespace {
 // Joints lie about as far from one another as their bed is thick, or a few times as far (Bai and
 // Pollard, J. Struct. Geol. 22, 43, 2000); the wider ones are those that a sonar sees.
 constexpr double joints_per_bed = 4.0;
-constexpr double leaning = 0.12;  // of a block's top: the greatest slope is half of it either way
-constexpr double fallen_per_m2 = 0.5;  // where a ledge is near
+constexpr double leaning =
+    0.12;  // of a block's top along the dip: the greatest slope is half of it
+constexpr double leaning_along_strike = 0.03;
+constexpr double fallen_per_m2 = 1.0;  // where a ledge is near
 // Between joints 16 m apart and more, where otherwise each place would have ever more of them.
 constexpr double most_fallen_per_block = 128.0;
-constexpr double longest_fallen_in_joints = 0.7;
-constexpr double closed_share = 0.5;  // of the second set's joints
+constexpr double longest_fallen_in_joints = 0.45;
+constexpr double closed_share = 0.8;  // of the second set's joints
 constexpr double crooked = 6.0;       // how far joints leave the straight, over the roughness there
 
-/// The blocks of a bed between two sets of joints. The joints of the first set run through; those
-/// of the second end at them, and some are closed. It keeps the last block, in which the next place
-/// often is.
+/// The blocks of a bed between two sets of joints. The joints of the first set run through, about
+/// across the dip, so that ledges do; those of the second end at them, and most are closed. It
+/// keeps the last block, in which the next place often is.
 class Joints {
  public:
-  Joints(double spacing_m, double strike_rad, const LayerDraws& draws)
+  Joints(double spacing_m, double dip_heading_rad, const LayerDraws& draws)
       : spacing_m_(spacing_m), draws_(draws) {
     std::array<double, 1> turned;
     draws.of(2).uniform(turned);
-    const double first_rad = strike_rad + 0.8 * (turned[0] - 0.5);
-    cosine_ = std::cos(first_rad);
-    sine_ = std::sin(first_rad);
+    const double across_rad = dip_heading_rad + 0.5 * (turned[0] - 0.5);
+    cosine_ = std::sin(across_rad);
+    sine_ = std::cos(across_rad);
   }
 
   struct Block {
     double middle_x, middle_y;
+    double across_m, along_m;     // from the middle to the place, across and along the strike
     double edge_m;                // from the place to the nearest joint
     std::array<double, 4> draws;  // uniform; the block's own
   };
@@ -54,6 +57,8 @@ class Joints {
       block_.middle_y = middle_u * sine_ + middle_v * cosine_;
       draws_.of(5, across_.number, along_.number).uniform(block_.draws);
     }
+    block_.across_m = u - 0.5 * (across_.low + across_.high);
+    block_.along_m = v - 0.5 * (along_.low + along_.high);
     block_.edge_m = std::min({u - across_.low, across_.high - u, v - along_.low, along_.high - v});
     return block_;
   }
@@ -88,11 +93,12 @@ class Joints {
   Block block_{};
 };
 
-/// A fallen block: a box with a leaning top. Sizes follow a power law, as broken rock's do.
+/// A fallen block: a box with a leaning top that lacks two opposite corners. Sizes follow a power
+/// law, as broken rock's do.
 class FallenBlock {
  public:
   FallenBlock(double joint_m, std::span<const double> u) {
-    length_m_ = std::min(longest_fallen_in_joints, 0.2 * std::pow(u[2], -0.4)) * joint_m;
+    length_m_ = std::min(longest_fallen_in_joints, 0.1 * std::pow(u[2], -0.4)) * joint_m;
     width_m_ = length_m_ * (0.5 + 0.5 * u[3]);
     height_m_ = width_m_ * (0.5 + 0.6 * u[4]);
     const double heading = 2.0 * std::numbers::pi * u[5];
@@ -100,6 +106,7 @@ class FallenBlock {
     north_ = std::cos(heading);
     lean_along_ = u[6] - 0.5;
     lean_across_ = u[7] - 0.5;
+    corner_ = u[6] < 0.5 ? -1.0 : 1.0;
   }
   double reach_m() const { return 0.5 * std::hypot(length_m_, width_m_); }
   /// Its top's height over its foot; 0 outside.
@@ -107,11 +114,12 @@ class FallenBlock {
     const double along = 2.0 * (dx * east_ + dy * north_) / length_m_;
     const double across = 2.0 * (dx * north_ - dy * east_) / width_m_;
     if (std::max(std::abs(along), std::abs(across)) >= 1.0) return 0.0;
+    if (std::abs(along + corner_ * across) >= 1.4) return 0.0;
     return height_m_ * (1.0 + lean_along_ * along + lean_across_ * across);
   }
 
  private:
-  double length_m_, width_m_, height_m_, east_, north_, lean_along_, lean_across_;
+  double length_m_, width_m_, height_m_, east_, north_, lean_along_, lean_across_, corner_;
 };
 
 /// The length over which the roughness has half the rock's height, rms: longer waves would be hills
@@ -206,8 +214,8 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
                            bed_at(block.middle_x, block.middle_y)) /
                               relief.ledge_m +
                           0.5 * (u[0] - 0.5);
-      const double lean =
-          leaning * ((u[1] - 0.5) * (x - block.middle_x) + (u[2] - 0.5) * (y - block.middle_y));
+      const double lean = leaning * (u[1] - 0.5) * block.across_m +
+                          leaning_along_strike * (u[2] - 0.5) * block.along_m;
       const double open = block.edge_m / (0.06 * joint_m);
       const double crack = 0.4 * u[3] * u[3] * relief.ledge_m * std::exp(-open * open);
       rock[point] =

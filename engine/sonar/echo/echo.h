@@ -142,7 +142,7 @@ struct EchoLine {
   int beam = 0;  ///< from the rear, see Sonar::beams
   BinLayers bins;
   int first_return = -1;  ///< the first bin with an echo; -1: none
-  int starved = 0;        ///< bins behind it that nothing could reach
+  int starved = 0;        ///< bins behind the bed's first return that nothing could reach
   Artefacts artefacts;    ///< what spoiled it
   float gain = 1.0f;      ///< the recorder's in this ping, over its usual one; of the amplitude
   std::uint64_t rays = 0;

@@ -2,8 +2,26 @@
 
 #include <algorithm>
 #include <numbers>
+#include <span>
 
 namespace ensonify::engine {
+namespace {
+
+/// Objects may return before the bed does: the bins between them show water and are not starved.
+/// Returns how many bins that are.
+int fill_with_water(std::span<std::uint32_t> regions) {
+  const auto number = [](Region region) { return static_cast<std::uint32_t>(region); };
+  const auto bed = std::ranges::find_if(regions, [&](std::uint32_t region) {
+    return region == number(Region::seabed) || region == number(Region::shadow);
+  });
+  if (bed == regions.end()) return 0;
+  const std::span<std::uint32_t> before_bed(regions.begin(), bed);
+  const auto starved = std::ranges::count(before_bed, number(Region::no_data));
+  std::ranges::replace(before_bed, number(Region::no_data), number(Region::water_column));
+  return static_cast<int>(starved);
+}
+
+}  // namespace
 
 RangeBins::RangeBins(double bin_m, std::size_t bins)
     : bin_m_(bin_m),
@@ -152,6 +170,8 @@ void RangeBins::write(const FaceLabels& labels, const Eigen::Vector3d& sonar,
   }
   if (line.first_return < 0)  // no echo at all, so there is no water column that one ends
     std::fill(out.region.begin(), out.region.end(), static_cast<std::uint32_t>(Region::no_data));
+  else
+    line.starved -= fill_with_water(out.region);
 }
 
 }  // namespace ensonify::engine

@@ -250,6 +250,15 @@ TEST_CASE("bins behind the first return without energy or shadow are starved") {
   CHECK(of.line().starved == static_cast<int>(bins) - 4 - 2);
 }
 
+TEST_CASE("bins between an object in the water and the bed's first return are water column") {
+  Bins of;
+  of.plane({{1.0, 1.25, 1.0, 1, true}, {2.0, 2.25, 1.0, 0, true}});
+  CHECK(of.is(3, Region::water_column));
+  CHECK(of.is(5, Region::no_data));
+  CHECK(of.line().first_return == 2);
+  CHECK(of.line().starved == static_cast<int>(bins) - 4 - 1);
+}
+
 TEST_CASE("two branches of one plane in a bin are layover, except where one turns") {
   Bins turning, layover, two_planes;
   turning.plane({{4.0, 6.2, 1.0}, {6.2, 4.1, 1.0}});  // the profile turns at 6.2 m
