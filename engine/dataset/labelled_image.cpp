@@ -8,17 +8,10 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/image/truth.h>
+
 namespace ensonify::engine {
 namespace {
-
-/// Distance over ground from the first ping to each ping.
-std::vector<double> way_m(const Waterfall& line) {
-  std::vector<double> way(line.rows(), 0.0);
-  for (std::size_t i = 1; i < way.size(); ++i)
-    way[i] = way[i - 1] +
-             (line.pings[i].pose.position - line.pings[i - 1].pose.position).head<2>().norm();
-  return way;
-}
 
 /// Neighbouring pixels of a row that are copied to neighbouring pixels of a row.
 struct Run {
@@ -59,13 +52,9 @@ void copy_run(const Value* from, std::size_t count, Value* to) {
 /// Calls f for each layer that find_targets(), encode_masks() and choose_chips() read.
 template <class F>
 void for_each_label(F&& f) {
-  f(&BinLayers::intensity_mean);
-  f(&BinLayers::range_m);
-  f(&BinLayers::region);
+  for_each_truth_layer(f);
   f(&BinLayers::sediment);
   f(&BinLayers::class_id);
-  f(&BinLayers::instance);
-  f(&BinLayers::shadow_instance);
 }
 
 /// Copies pixels of labels.
@@ -157,7 +146,6 @@ LabelledImage empty_like(const LabelledImage& view, std::size_t columns, std::si
   return {.name = view.name,
           .geometry = view.geometry,
           .labels = unlabelled(sonar, rows),
-          .pings = std::vector<std::size_t>(rows),
           .pictures = {},
           .across_m = view.across_m,
           .along_m = view.along_m};
@@ -165,26 +153,45 @@ LabelledImage empty_like(const LabelledImage& view, std::size_t columns, std::si
 
 }  // namespace
 
+std::vector<double> rows_along_m(const Waterfall& line) {
+  const auto beams = static_cast<std::size_t>(line.sonar.beams);
+  const auto step_m = [&](std::size_t row) {
+    return (line.pings[row].pose.position - line.pings[row - beams].pose.position).head<2>().norm();
+  };
+  std::vector<double> along_m(line.rows());
+  double way_m = 0.0;
+  for (std::size_t row = 0; row < along_m.size(); ++row) {
+    if (row >= beams && row % beams == 0) way_m += step_m(row);
+    along_m[row] = way_m + line.sonar.beam_offset_m(static_cast<int>(row % beams));
+  }
+  return along_m;
+}
+
+double length_along_m(const Waterfall& line) {
+  const std::vector<double> along_m = rows_along_m(line);
+  return along_m.empty() ? 0.0 : std::ranges::max(along_m) - std::ranges::min(along_m);
+}
+
 LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures) {
-  const double length_m = way_m(line).back();
-  std::vector<std::size_t> pings(line.rows());
-  std::iota(pings.begin(), pings.end(), line.first_ping);
   Waterfall labels(line.sonar, 0);
-  labels.first_ping = line.first_ping;
   labels.pings = line.pings;
   for_each_label([&](auto layer) { labels.pixels.*layer = line.pixels.*layer; });
   return {.name = line.sonar.name,
           .geometry = "slant",
           .labels = std::move(labels),
-          .pings = std::move(pings),
           .pictures = std::move(pictures),
           .across_m = line.sonar.bin_m(),
-          .along_m = line.rows() > 1 ? length_m / static_cast<double>(line.rows() - 1) : 0.0};
+          .along_m =
+              line.rows() > 1 ? length_along_m(line) / static_cast<double>(line.rows() - 1) : 0.0};
 }
 
 LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
   const Waterfall& line = slant.labels;
-  const std::vector<double> way = way_m(line);
+  const std::vector<double> along_m = rows_along_m(line);
+  std::vector<std::size_t> order(along_m.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t row) { return along_m[row]; });
+  const double start_m = along_m[order.front()], length_m = along_m[order.back()] - start_m;
   Sonar sonar = line.sonar;
   sonar.bins = static_cast<int>(line.sonar.range_m / pixel_m);
   if (sonar.bins < 1)
@@ -192,11 +199,10 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
         "ground range: pixels of {} m are longer than the range of {} m; use smaller pixels",
         pixel_m, line.sonar.range_m));
   sonar.range_m = sonar.bins * pixel_m;
-  const auto rows = static_cast<std::size_t>(way.back() / pixel_m) + 1;
+  const auto rows = static_cast<std::size_t>(length_m / pixel_m) + 1;
   LabelledImage view{.name = slant.name + "_ground",
                      .geometry = "ground",
                      .labels = unlabelled(sonar, rows),
-                     .pings = std::vector<std::size_t>(rows),
                      .pictures = {},
                      .across_m = pixel_m,
                      .along_m = pixel_m};
@@ -205,14 +211,14 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
              from_bins = static_cast<std::size_t>(line.sonar.bins);
   const bool port = sonar.sides != Sides::starboard;
   PixelMap map;
-  std::size_t ping = 0;
+  std::size_t nearest = 0;  // in order
   for (std::size_t row = 0; row < rows; ++row) {
-    const double at_m = static_cast<double>(row) * pixel_m;
-    while (ping + 1 < way.size() && std::abs(way[ping + 1] - at_m) <= std::abs(way[ping] - at_m))
-      ++ping;
-    view.labels.pings[row] = line.pings[ping];
-    view.pings[row] = slant.pings[ping];
-    const double height_m = line.sonar_altitude_m(ping);
+    const double at_m = start_m + static_cast<double>(row) * pixel_m;
+    const auto off_m = [&](std::size_t n) { return std::abs(along_m[order[n]] - at_m); };
+    while (nearest + 1 < order.size() && off_m(nearest + 1) <= off_m(nearest)) ++nearest;
+    const std::size_t from_row = order[nearest];
+    view.labels.pings[row] = line.pings[from_row];
+    const double height_m = line.sonar_altitude_m(from_row);
     if (!(height_m >= 0.0)) continue;  // over a hole
     map.start_row();
     for (std::size_t column = 0; column < columns; ++column) {
@@ -222,8 +228,9 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
           std::hypot((static_cast<double>(from_nadir) + 0.5) * pixel_m, height_m);
       const auto bin = static_cast<std::size_t>(slant_m / line.sonar.bin_m());
       if (bin >= from_bins) continue;
-      map.add(row * columns + column,
-              ping * from_columns + (to_port ? from_bins - 1 - bin : bin + (port ? from_bins : 0)));
+      map.add(
+          row * columns + column,
+          from_row * from_columns + (to_port ? from_bins - 1 - bin : bin + (port ? from_bins : 0)));
     }
   }
   gather(slant, map, view);
@@ -236,7 +243,6 @@ LabelledImage cut(const LabelledImage& view, const Rectangle& part) {
   PixelMap map;
   for (std::size_t row = 0; row < part.rows; ++row) {
     piece.labels.pings[row] = view.labels.pings[lowest + row];
-    piece.pings[row] = view.pings[lowest + row];
     map.add_run({.to = row * part.columns,
                  .from = (lowest + row) * view.labels.columns() + part.column,
                  .count = part.columns});
@@ -259,7 +265,6 @@ LabelledImage resampled(const LabelledImage& view, std::size_t columns, std::siz
     map.start_row();
     const std::size_t from_row = nearest(row, from_rows, rows);
     result.labels.pings[row] = view.labels.pings[from_row];
-    result.pings[row] = view.pings[from_row];
     for (std::size_t column = 0; column < columns; ++column)
       map.add(row * columns + column,
               from_row * from_columns + nearest(column, from_columns, columns));

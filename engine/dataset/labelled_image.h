@@ -19,19 +19,25 @@ struct LabelledImage {
   std::string name;      ///< the sonar's; in ground range with "_ground" appended
   std::string geometry;  ///< "slant" or "ground"
   Waterfall labels;      ///< only the layers that labels are made from; the others are empty
-  std::vector<std::size_t> pings;        ///< the number of each row's ping, oldest first
   std::vector<Picture> pictures;         ///< one per display
   double across_m = 0.0, along_m = 0.0;  ///< size of a pixel; along the track on average
 
   Rectangle whole() const { return {0, 0, labels.columns(), labels.rows()}; }
 };
 
+/// How far along the track each row of a line lies: the vehicle's way over ground from the first
+/// ping, plus the beam's offset along the array. Rows of several beams may overlap.
+std::vector<double> rows_along_m(const Waterfall& line);
+
+/// The length of track that a line's rows cover.
+double length_along_m(const Waterfall& line);
+
 /// The line in slant range, as recorded.
 LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures);
 
 /// The line in ground range, as if the bed were level below each ping (Blondel, The Handbook of
 /// Sidescan Sonar, 2009, slant-range correction), from the sonar's height over it: square pixels of
-/// side pixel_m, each with the values of the nearest ping and the bin at its slant range. Pixels
+/// side pixel_m, each with the values of the nearest row and the bin at its slant range. Pixels
 /// without such a bin have no data. Throws std::invalid_argument if pixel_m is longer than the
 /// range.
 LabelledImage ground_view(const LabelledImage& slant, double pixel_m);

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/dataset/labelled_image.h>
 #include <ensonify/engine/image/lettering.h>
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
@@ -148,12 +149,10 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
              const Simulator& simulator, const Waterfall& line) {
   const Seafloor& seafloor = simulator.seafloor();
   const std::vector<std::string> classes = recipe.class_names();
-  double length_m = 0.0;
-  for (std::size_t i = 1; i < line.rows(); ++i)
-    length_m += (line.pings[i].pose.position - line.pings[i - 1].pose.position).head<2>().norm();
   const double width_m = static_cast<double>(line.columns()) * line.sonar.bin_m();
-  const auto height = std::clamp(static_cast<std::size_t>(panel_width * length_m / width_m),
-                                 min_height, max_height);
+  const auto height =
+      std::clamp(static_cast<std::size_t>(panel_width * length_along_m(line) / width_m), min_height,
+                 max_height);
   Picture left =
       shrunk(render(line, sample.scene.display, simulator.calibration(0)), panel_width, height);
   Picture right = shrunk(label_picture(line, seafloor, recipe), panel_width, height);

@@ -150,7 +150,7 @@ class Products {
   void add_image(const LabelledImage& line, const Rectangle& part, const std::string& stem,
                  std::string_view kind, std::size_t edge_px = 0, const std::string& of = "") {
     const bool whole = kind == "line";
-    const LabelledImage nothing{"", "", Waterfall(line.labels.sonar, 0), {}, {}, 0, 0};
+    const LabelledImage nothing{"", "", Waterfall(line.labels.sonar, 0), {}, 0, 0};
     const LabelledImage cut_out = whole ? nothing : cut(line, part);
     const LabelledImage& shown = whole ? line : cut_out;
     const LabelledImage other_pixels = edge_px > 0 ? resampled(shown, edge_px, edge_px) : nothing;
@@ -214,8 +214,12 @@ class Products {
     const Waterfall& labels = line.labels;
     const std::size_t lowest = labels.rows() - part.row - part.rows;  // oldest ping
     double altitude_sum_m = 0.0;
-    for (std::size_t row = lowest; row < lowest + part.rows; ++row)
+    std::size_t first = labels.pings[lowest].number, last = first;  // rows of beams may overlap
+    for (std::size_t row = lowest; row < lowest + part.rows; ++row) {
       altitude_sum_m += labels.sonar_altitude_m(row);
+      first = std::min(first, labels.pings[row].number);
+      last = std::max(last, labels.pings[row].number);
+    }
     const Sides sides = labels.sonar.sides;
     const double nadir = sides == Sides::starboard ? 0.0 : labels.sonar.bins;
     const auto across_m = [&](std::size_t column) {
@@ -226,8 +230,8 @@ class Products {
             .sides = std::string(name_of(sides)),
             .left_m = across_m(part.column),
             .right_m = across_m(part.column + part.columns),
-            .first_ping = line.pings[lowest],
-            .last_ping = line.pings[lowest + part.rows - 1],
+            .first_ping = first,
+            .last_ping = last,
             .altitude_m = altitude_sum_m / static_cast<double>(part.rows),
             .middle = labels.pings[lowest + part.rows / 2].pose};
   }

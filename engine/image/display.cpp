@@ -12,6 +12,7 @@
 
 #include <Eigen/Core>
 
+#include <ensonify/engine/image/over_ground.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/scatter/decibel.h>
 
@@ -30,16 +31,6 @@ std::size_t bin_of(std::size_t column, std::size_t ports) {
   return column < ports ? ports - 1 - column : column - ports;
 }
 
-/// The sonar's height above the bed: from the ping's record, or else the slant range of the first
-/// echo.
-double height_m(const Waterfall& waterfall, std::size_t row) {
-  const PingRow& ping = waterfall.pings[row];
-  const double altitude_m = waterfall.sonar_altitude_m(row);
-  if (ping.altitude_m > 0.0 && altitude_m > 0.0) return altitude_m;
-  return std::max({ping.first_return_port, ping.first_return_starboard, 0}) *
-         waterfall.sonar.bin_m();
-}
-
 }  // namespace
 
 /// The levels of a waterfall, normalised as the display asks.
@@ -52,7 +43,7 @@ class Levels {
         ports_(renderer.ports_),
         columns_(waterfall.columns()) {
     for (std::size_t row = 0; row < waterfall.rows(); ++row)
-      height_m_.push_back(height_m(waterfall, row));
+      height_m_.push_back(height_over_bed_m(waterfall, row));
     if (renderer.display_.beam_normalisation) normalise_beams();
     if (renderer.display_.flat_field) flatten();
   }
@@ -416,33 +407,6 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
     smooth(picture, std::hypot(display.smoothing_px, display.track_smoothing_px),
            display.smoothing_px);
   return painted(std::move(picture), display.palette);
-}
-
-Picture over_ground(const Waterfall& waterfall, const Picture& picture) {
-  const std::size_t rows = waterfall.rows(), columns = waterfall.columns();
-  if (picture.width != columns || picture.height != rows)
-    throw std::invalid_argument("over_ground: the picture's size is not the waterfall's");
-  const std::size_t ports = port_columns(waterfall.sonar);
-  const double bin_m = waterfall.sonar.bin_m();
-  const std::ptrdiff_t pixel_bytes = picture.channels * (picture.bits / 8);
-  Picture made = picture;
-  std::uint8_t* to = made.pixels.data();
-  for (std::size_t row = rows; row-- > 0;) {
-    const double height = height_m(waterfall, row);
-    const std::uint8_t* from = picture.pixels.data() + (to - made.pixels.data());
-    for (std::size_t column = 0; column < columns; ++column, to += pixel_bytes) {
-      const double over_m = (static_cast<double>(bin_of(column, ports)) + 0.5) * bin_m;
-      const auto bin =
-          static_cast<std::ptrdiff_t>(std::sqrt(over_m * over_m + height * height) / bin_m);
-      const auto port = static_cast<std::ptrdiff_t>(ports);
-      if (bin >= waterfall.sonar.bins)
-        std::fill_n(to, pixel_bytes, std::uint8_t{0});
-      else
-        std::copy_n(from + pixel_bytes * (column < ports ? port - 1 - bin : port + bin),
-                    pixel_bytes, to);
-    }
-  }
-  return made;
 }
 
 Picture painted(Picture grey, Palette palette) {

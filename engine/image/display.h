@@ -74,11 +74,6 @@ class Renderer {
 Picture render(const Waterfall& waterfall, const Display& display, const Calibration& calibration,
                int bits = 8);
 
-/// A picture of a waterfall, column by column of slant range, with its columns equally spaced in
-/// ground range, as Display::slant_range_correction makes it: without the water column, and black
-/// beyond the sonar's range. Throws std::invalid_argument if its size is not the waterfall's.
-Picture over_ground(const Waterfall& waterfall, const Picture& picture);
-
 /// A grey picture in the colours of a palette: what a Renderer makes with that palette in place of
 /// grey.
 Picture painted(Picture grey, Palette palette);

@@ -192,7 +192,6 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
         ++(column < port_end ? its_port : its_starboard);
         body += image.pixels.intensity_mean[i];
         range_m += image.pixels.range_m[i];
-        ping += marks.rows() - 1 - row;
       } else if (marks.mark(column, row) == 0 &&
                  image.pixels.region[i] == static_cast<std::uint32_t>(Region::seabed)) {
         ++bed_pixels;
@@ -202,14 +201,15 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
     if (its_port + its_starboard == 0) continue;
     pixels += static_cast<std::size_t>(its_port + its_starboard);
     port += static_cast<std::size_t>(its_port);
-    const auto its_ping = static_cast<std::size_t>(marks.rows() - 1 - row);
-    const double ahead_rad = mounted(image.pings[its_ping].pose, image.sonar.mounting).heading_rad;
+    const PingRow& its_ping = image.pings[static_cast<std::size_t>(marks.rows() - 1 - row)];
+    ping += (its_port + its_starboard) * static_cast<double>(its_ping.number);
+    const double ahead_rad = mounted(its_ping.pose, image.sonar.mounting).heading_rad;
     sight +=
         (its_starboard - its_port) * Eigen::Vector2d(-std::sin(ahead_rad), std::cos(ahead_rad));
   }
   const auto n = static_cast<double>(pixels);
   target.range_m = range_m / n;
-  target.ping = static_cast<double>(image.first_ping) + ping / n;
+  target.ping = ping / n;
   target.sight_rad = std::atan2(sight.y(), sight.x());
   target.side = 2 * port > pixels ? Side::port : Side::starboard;
   if (seen && body > 0.0 && bed > 0.0)

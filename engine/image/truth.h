@@ -47,6 +47,16 @@ struct Target : TargetOutlines {
   std::optional<double> contrast_db;
 };
 
+/// Calls f for each layer that find_targets() reads.
+template <class F>
+void for_each_truth_layer(F&& f) {
+  f(&BinLayers::intensity_mean);
+  f(&BinLayers::range_m);
+  f(&BinLayers::region);
+  f(&BinLayers::instance);
+  f(&BinLayers::shadow_instance);
+}
+
 /// All objects and features with a pixel, or a shadow pixel, in the waterfall, by instance.
 std::map<std::uint32_t, TargetOutlines> find_outlines(const Waterfall& waterfall);
 std::vector<Target> find_targets(const Waterfall& waterfall);

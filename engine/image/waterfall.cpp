@@ -18,10 +18,10 @@ std::size_t port_columns(const Sonar& sonar) {
   return sonar.sides == Sides::starboard ? 0 : static_cast<std::size_t>(sonar.bins);
 }
 
-Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t its_first_ping)
-    : sonar(its_sonar),
-      pings(ping_count * static_cast<std::size_t>(sonar.beams)),
-      first_ping(its_first_ping * static_cast<std::size_t>(sonar.beams)) {
+Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t first_ping)
+    : sonar(its_sonar), pings(ping_count * static_cast<std::size_t>(sonar.beams)) {
+  std::size_t number = first_ping * static_cast<std::size_t>(sonar.beams);
+  for (PingRow& row : pings) row.number = number++;
   pixels.assign(rows() * columns());
 }
 
@@ -49,7 +49,10 @@ void Waterfall::set_row(std::size_t row, std::span<const EchoLine> sides, const 
         std::copy(from.begin(), from.end(), place + starboard);
     });
   }
-  PingRow& row_record = pings[row] = record;
+  PingRow& row_record = pings[row];
+  const std::size_t number = row_record.number;
+  row_record = record;
+  row_record.number = number;
   for (const EchoLine& side : sides) {
     const bool port = side.side == Side::port;
     (port ? row_record.first_return_port : row_record.first_return_starboard) = side.first_return;

@@ -12,6 +12,7 @@ namespace ensonify::engine {
 
 /// One row of the pings file.
 struct PingRow {
+  std::size_t number = 0;   ///< counted over the rows of the whole run, as files number pings
   Pose pose;                ///< the vehicle's true pose
   Pose reported;            ///< the pose that its navigation reports
   double altitude_m = 0.0;  ///< the vehicle's, above the bed straight below; NaN over a hole
@@ -38,11 +39,10 @@ struct Waterfall {
   Sonar sonar;
   BinLayers pixels;            ///< rows() * columns() values per layer
   std::vector<PingRow> pings;  ///< the rows
-  std::size_t first_ping = 0;  ///< the run's number of the first row
 
-  /// Room for `ping_count` pings, the first with number `its_first_ping`; all values are 0. The
-  /// sonar has its bins (Sonar::sampled()).
-  Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t its_first_ping = 0);
+  /// Room for `ping_count` pings, from the run's ping `first_ping` on: the rows are numbered, all
+  /// other values are 0. The sonar has its bins (Sonar::sampled()).
+  Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t first_ping = 0);
   std::size_t rows() const { return pings.size(); }
   std::size_t columns() const {
     return sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins);
@@ -51,10 +51,11 @@ struct Waterfall {
   /// the vehicle's altitude, less how far the mounting puts the sonar below it at its attitude. NaN
   /// over a hole.
   double sonar_altitude_m(std::size_t row) const;
-  /// Sets a row: pixels from the echo lines of its sides, none of a lost ping; the rest from
-  /// `record`, of which first returns, starved bins and artefacts are completed from the lines.
-  /// Several threads may set different rows at once. Throws std::invalid_argument for a row that
-  /// is not there, a side that the sonar does not have, and lines of another number of bins.
+  /// Sets a row: pixels from the echo lines of its sides, none of a lost ping; the rest but its
+  /// number from `record`, of which first returns, starved bins and artefacts are completed from
+  /// the lines. Several threads may set different rows at once. Throws std::invalid_argument for a
+  /// row that is not there, a side that the sonar does not have, and lines of another number of
+  /// bins.
   void set_row(std::size_t row, std::span<const EchoLine> sides, const PingRow& record);
   /// Sets the rows of a ping, counted from 0 in this waterfall, from the lines of its beams, as
   /// ping() of a Simulator has them; no lines for a lost ping. Otherwise there must be at least

@@ -43,8 +43,8 @@ std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageO
   };
   if (sonar.sides != Sides::both)
     attributes.push_back({"sides", std::string(name_of(sonar.sides))});
-  if (waterfall.first_ping > 0)
-    attributes.push_back({"first_ping", static_cast<int>(waterfall.first_ping)});
+  if (waterfall.rows() > 0 && waterfall.pings.front().number > 0)
+    attributes.push_back({"first_ping", static_cast<int>(waterfall.pings.front().number)});
   BinLayers::for_each([&](std::string_view layer, auto) {
     if (origin.has_layer(layer))
       attributes.push_back({"units_" + std::string(layer), units(layer)});

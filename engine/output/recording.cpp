@@ -131,7 +131,7 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
     double heading_rad = std::fmod(pose.heading_rad + there.convergence_rad, 2.0 * pi);
     if (heading_rad < 0.0) heading_rad += 2.0 * pi;
     recording.pings.push_back({.row = i,
-                               .number = waterfall.first_ping + i,
+                               .number = ping.number,
                                .beam = static_cast<int>(i) % sonar.beams,
                                .unix_ms = start_s * 1000 + std::llround(ping.pose.t_s * 1000.0),
                                .interval_s = ping.interval_s,

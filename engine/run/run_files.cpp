@@ -14,6 +14,7 @@
 
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/label_names.h>
+#include <ensonify/engine/image/over_ground.h>
 #include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/output/pings_csv.h>
@@ -224,9 +225,12 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, const 
     tasks.emplace_back([&, name] { write_text(name + "_pings.csv", pings_csv(image)); });
     if (!seafloor.objects.empty() || !seafloor.features.empty())
       tasks.emplace_back([&, name, i] {
+        std::optional<Waterfall> over_ground;  // as the picture shows it
+        if (scene.display.slant_range_correction) over_ground = truth_over_ground(image);
         write_text(name + "_targets.json",
-                   targets_json(target_records(image, seafloor, pings.object_visibility[i]), image,
-                                seafloor));
+                   targets_json(target_records(over_ground ? *over_ground : image, seafloor,
+                                               pings.object_visibility[i]),
+                                image, seafloor));
       });
     if (output.truth)
       tasks.emplace_back([&, name, i] {

@@ -121,7 +121,7 @@ TEST_CASE("the rows of parts are those of the whole track, bit by bit, and count
                     const std::lock_guard lock(mutex);
                     const Waterfall &a = all.images.front(), &b = pings.images.front();
                     const std::size_t first = beams * range.first;
-                    REQUIRE(b.first_ping == first);
+                    REQUIRE(b.pings.front().number == first);
                     REQUIRE(b.rows() == beams * range.count);
                     CHECK(pings.pings.first == range.first);
                     CHECK(pings.pings.count == range.count);

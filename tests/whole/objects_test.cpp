@@ -157,3 +157,15 @@ TEST_CASE("Objects that cannot be placed end a run with one message, and nothing
     CHECK_FALSE(std::filesystem::exists(folder / "out"));
   }
 }
+
+TEST_CASE("In ground range, targets have the pixels of the picture") {
+  const TemporaryFolder folder;
+  REQUIRE(run(folder, objects,
+              {"-D", "display.slant_range_correction=true", "-D", "objects.0.east_m=10", "-D",
+               "objects.0.tall_m=0.3"})
+              .code == 0);
+  const json targets = json::parse(read_text(folder / "out/left-right_targets.json"));
+  const json& crate = targets["targets"][0];
+  // It begins about 9.2 m to starboard, 13.5 m from the sonar; a pixel is 0.15 m.
+  CHECK(crate["body"]["box"][0].get<double>() == Approx(100.0 + 9.2 / 0.15).margin(5.0));
+}

@@ -67,6 +67,33 @@ TEST_CASE(
     }
 }
 
+TEST_CASE(
+    "in ground range, rows of beams that overlap lie where they are, and keep their numbers") {
+  Sonar sonar;
+  sonar.bins = 40;
+  sonar.range_m = 20.0;
+  sonar.beams = 5;
+  sonar.beam_spacing_m = 0.5;  // 2 m of beams at each ping, and 1 m from ping to ping
+  Waterfall line(sonar, 8);
+  for (std::size_t row = 0; row < line.rows(); ++row) {
+    const int beam = static_cast<int>(row % 5);
+    line.pings[row].pose.position = {0.0, 1.0 * double(row / 5) + sonar.beam_offset_m(beam), -5.0};
+    line.pings[row].altitude_m = 2.0;
+    std::fill_n(line.pixels.instance.begin() + static_cast<std::ptrdiff_t>(row * line.columns()),
+                line.columns(), static_cast<std::uint32_t>(row + 1));
+  }
+  const LabelledImage slant = slant_view(line, {});
+  CHECK(slant.along_m == Approx(9.0 / 39.0));
+  const LabelledImage ground = ground_view(slant, 0.25);
+  REQUIRE(ground.labels.rows() == 37);
+  for (std::size_t row = 0; row < ground.labels.rows(); ++row) {
+    const PingRow& ping = ground.labels.pings[row];
+    CAPTURE(row);
+    CHECK(std::abs(ping.pose.position.y() - (0.25 * double(row) - 1.0)) <= 0.25);
+    CHECK(ground.labels.pixels.instance[row * ground.labels.columns() + 40] == ping.number + 1);
+  }
+}
+
 TEST_CASE("a ground view does not depend on how far above its sonar the vehicle's origin is") {
   const LabelledImage at_origin = sample_view(8, 100, 20.0, 0.25, 6.0);
   LabelledImage below = sample_view(8, 100, 20.0, 0.25, 9.0);
@@ -115,7 +142,8 @@ TEST_CASE("a resampled view has the labels of the nearest pixels and the means o
       CHECK(smaller.labels.pixels.instance[row * 5 + column] ==
             view.labels.pixels.instance[(3 * row + 1) * 10 + 2 * column + 1]);
     }
-  CHECK(smaller.pings == std::vector<std::size_t>{1, 4});
+  CHECK(smaller.labels.pings[0].number == 1);
+  CHECK(smaller.labels.pings[1].number == 4);
 
   const LabelledImage larger = resampled(view, 30, 12);
   for (std::size_t i = 0; i < larger.labels.pixels.instance.size(); ++i)
