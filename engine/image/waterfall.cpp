@@ -8,9 +8,11 @@
 namespace ensonify::engine {
 
 PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam) {
+  const double vehicle_z_m = ping.pose.position.z();
   for (Pose* pose : {&ping.pose, &ping.reported})
     pose->position +=
         sonar.beam_offset_m(beam) * body_to_world(mounted(*pose, sonar.mounting)).col(0);
+  ping.altitude_m += ping.pose.position.z() - vehicle_z_m;
   return ping;
 }
 

@@ -125,9 +125,10 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
   bytes.put<std::uint16_t>(h + 120, 1);   // gain factor of the digitiser
   bytes.put<std::int16_t>(h + 122, 100);  // transmit level, percent
   const double gain_db = recording.gain_db[ping.row][static_cast<std::size_t>(side)];
+  const FullScale& full_scale = recording.full_scale[static_cast<std::size_t>(ping.beam)];
   bytes.text(h + 90, 24,
-             fmt::format("full scale {:.0f}..{:.0f} dB", recording.near_full_scale_db - gain_db,
-                         recording.far_full_scale_db - gain_db));
+             fmt::format("full scale {:.0f}..{:.0f} dB", full_scale.near_db - gain_db,
+                         full_scale.far_db - gain_db));
   const double two_way_s = 2.0 * recording.range_m / recording.sound_speed_mps;
   const double pulses = ping.interval_s > 0.0 ? std::ceil(two_way_s / ping.interval_s) : 1.0;
   bytes.put<std::int16_t>(h + 170, rounded<std::int16_t>(std::min(pulses, 1000.0)));

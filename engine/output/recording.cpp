@@ -93,37 +93,40 @@ std::optional<std::int64_t> unix_time(std::string_view text) {
          minute * 60 + second;
 }
 
-Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
+Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full_scale,
                          const RecordingFrame& frame) {
   const Sonar& sonar = waterfall.sonar;
-  const double width_x = sonar.transmit_array(1.0).shading.beam_width_x();
-  const auto full_scale_db = [](double gain) { return -scatter::to_db(gain * gain); };
-  Recording recording{
-      .name = sonar.name,
-      .frequency_hz = sonar.frequency_hz,
-      .bandwidth_hz = sonar.pulse.kind == PulseKind::cw ? 1.0 / sonar.pulse.transmitted_length_s()
-                                                        : sonar.pulse.bandwidth_hz,
-      .pulse_length_s = sonar.pulse.transmitted_length_s(),
-      .range_m = sonar.range_m,
-      .beamwidth_rad = width_x * frame.sound_speed_mps / sonar.frequency_hz / sonar.array_length_m,
-      .vertical_beamwidth_rad = sonar.vertical.beamwidth_rad,
-      .tilt_rad = {sonar.vertical.tilt_rad + sonar.vertical.port_mount_rad,
-                   sonar.vertical.tilt_rad + sonar.vertical.starboard_mount_rad},
-      .near_full_scale_db = full_scale_db(recorder.gains().front()),
-      .far_full_scale_db = full_scale_db(recorder.gains().back()),
-      .frequency_rank = frame.frequency_rank,
-      .sound_speed_mps = frame.sound_speed_mps,
-      .bins = static_cast<std::size_t>(sonar.bins),
-      .port = sonar.sides != Sides::starboard,
-      .starboard = sonar.sides != Sides::port,
-      .samples = with_both_sides(waterfall, recorded_samples(waterfall))};
+  const double wavelength_m = frame.sound_speed_mps / sonar.frequency_hz;
+  const auto width_rad = [&](const LineArray& array) {
+    return array.shading.beam_width_x() * wavelength_m / array.length_m;
+  };
+  Recording recording{.name = sonar.name,
+                      .frequency_hz = sonar.frequency_hz,
+                      .bandwidth_hz = sonar.pulse.kind == PulseKind::cw
+                                          ? 1.0 / sonar.pulse.transmitted_length_s()
+                                          : sonar.pulse.bandwidth_hz,
+                      .pulse_length_s = sonar.pulse.transmitted_length_s(),
+                      .range_m = sonar.range_m,
+                      .beamwidth_rad = std::min(width_rad(sonar.transmit_array(wavelength_m)),
+                                                width_rad(sonar.receive_array(wavelength_m))),
+                      .vertical_beamwidth_rad = sonar.vertical.beamwidth_rad,
+                      .tilt_rad = {sonar.vertical.tilt_rad + sonar.vertical.port_mount_rad,
+                                   sonar.vertical.tilt_rad + sonar.vertical.starboard_mount_rad},
+                      .full_scale = std::move(full_scale),
+                      .frequency_rank = frame.frequency_rank,
+                      .sound_speed_mps = frame.sound_speed_mps,
+                      .bins = static_cast<std::size_t>(sonar.bins),
+                      .port = sonar.sides != Sides::starboard,
+                      .starboard = sonar.sides != Sides::port,
+                      .samples = with_both_sides(waterfall, recorded_samples(waterfall))};
   const double first_s = waterfall.pings.empty() ? 0.0 : waterfall.pings.front().pose.t_s;
   const std::int64_t start_s =
       unix_time(frame.start_time).value_or(first_s > counts_from_1970_s ? 0 : usual_start_s);
   const PlaceOfMap place_of = place_of_local(frame);
   for (std::size_t i = 0; i < waterfall.pings.size(); ++i) {
     const PingRow& ping = waterfall.pings[i];
-    recording.gain_db.push_back({-full_scale_db(ping.gain[0]), -full_scale_db(ping.gain[1])});
+    recording.gain_db.push_back(
+        {scatter::to_db(ping.gain[0] * ping.gain[0]), scatter::to_db(ping.gain[1] * ping.gain[1])});
     if (!ping.recorded) continue;
     const Pose pose = mounted(ping.reported, sonar.mounting);
     const double altitude_m = frame.altitude_m(mounted(ping.pose, sonar.mounting).position);

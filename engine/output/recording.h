@@ -53,13 +53,11 @@ struct Recording {
   double frequency_hz = 0.0, bandwidth_hz = 0.0;
   double pulse_length_s = 0.0;
   double range_m = 0.0;
-  double beamwidth_rad = 0.0;  ///< horizontal, -3 dB
+  double beamwidth_rad = 0.0;  ///< horizontal, -3 dB, of the narrower of both arrays
   double vertical_beamwidth_rad = 0.0;
-  std::array<double, 2> tilt_rad{};  ///< by Side
-  /// The received level at full scale in the nearest and in the farthest bin, dB re 1 uPa, with the
-  /// recorder's usual gain.
-  double near_full_scale_db = 0.0, far_full_scale_db = 0.0;
-  int frequency_rank = 0;  ///< as in RecordingFrame
+  std::array<double, 2> tilt_rad{};   ///< by Side
+  std::vector<FullScale> full_scale;  ///< by beam, with the recorder's usual gain
+  int frequency_rank = 0;             ///< as in RecordingFrame
   double sound_speed_mps = 1500.0;
   std::size_t bins = 0;  ///< per side
   bool port = true, starboard = true;
@@ -92,7 +90,7 @@ std::optional<std::int64_t> unix_time(std::string_view text);
 /// 2000-01-01, or at the track's first time if the track counts seconds from 1970. A side that the
 /// sonar does not have is silent. Pings that were not recorded are left out. Throws
 /// std::invalid_argument in a build without GeographicLib.
-Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
+Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full_scale,
                          const RecordingFrame& frame);
 
 }  // namespace ensonify::engine

@@ -90,17 +90,20 @@ void add_channel(PackedBytes& bytes, std::size_t at, std::size_t channel,
                  const Recording& recording, const NavPing& ping) {
   const double two_way_s = 2.0 * recording.range_m / recording.sound_speed_mps;
   const double gain_db = recording.gain_db[ping.row][channel % 2];
+  const FullScale& full_scale = recording.full_scale[static_cast<std::size_t>(ping.beam)];
+  const double row_m =
+      ping.speed_mps * ping.interval_s / static_cast<double>(recording.full_scale.size());
   bytes.put<std::uint16_t>(at, static_cast<std::uint16_t>(channel));
   bytes.put<float>(at + 4, as_float(recording.range_m));
   bytes.put<float>(at + 16, as_float(two_way_s));
   bytes.put<float>(at + 20, as_float(two_way_s));
   bytes.put<std::uint16_t>(at + 24, 4);  // time-varied gain was applied
   bytes.put<std::uint16_t>(at + 26, as_word(recording.frequency_hz / 1000.0));
-  bytes.put<std::uint16_t>(at + 28, as_word(recording.near_full_scale_db - gain_db));
-  bytes.put<std::uint16_t>(at + 30, as_word(recording.far_full_scale_db - gain_db));
+  bytes.put<std::uint16_t>(at + 28, as_word(full_scale.near_db - gain_db));
+  bytes.put<std::uint16_t>(at + 30, as_word(full_scale.far_db - gain_db));
   bytes.put<std::uint16_t>(at + 32, as_word(std::ceil(recording.bandwidth_hz / 1000.0)));
   bytes.put<std::uint32_t>(at + 42, static_cast<std::uint32_t>(recording.bins));
-  bytes.put<float>(at + 54, as_float(ping.speed_mps * ping.interval_s * 100.0));  // cm per ping
+  bytes.put<float>(at + 54, as_float(row_m * 100.0));  // cm along the track
   bytes.samples(at + channel_header,
                 recording.side(ping.row, channel % 2 == 0 ? Side::port : Side::starboard));
 }

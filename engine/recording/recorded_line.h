@@ -18,6 +18,7 @@ namespace ensonify::engine {
 /// One ping of a recording. What its file does not state is unset.
 struct RecordedPing {
   std::uint64_t number = 0;
+  int beam = 0;  ///< of a sonar with several, whose packets of one time follow each other
   std::optional<double> t_s;               ///< since 1970, UTC
   std::optional<GeographicPlace> place;    ///< of the sonar, or of the ship if that is all there is
   std::optional<Eigen::Vector2d> place_m;  ///< instead of `place`: east and north on the file's map

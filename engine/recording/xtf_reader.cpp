@@ -102,7 +102,9 @@ double sound_speed_mps(const RecordingBytes& ping) {
 }
 
 RecordedPing ping_of(const RecordingBytes& header, bool geographic) {
-  RecordedPing ping{.number = header.at<std::uint32_t>(28), .t_s = time_s(header)};
+  RecordedPing ping{.number = header.at<std::uint32_t>(28),
+                    .beam = header.at<std::uint8_t>(3),  // SubChannelNumber
+                    .t_s = time_s(header)};
   for (const std::size_t y_offset : {std::size_t{160}, std::size_t{128}}) {  // sensor, ship
     const double y = header.at<double>(y_offset), x = header.at<double>(y_offset + 8);
     if ((x == 0.0 && y == 0.0) || !std::isfinite(x) || !std::isfinite(y)) continue;

@@ -49,7 +49,7 @@ Recording recording_of(const Scene& scene, const WorldOnEarth& world, const Wate
                              .sound_speed_mps = simulator.sound_speed_mps(),
                              .altitude_m = std::bind_front(&Simulator::altitude_m, &simulator),
                              .frequency_rank = frequency_rank(simulator.sonars(), sonar)};
-  return make_recording(image, SimulatorInternals::recorder(simulator, sonar), frame);
+  return make_recording(image, SimulatorInternals::full_scale_by_beam(simulator, sonar), frame);
 }
 
 std::vector<std::byte> encode_truth(const Scene& scene, const Waterfall& image,

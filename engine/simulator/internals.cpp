@@ -112,6 +112,15 @@ const Recorder& SimulatorInternals::recorder(const Simulator& simulator, std::si
   return simulator.worker_->prepared.at(sonar)->chain->recorder();
 }
 
+std::vector<FullScale> SimulatorInternals::full_scale_by_beam(const Simulator& simulator,
+                                                              std::size_t sonar) {
+  const SignalChain& chain = *simulator.worker_->prepared.at(sonar)->chain;
+  std::vector<FullScale> full_scale;
+  for (int beam = 0; beam < simulator.sonars()[sonar].beams; ++beam)
+    full_scale.push_back(chain.full_scale(beam));
+  return full_scale;
+}
+
 void SimulatorInternals::count_object_visibility(Simulator& simulator) {
   simulator.worker_->count_object_visibility(*simulator.ready_);
 }

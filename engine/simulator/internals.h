@@ -19,6 +19,7 @@
 
 namespace ensonify::engine {
 
+struct FullScale;
 class Recorder;
 struct Refraction;
 
@@ -61,6 +62,7 @@ struct SimulatorInternals {
 
   /// What a sonar's samples stand for.
   static const Recorder& recorder(const Simulator& simulator, std::size_t sonar);
+  static std::vector<FullScale> full_scale_by_beam(const Simulator& simulator, std::size_t sonar);
 
   /// From now on pings count what they see of each object, and so do those of clone_for_thread().
   /// That takes part of their time where many objects are in view. Bent rays (sea.refraction =

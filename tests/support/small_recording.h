@@ -16,6 +16,7 @@ inline engine::Recording small_recording(std::size_t bins = 5) {
                               .bandwidth_hz = 40e3,
                               .pulse_length_s = 2.5e-3,
                               .range_m = 30.0,
+                              .full_scale = {{}},
                               .sound_speed_mps = 1480.0,
                               .bins = bins};
   recording.gain_db.resize(3);

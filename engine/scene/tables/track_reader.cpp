@@ -58,6 +58,16 @@ const PingColumn* recorded_column(std::string_view name) {
   return found == ping_columns().end() ? nullptr : &*found;
 }
 
+/// A number of a ping whose beams have packets of their own: that of the middle of the outermost
+/// two. An angle is in degrees.
+std::optional<double> middle_value(const PingColumn& column, const RecordedPing& rear,
+                                   const RecordedPing& front) {
+  const std::optional<double> from = column.value(rear), to = column.value(front);
+  if (!from || !to) return std::nullopt;
+  const bool is_angle = column.name.ends_with("_deg");
+  return *from + 0.5 * (is_angle ? std::remainder(*to - *from, 360.0) : *to - *from);
+}
+
 /// The navigation of a recording's first line: its pings with a place and a time that is after all
 /// before. A column that one of them lacks is left out.
 CsvTable navigation_table(const std::filesystem::path& file, std::vector<std::string>& warnings) {
@@ -68,13 +78,20 @@ CsvTable navigation_table(const std::filesystem::path& file, std::vector<std::st
     throw SceneError(error.what());
   }
   warnings = line.warnings;
-  std::vector<const RecordedPing*> pings;
+  struct Beams {
+    const RecordedPing *rear, *front;
+  };
+  std::vector<Beams> pings;
   std::vector<int> numbers;
   for (std::size_t i = 0; i < line.pings.size(); ++i) {
     const RecordedPing& ping = line.pings[i];
     if (!ping.t_s || !(ping.place || ping.place_m)) continue;
-    if (!pings.empty() && !(*ping.t_s > *pings.back()->t_s)) continue;
-    pings.push_back(&ping);
+    if (!pings.empty() && !(*ping.t_s > *pings.back().front->t_s)) {
+      RecordedPing const*& front = pings.back().front;
+      if (*ping.t_s == *front->t_s && ping.beam > front->beam) front = &ping;
+      continue;
+    }
+    pings.push_back({&ping, &ping});
     numbers.push_back(static_cast<int>(i + 1));
   }
   if (pings.empty())
@@ -87,7 +104,8 @@ CsvTable navigation_table(const std::filesystem::path& file, std::vector<std::st
     const PingColumn* column = recorded_column(track_columns[i].name);
     bool all = column != nullptr;
     for (std::size_t row = 0; all && row < pings.size(); ++row) {
-      const std::optional<double> value = column->value(*pings[row]);
+      const std::optional<double> value =
+          middle_value(*column, *pings[row].rear, *pings[row].front);
       all = value.has_value();
       values[row * track_columns.size() + i] = value.value_or(0.0);
     }

@@ -15,6 +15,11 @@ constexpr double most_gain_db = 300.0;
 
 }  // namespace
 
+FullScale FullScale::of(std::span<const float> gains) {
+  const auto level_db = [](double gain) { return -scatter::to_db(gain * gain); };
+  return {level_db(gains.front()), level_db(gains.back())};
+}
+
 Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
                    double absorption_db_per_m, double automatic_gain_db, double noise)
     : curve_(options.curve),

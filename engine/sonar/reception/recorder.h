@@ -12,6 +12,13 @@ namespace ensonify::engine {
 /// gain the noise at most.
 inline constexpr double recorded_bed_db = -16.0;
 
+/// The received level at full scale in the nearest and in the farthest bin, dB re 1 uPa.
+struct FullScale {
+  double near_db = 0.0, far_db = 0.0;
+  /// With these amplitudes over full scale per received amplitude (uPa), by bin.
+  static FullScale of(std::span<const float> gains);
+};
+
 /// The last stages of the signal chain: gain, transfer curve, clipping, digitiser; and their
 /// inverse.
 class Recorder {

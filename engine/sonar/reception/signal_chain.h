@@ -74,6 +74,11 @@ class SignalChain {
   void receive(const PingContext& context, std::span<EchoLine> lines, Memory& memory) const;
 
   const Recorder& recorder() const { return recorder_; }
+  /// Of a beam, with the recorder's usual gain.
+  FullScale full_scale(int beam) const {
+    return FullScale::of(std::span(gains_[static_cast<std::size_t>(beam)])
+                             .first(static_cast<std::size_t>(sonar_.bins)));
+  }
   /// Mean noise power of a side, uPa^2, at a speed of the vehicle; without one, at the nominal
   /// speed.
   double noise(Side side, double speed_mps) const;

@@ -78,7 +78,10 @@ RecordingFrame sample_frame() {
 }
 
 /// The received level at full scale is 160 dB at 1 m and falls by 40 dB per factor of ten in range.
-Recorder sample_recorder() { return Recorder(ReceiverOptions{}, 0.8, 50, 0.0, -160.0); }
+std::vector<FullScale> sample_levels(int beams = 1) {
+  const Recorder recorder(ReceiverOptions{}, 0.8, 50, 0.0, -160.0);
+  return std::vector<FullScale>(static_cast<std::size_t>(beams), FullScale::of(recorder.gains()));
+}
 
 }  // namespace
 
@@ -103,13 +106,17 @@ TEST_CASE("each beam of a ping is a ping of a recording, with its place and, in 
     lines[i].bins.assign(10);
   }
   PingRow record;
+  record.interval_s = 0.1;
   for (const std::size_t ping : {0u, 1u}) {
     record.pose.t_s = 0.1 * static_cast<double>(ping);
+    record.reported.velocity_mps = {0.0, 15.0, 0.0};
     record.pose.position =
         record.reported.position = {0.0, 10.0 + 1.5 * static_cast<double>(ping), -5.0};
     CHECK(line.set_ping(ping, lines, record).empty());
   }
-  const Recording recording = make_recording(line, sample_recorder(), sample_frame());
+  std::vector<FullScale> levels = sample_levels(3);
+  levels[2].near_db += 7.0;  // an outer beam gets less sound near the sonar
+  const Recording recording = make_recording(line, levels, sample_frame());
   REQUIRE(recording.pings.size() == 6);
   const std::vector<std::byte> file = encode_xtf({&recording, 1});
   const std::size_t packet = (file.size() - 1024) / 6;
@@ -123,6 +130,9 @@ TEST_CASE("each beam of a ping is a ping of a recording, with its place and, in 
     CHECK(north_m == Approx(11.5 + 0.5 * static_cast<double>(row)).epsilon(0.01));
     CHECK(at<std::uint32_t>(file, 1024 + packet * row + 28) == 12 + row);
     CHECK(at<std::uint8_t>(file, 1024 + packet * row + 3) == row % 3);
+    const std::size_t channel = 1024 + packet * row + 256;
+    CHECK(at<std::uint16_t>(file, channel + 28) == std::lround(levels[row % 3].near_db));
+    CHECK(at<float>(file, channel + 54) == Approx(50.0));  // cm of the track per row
   }
 }
 
@@ -130,7 +140,7 @@ TEST_CASE("an XTF follows its format description byte by byte") {
   for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
     CAPTURE(pings);
     const Waterfall line = sample_line(pings);
-    const Recording recording = make_recording(line, sample_recorder(), sample_frame());
+    const Recording recording = make_recording(line, sample_levels(), sample_frame());
     const std::vector<std::byte> file = encode_xtf({&recording, 1});
 
     CHECK(at<std::uint8_t>(file, 0) == 123);
@@ -238,7 +248,7 @@ TEST_CASE("an XTF follows its format description byte by byte") {
 TEST_CASE("the level at full scale falls by what each ping's gain is over the usual one") {
   Waterfall line = sample_line(2);
   line.pings[1].gain = {10.0, 0.1};  // port, starboard: 20 dB either way
-  const std::vector<Recording> recording{make_recording(line, sample_recorder(), sample_frame())};
+  const std::vector<Recording> recording{make_recording(line, sample_levels(), sample_frame())};
   const std::vector<std::byte> xtf = encode_xtf(recording), jsf = encode_jsf(recording);
   const int near_db = static_cast<int>(std::lround(160.0 - 40.0 * std::log10(0.8)));
   const int far_db = static_cast<int>(std::lround(160.0 - 40.0 * std::log10(39.6)));
@@ -261,7 +271,7 @@ TEST_CASE("a JSF follows its format description byte by byte") {
   for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
     CAPTURE(pings);
     const Waterfall line = sample_line(pings);
-    const Recording recording = make_recording(line, sample_recorder(), sample_frame());
+    const Recording recording = make_recording(line, sample_levels(), sample_frame());
     const std::vector<std::byte> file = encode_jsf({&recording, 1});
     std::size_t message = 0, count = 0;
     for (; message < file.size(); ++count) {
@@ -338,7 +348,7 @@ TEST_CASE("a JSF follows its format description byte by byte") {
 }
 
 TEST_CASE("what the fields of a JSF cannot hold is refused") {
-  const Recording whole = make_recording(sample_line(2), sample_recorder(), sample_frame());
+  const Recording whole = make_recording(sample_line(2), sample_levels(), sample_frame());
   Recording late = whole;
   late.pings[1].unix_ms = 2'150'000'000'000;  // in 2038
   CHECK_THROWS_WITH(encode_jsf({&late, 1}), Catch::Contains("output.start_time"));
@@ -350,7 +360,7 @@ TEST_CASE("what the fields of a JSF cannot hold is refused") {
 TEST_CASE("texts that are too long for an XTF field are cut, and end with a zero") {
   Waterfall line = sample_line(1);
   line.sonar.name = std::string(80, 'n');
-  const Recording recording = make_recording(line, sample_recorder(), sample_frame());
+  const Recording recording = make_recording(line, sample_levels(), sample_frame());
   const std::vector<std::byte> file = encode_xtf({&recording, 1});
   for (const auto& [begin, width] : {std::pair{2, 8}, {10, 8}, {18, 16}, {36, 64}, {100, 64}}) {
     CAPTURE(begin);
@@ -370,7 +380,7 @@ TEST_CASE("a recording has the sonar's position and attitude, not the vehicle's"
   ping.pose.heading_rad =
       0.0;  // in truth to the north, where the bed is 0.6 m higher below the bow
   const auto recorded = [&] {
-    return make_recording(line, sample_recorder(), sample_frame()).pings.front();
+    return make_recording(line, sample_levels(), sample_frame()).pings.front();
   };
   NavPing there = recorded();
   CHECK(there.place.longitude_rad / degree == Approx(10.0 + 0.106 / 63.994).margin(4e-7));
@@ -396,7 +406,7 @@ TEST_CASE("a recording has the sonar's position and attitude, not the vehicle's"
 TEST_CASE("a ping that was not recorded leaves a gap in the numbers") {
   Waterfall line = sample_line(6);
   for (const std::size_t lost : {0u, 1u, 3u}) line.pings[lost].recorded = false;
-  const Recording recording = make_recording(line, sample_recorder(), sample_frame());
+  const Recording recording = make_recording(line, sample_levels(), sample_frame());
   const std::vector<std::byte> xtf = encode_xtf({&recording, 1}), jsf = encode_jsf({&recording, 1});
   const std::size_t packet = 640, message = 16 + 240 + 100;  // 256 + 2 (64 + 100), in whole 64 B
   REQUIRE(xtf.size() == 1024 + 3 * packet);
@@ -416,7 +426,7 @@ TEST_CASE("a ping that was not recorded leaves a gap in the numbers") {
   }
 
   for (PingRow& ping : line.pings) ping.recorded = false;
-  const Recording nothing = make_recording(line, sample_recorder(), sample_frame());
+  const Recording nothing = make_recording(line, sample_levels(), sample_frame());
   CHECK(encode_xtf({&nothing, 1}).size() == 1024);
   CHECK(encode_jsf({&nothing, 1}).empty());
 }
@@ -431,7 +441,7 @@ TEST_CASE("several sonars are in one XTF or JSF, those of one mounting in one pa
     if (rank == 1) line.sonar.mounting.down_m = 2.0;
     RecordingFrame frame = sample_frame();
     frame.frequency_rank = rank;
-    sonars.push_back(make_recording(line, sample_recorder(), frame));
+    sonars.push_back(make_recording(line, sample_levels(), frame));
   }
   const std::vector<std::byte> xtf = encode_xtf(sonars), jsf = encode_jsf(sonars);
   // 2 m below the vehicle, which is pitched by 2 and rolled by 3 degrees.
@@ -499,7 +509,7 @@ TEST_CASE("a JSF's subsystem ranks the frequencies of the scene's sonars") {
   RecordingFrame frame = sample_frame();
   for (const int rank : {0, 1, 2, 30}) {
     frame.frequency_rank = rank;
-    const Recording recording = make_recording(sample_line(1), sample_recorder(), frame);
+    const Recording recording = make_recording(sample_line(1), sample_levels(), frame);
     const auto file = encode_jsf({&recording, 1});
     CHECK(int(at<std::uint8_t>(file, 7)) == std::min(20 + rank, 39));  // 40 is not a sidescan sonar
   }
@@ -516,7 +526,7 @@ TEST_CASE("a sonar with one side is silent on the other, and north is 360 degree
   echo.bins.sample.assign(8, 70u);
   echo.bins.region.assign(8, static_cast<std::uint32_t>(Region::seabed));
   line.set_row(0, std::span(&echo, 1), {});
-  const Recording recording = make_recording(line, sample_recorder(), sample_frame());
+  const Recording recording = make_recording(line, sample_levels(), sample_frame());
   for (const std::uint16_t sample : recording.side(0, Side::port)) CHECK(sample == 0);
   for (const std::uint16_t sample : recording.side(0, Side::starboard)) CHECK(sample > 0);
   CHECK(at<float>(encode_xtf({&recording, 1}), 1024 + 212) == 360.0f);
@@ -527,7 +537,7 @@ TEST_CASE("a track that counts from 1970 keeps its time, any other begins on the
   Waterfall line = sample_line(1);
   RecordingFrame frame = sample_frame();
   frame.start_time.clear();
-  CHECK(make_recording(line, sample_recorder(), frame).pings.front().unix_ms == 946684800000);
+  CHECK(make_recording(line, sample_levels(), frame).pings.front().unix_ms == 946684800000);
   line.pings.front().pose.t_s = 1.5e9 + 0.25;
-  CHECK(make_recording(line, sample_recorder(), frame).pings.front().unix_ms == 1500000000250);
+  CHECK(make_recording(line, sample_levels(), frame).pings.front().unix_ms == 1500000000250);
 }

@@ -175,6 +175,25 @@ TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {
   }
 }
 
+TEST_CASE("the track of an XTF of several beams is that of the middle of the beams") {
+  const tests::TemporaryFolder folder;
+  Recording recording = tests::small_recording();
+  recording.full_scale.resize(3, recording.full_scale.front());
+  for (int beam = 0; beam < 3; ++beam) {  // three beams of one ping, and from north to south
+    NavPing& ping = recording.pings[static_cast<std::size_t>(beam)];
+    ping.beam = beam;
+    ping.unix_ms = recording.pings[0].unix_ms;
+    ping.place.latitude_rad = (55.0 - 1e-5 * beam) * degree;
+  }
+  recording.pings.push_back(recording.pings[0]);  // the next ping's place is its rear beam's
+  recording.pings.back().unix_ms += 500;
+  tests::write_text(folder / "line", tests::as_text(encode_xtf({&recording, 1})));
+  const NavigationLog log =
+      read_track({.kind = TrackKind::file, .file = {"line", folder / "line"}}, {});
+  REQUIRE(log.t_s.size() == 2);
+  CHECK(log.y_m[1] - log.y_m[0] == Approx(1e-5 * 111330.0).epsilon(2e-3));
+}
+
 TEST_CASE("a real recording's navigation is steady after smoothing") {
   const auto file = tests::data_file("nav/scotsman_iver2_nav.csv");
   if (!file) {
