@@ -285,3 +285,37 @@ TEST_CASE("the recorder evens out how much sound each beam gets, and the intensi
   CHECK(most_uneven_db < 0.3);
   CHECK(most_db > 1.0);
 }
+
+TEST_CASE("water and sea surface get as much less sound from outer beams as a level bed does") {
+  Scene scene = flat_scene();
+  scene.speckle = false;
+  scene.track.pings = 1;
+  scene.sonars[0].receiver.noise = false;
+  scene.sonars[0].beams = 5;
+  scene.sonars[0].beam_spacing_m = 0.25;
+  const auto intensity = [](const Scene& of) {
+    Simulator simulator(of);
+    return ping_all(of, simulator, 1).images[0].pixels.intensity;
+  };
+  const std::vector<float> bed = intensity(scene);
+  scene.arrivals.volume = true;
+  scene.sea.state.volume_scattering_db = -20.0;  // far louder than usual
+  const std::vector<float> water = intensity(scene);
+  scene.arrivals.volume = false;
+  scene.arrivals.surface = true;
+  scene.sea.state.wind_mps = 15.0;
+  const std::vector<float> surface = intensity(scene);
+  constexpr std::size_t columns = 2000, column = 1000 + 500;  // 25 m to starboard
+  // What a layer has over the bed, in the rear beam relative to the middle one.
+  const auto lost_db = [&](const std::vector<float>& layer, double of_bed = 1.0) {
+    const auto more = [&](std::size_t row) {
+      const std::size_t pixel = row * columns + column;
+      return double(layer[pixel]) - of_bed * double(bed[pixel]);
+    };
+    REQUIRE(more(2) > 0.001 * double(bed[2 * columns + column]));
+    return scatter::to_db(more(0) / more(2));
+  };
+  REQUIRE(lost_db(bed, 0.0) < -0.3);
+  CHECK(lost_db(water) == Approx(lost_db(bed, 0.0)).margin(0.1));
+  CHECK(lost_db(surface) == Approx(lost_db(bed, 0.0)).margin(0.1));
+}

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "support/beds.h"
 #include "support/catch.h"
+#include "support/temporary_folder.h"
 
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
@@ -160,6 +162,72 @@ TEST_CASE("a ball in mud has the sonar equation's echo with the losses of bed an
       }
     CAPTURE(name, frequency_hz, deep_m);
     CHECK(added_db(scene) == Approx(scatter::to_db(expected)).margin(0.2));
+  }
+}
+
+namespace {
+
+/// As way(), where the water's sound speed falls linearly from the sonar's depth to the bed: by the
+/// closed form of the range of an arc, and bisection.
+double bent_gain(const scatter::Sediment& s, double frequency_hz, double d, double L,
+                 double sonar_mps, double bed_mps) {
+  const double gradient_per_s = (bed_mps - sonar_mps) / (bed_m - sonar_m);
+  const double nu = s.sound_speed_ratio;
+  const auto cosines = [&](double launch) {
+    const double at_bed = std::cos(launch) * bed_mps / sonar_mps;
+    return std::pair(at_bed, nu * at_bed);
+  };
+  const auto reached = [&](double launch) {
+    const auto [in_water, in_sediment] = cosines(launch);
+    const double water_m = (std::sin(launch) - std::sqrt(1.0 - in_water * in_water)) * sonar_mps /
+                           (std::cos(launch) * gradient_per_s);
+    return water_m + d / std::tan(std::acos(in_sediment));
+  };
+  double low = 0.01, high = 1.5;
+  for (int i = 0; i < 100; ++i) {
+    const double middle = 0.5 * (low + high);
+    (reached(middle) > L ? low : high) = middle;
+  }
+  const auto [in_water, in_sediment] = cosines(low);
+  constexpr double step = 1e-5;
+  const double q = std::abs(reached(low + step) - reached(low - step)) / (2.0 * step);
+  const double out_m2 = L * q * std::sqrt(1.0 - in_sediment * in_sediment) / std::cos(low);
+  const double back_m2 = out_m2 * std::pow(sonar_mps / (nu * bed_mps), 2.0);  // reciprocity
+  const std::complex<double> kappa = std::complex<double>(1.0, s.loss) / nu;
+  const std::complex<double> vertical = std::sqrt(kappa * kappa - in_water * in_water);
+  const std::complex<double> y = s.density_ratio * std::sqrt(1.0 - in_water * in_water) / vertical;
+  const double through = 1.0 - std::norm((y - 1.0) / (y + 1.0));
+  const double lost_db = 2.0 * 54.575 * s.loss / (nu * bed_mps / frequency_hz) * d /
+                         std::sqrt(1.0 - in_sediment * in_sediment);
+  return through * through * scatter::from_db(-lost_db) / (out_m2 * back_m2);
+}
+
+}  // namespace
+
+TEST_CASE("sound that the water bends enters the bed at the angle at which it arrives there") {
+  const TemporaryFolder folder;
+  write_text(folder / "falls.csv", "depth_m,soundspeed_mps\n10,1530\n20,1480\n");
+  constexpr double frequency_hz = 50e3, deep_m = 0.3;
+  for (const auto& [name, far_m] : {std::pair("sandy clay", 35.0), {"fine sand", 16.0}}) {
+    Scene scene = muddy_scene(name, frequency_hz);
+    scene.seafloor.extent_east_m = 120.0;
+    scene.sonars.front().range_m = 50.0;
+    scene.sonars.front().bins = 2000;
+    scene.materials = {dull()};
+    scene.objects = {buried("sphere", "dull", deep_m)};
+    scene.objects.front().east_m = far_m;
+    scene.sea.sound_speed_mps.reset();
+    scene.sea.profile = {"falls.csv", folder / "falls.csv"};
+    scene.sea.refraction = RefractionMode::time_only;
+    const double straight_db = added_db(scene);
+    scene.sea.refraction = RefractionMode::full;
+    const double bent_db = added_db(scene);
+    const scatter::Sediment s = scatter::sediment_named(name);
+    const double law_db = scatter::to_db(bent_gain(s, frequency_hz, deep_m, far_m, 1530.0, 1480.0) /
+                                         way(s, 1505.0 / frequency_hz, deep_m, far_m).gain);
+    CAPTURE(name, bent_db, straight_db);
+    CHECK(law_db > 1.0);
+    CHECK(bent_db - straight_db == Approx(law_db).margin(0.3));
   }
 }
 

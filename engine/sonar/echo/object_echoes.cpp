@@ -23,6 +23,8 @@ constexpr double inv_sqrt2 = 1.0 / std::numbers::sqrt2;
 constexpr double few_planes = 6.0;     // or elevations: that a small object is long, at most
 constexpr double most_cells = 256.0;   // of a flat part, in each direction
 constexpr double steepest_wall = 0.5;  // sine of a wall's inclination to the vertical, at most
+constexpr double same_place_m = 1e-3;  // of two estimates of a place
+constexpr int max_turns = 8;          // of such estimates
 constexpr double inaudible = 14.0;     // nepers of energy that sound loses in the bed: 61 dB
 
 }  // namespace
@@ -433,26 +435,42 @@ void ObjectEchoes::look_into_bed(const BuriedGroup& group) {
 }
 
 /// The way to a place that lies depth_m under the bed's plane above a part; none where no sound
-/// enters, where next to nothing returns, or the place is not under the bed.
+/// enters, where next to nothing returns, or the place is not under the bed. Where a bent ray
+/// enters the bed, it is as the straight one of a sonar that lies where this one appears to be;
+/// where it enters follows from that place, so both are found in turn.
 std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d& away,
                                                                   double depth_m,
                                                                   const BuriedPart& part) const {
   const std::uint16_t material = (*labels_)[labels_->label_of(part.bed_face)].sediment;
   if (material >= surfaces_.sediments.size() || !surfaces_.sediments[material]) return std::nullopt;
   const scatter::Sediment& sediment = *surfaces_.sediments[material];
-  const double deep_m = -away.dot(part.bed_normal), height_m = deep_m - depth_m;
   const double longest_m = inaudible / scatter::two_way_attenuation_per_m(sediment, wavelength_m_);
-  if (!(depth_m > 0.0 && height_m > 0.0) || depth_m > longest_m) return std::nullopt;
-  const Vector3d level = away + deep_m * part.bed_normal;
-  const double along_m = level.norm();
-  const scatter::BuriedPath path =
-      scatter::buried_path(height_m, depth_m, along_m, sediment.sound_speed_ratio);
-  if (path.sediment_m > longest_m) return std::nullopt;
-  const Vector3d ahead = along_m > 0.0 ? Vector3d(level / along_m) : Vector3d::Zero();
-  return BuriedWay{.path = path,
-                   .sediment = &sediment,
-                   .enters = path.water_m * path.cos_water * ahead - height_m * part.bed_normal,
-                   .arrival = path.cos_sediment * ahead - path.sin_sediment * part.bed_normal};
+  if (!(depth_m > 0.0) || depth_m > longest_m) return std::nullopt;
+  Vector3d apparent = away;  // the place, from where the sonar appears to be
+  for (int turn = 1;; ++turn) {
+    const double deep_m = -apparent.dot(part.bed_normal), height_m = deep_m - depth_m;
+    if (!(height_m > 0.0)) return std::nullopt;
+    const Vector3d level = apparent + deep_m * part.bed_normal;
+    const double along_m = level.norm();
+    const scatter::BuriedPath path =
+        scatter::buried_path(height_m, depth_m, along_m, sediment.sound_speed_ratio);
+    const Vector3d ahead = along_m > 0.0 ? Vector3d(level / along_m) : Vector3d::Zero();
+    const Vector3d apparent_entry =
+        path.water_m * path.cos_water * ahead - height_m * part.bed_normal;
+    const std::optional<RayToPlace> ray =
+        ray_to(first_.rays ? Vector3d(apparent_entry + (away - apparent)) : apparent_entry);
+    if (!ray) return std::nullopt;
+    const Vector3d correction = ray->apparent - apparent_entry;
+    if (first_.rays && turn < max_turns && correction.norm() > same_place_m) {
+      apparent += correction;
+      continue;
+    }
+    if (path.sediment_m > longest_m) return std::nullopt;
+    return BuriedWay{.path = path,
+                     .sediment = &sediment,
+                     .ray = *ray,
+                     .arrival = path.cos_sediment * ahead - path.sin_sediment * part.bed_normal};
+  }
 }
 
 /// What 1 m^2 of cross-section returns that way; 0 energy if nothing. near_is_counted: what lies
@@ -460,15 +478,15 @@ std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d
 ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way,
                                                    bool near_is_counted) const {
   if (near_is_counted && way.path.sediment_m < tolerance_m_) return {};
-  const std::optional<RayToPlace> ray = ray_to(way.enters);
   Line line;
-  if (!ray || !see(*ray, line)) return {};
-  const double time_range_m = ray->range_m + way.path.sediment_m / way.sediment->sound_speed_ratio;
+  if (!see(way.ray, line)) return {};
+  const double time_range_m =
+      way.ray.range_m + way.path.sediment_m / way.sediment->sound_speed_ratio;
   if (time_range_m > view_->fan->range_m) return {};
   // The bed's relief hides nothing that lies deeper than it is high.
-  const double seen = seen_share(line, ray->range_m - way.path.sediment_m);
+  const double seen = seen_share(line, way.ray.range_m - way.path.sediment_m);
   // The sediment spreads the sound on from there: by this, as an energy.
-  const double more = std::pow(way.enters.squaredNorm() / way.path.spreading_m2, 2);
+  const double more = std::pow(way.ray.apparent.squaredNorm() / way.path.spreading_m2, 2);
   return {.time_range_m = time_range_m,
           .energy = seen * line.energy * more *
                     scatter::buried_gain(way.path, *way.sediment, wavelength_m_)};

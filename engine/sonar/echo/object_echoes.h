@@ -79,8 +79,9 @@ struct FirstHits {
 /// Rays decide how much of a flat part is seen: those of the fan next to the ray that leads to it;
 /// of a buried one, next to the ray that leads to the place where its sound enters the bed. Where
 /// rays are bent, a flat part has the echo of one at the range sqrt(J), in the direction in which
-/// the sound arrives; J is here the geometric mean of the ray's spreading on both ways. Only where
-/// the sound enters the bed follows from straight lines in the water.
+/// the sound arrives; J is here the geometric mean of the ray's spreading on both ways. Sound
+/// enters the bed as a straight ray does that arrives there in the same direction with the same
+/// spreading.
 class ObjectEchoes {
  public:
   /// All that is given must outlive this.
@@ -124,7 +125,8 @@ class ObjectEchoes {
   struct BuriedWay {  // to a place in the bed, from the sonar
     scatter::BuriedPath path;
     const scatter::Sediment* sediment;
-    Eigen::Vector3d enters, arrival;  // where it enters the bed; unit, of travel in the sediment
+    RayToPlace ray;           // to where it enters the bed
+    Eigen::Vector3d arrival;  // unit, of travel in the sediment
   };
   std::optional<BuriedWay> way_into_bed(const Eigen::Vector3d& away, double depth_m,
                                         const BuriedPart& part) const;

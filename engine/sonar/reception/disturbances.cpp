@@ -161,10 +161,10 @@ void Disturbances::add_wake(const PingContext& context, Side side, std::span<flo
     if (begin_m > far_m) break;
     if (!(end_m > begin_m)) continue;
     const double middle_m = 0.5 * (begin_m + end_m), range_m = std::hypot(middle_m, depth_m);
-    power[n] += static_cast<float>(law_.per_m2_at(range_m) * strength * gaussian_m(begin_m, end_m) *
-                                   plane.slant_m(law_.width_m_at(range_m)) * law_.cell_m() /
-                                   (range_per_m * length_m) *
-                                   law_.two_way(side, plane, range_m, middle_m, -depth_m));
+    power[n] += static_cast<float>(
+        context.beam_share(n) * law_.per_m2_at(range_m) * strength * gaussian_m(begin_m, end_m) *
+        plane.slant_m(law_.width_m_at(range_m)) * law_.cell_m() / (range_per_m * length_m) *
+        law_.two_way(side, plane, range_m, middle_m, -depth_m));
     artefacts.add(Artefact::wake);
   }
 }
@@ -250,7 +250,8 @@ void Disturbances::add_one_fish(const PingContext& context, Side side,
   const double thick_m = fish_height_share * options_.fish_length_m;
   // The energy of a cell, spread over the bins that the fish or the cell fills.
   const auto bins = static_cast<std::size_t>(std::max(thick_m, law_.cell_m()) / law_.bin_m()) + 1;
-  const double echo = law_.per_m2(bin) * scatter::from_db(options_.fish_strength_db) * in_beam *
+  const double echo = context.beam_share(bin) * law_.per_m2(bin) *
+                      scatter::from_db(options_.fish_strength_db) * in_beam *
                       law_.two_way(side, plane, range_m, level_m, below_m) * law_.cell_m() /
                       law_.bin_m() / static_cast<double>(bins);
   for (std::size_t n = bin; n < std::min(bin + bins, power.size()); ++n)

@@ -203,7 +203,7 @@ void OtherPaths::add(const PingContext& context, const EchoLine& line,
   const BeamPlane plane(context, line.side);
   if (options_.second_time_around) add_earlier_pings(context, line.side, plane, power);
   if (options_.surface) add_surface(context, line.side, plane, power);
-  if (options_.volume) add_volume(depth_m, altitude_m, line.side, plane, power);
+  if (options_.volume) add_volume(context, depth_m, altitude_m, line.side, plane, power);
   if (options_.multiples) add_multiples(depth_m, altitude_m, line.side, plane, direct, power, sums);
   if (options_.double_bounce) add_double_bounce(context, line, plane, direct, power);
 }
@@ -217,7 +217,8 @@ void OtherPaths::add_earlier_pings(const PingContext& context, Side side, const 
     const auto intensity = [&](std::size_t n) {
       const double before_m = pings * ping_m_;
       const double from_m = (law_.cell_middle_m(n) + before_m) / per_m;
-      return law_.level_bed(side, plane, from_m, slant_m / from_m, before_m) / per_m *
+      return context.beam_share(power.size()) *
+             law_.level_bed(side, plane, from_m, slant_m / from_m, before_m) / per_m *
              bed_strength_(std::min(altitude_m / from_m, 1.0));
     };
     const double first = std::max(per_m * slant_m - pings * ping_m_, 0.0) / law_.bin_m();
@@ -250,7 +251,8 @@ void OtherPaths::add_surface(const PingContext& context, Side side, const BeamPl
     const double area_m2 = plane.slant_m(law_.width_m_at(range_m)) * (far_m - near_m) *
                            law_.cell_m() / (per_m * length_m);
     const double sine = std::min(depth_m / range_m, 1.0);
-    return law_.per_m2_at(range_m) * at_sine(surface_strength_, sine) * area_m2 * (own + other);
+    return context.beam_share(n) * law_.per_m2_at(range_m) * at_sine(surface_strength_, sine) *
+           area_m2 * (own + other);
   };
   const double first = per_m * slant_m / law_.bin_m();
   if (first < static_cast<double>(power.size()))
@@ -261,8 +263,8 @@ void OtherPaths::add_surface(const PingContext& context, Side side, const BeamPl
 // A bin receives a shell of water. The shell has no parts above the surface or below the bed. Both
 // vertical patterns of a sonar that rolls are taken at the mean of their angles, and what is left
 // of its beam along the track, in some directions.
-void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
-                            std::span<float> power) const {
+void OtherPaths::add_volume(const PingContext& context, double depth_m, double altitude_m,
+                            Side side, const BeamPlane& plane, std::span<float> power) const {
   const VerticalSum& sum = vertical_sums_[static_cast<std::size_t>(side)];
   const double roll_tilt = std::atan2(plane.sin_roll_tilt, plane.cos_roll_tilt);
   const double surface_m = plane.slant_m(depth_m), bed_m = plane.slant_m(altitude_m);
@@ -285,7 +287,7 @@ void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const 
            between(pi - down, pi + up, 1);
   };
   const auto add = [&](std::size_t n, double width) {
-    power[n] += static_cast<float>(volume_[n] * width);
+    power[n] += static_cast<float>(context.beam_share(n) * volume_[n] * width);
   };
   const auto bin_of = [&](double range_m) {
     return static_cast<std::size_t>(

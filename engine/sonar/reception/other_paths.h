@@ -35,7 +35,12 @@ struct PingContext {
   /// Range, which is travel time at the sound speed of the ranges, per metre of the way up to the
   /// sea surface and down to the bed. Rays are straight, so it is the same on oblique ways.
   double range_per_m_up = 1.0, range_per_m_down = 1.0;
+  /// What this beam gets of the sound that the array's middle beam would, by bin; empty: all.
+  std::span<const double> beam_shares;
 
+  double beam_share(std::size_t bin) const {
+    return beam_shares.empty() ? 1.0 : beam_shares[std::min(bin, beam_shares.size() - 1)];
+  }
   double depth_m() const { return std::max(sea_height_m - array.origin.z(), 0.0); }
 };
 
@@ -192,8 +197,8 @@ class OtherPaths {
  private:
   void add_surface(const PingContext& context, Side side, const BeamPlane& plane,
                    std::span<float> power) const;
-  void add_volume(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
-                  std::span<float> power) const;
+  void add_volume(const PingContext& context, double depth_m, double altitude_m, Side side,
+                  const BeamPlane& plane, std::span<float> power) const;
   void sum_bed(double slant_m, Side side, const BeamPlane& plane, std::span<const float> direct,
                std::vector<double>& sums) const;
   void add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,

@@ -117,21 +117,30 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
                 ? static_cast<float>(std::sqrt(scatter::from_db(*options.arrivals.crosstalk_db)))
                 : 0.0f) {
   for (const float tap : filter_.taps) energy_taps_.push_back(tap * tap);
-  for (int beam = 0; beam < sonar.beams; ++beam) gains_.push_back(gains_of_beam(beam));
+  for (int beam = 0; beam < sonar.beams; ++beam) {
+    shares_.push_back(shares_of_beam(beam));
+    gains_.push_back(gains_of_beam(beam));
+  }
+}
+
+/// What a beam gets of the sound that the array's middle gets, at the nominal speed.
+std::vector<double> SignalChain::shares_of_beam(int beam) const {
+  const double offset_m = sonar_.beam_offset_m(beam);
+  if (offset_m == 0.0) return {};
+  std::vector<double> shares = beam_shares(options_, law_, offset_m);
+  for (std::size_t bin = 0; bin < shares.size(); ++bin) shares[bin] /= moved_shares_[bin];
+  return shares;
 }
 
 /// The recorder's gain of a beam, in whole groups: that of the array's middle, and what evens out
 /// how much less sound the beam gets from the level bed. Before the first echo, as there.
 std::vector<float> SignalChain::gains_of_beam(int beam) const {
   std::vector<float> gains(recorder_.gains().begin(), recorder_.gains().end());
-  if (const double offset_m = sonar_.beam_offset_m(beam); offset_m != 0.0) {
-    const std::vector<double> shares = beam_shares(options_, law_, offset_m);
+  if (const auto& shares = shares_[static_cast<std::size_t>(beam)]; !shares.empty()) {
     const auto first = std::min(
         static_cast<std::size_t>(options_.nominal_altitude_m / law_.bin_m()), gains.size() - 1);
-    for (std::size_t bin = 0; bin < gains.size(); ++bin) {
-      const std::size_t of = std::max(bin, first);
-      gains[bin] *= static_cast<float>(std::sqrt(moved_shares_[of] / shares[of]));
-    }
+    for (std::size_t bin = 0; bin < gains.size(); ++bin)
+      gains[bin] *= static_cast<float>(std::sqrt(1.0 / shares[std::max(bin, first)]));
   }
   gains.resize(whole_groups(gains.size()), 0.0f);
   return gains;
@@ -247,6 +256,7 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
 /// The context of a ping with the waves, and with the travel times up and down.
 PingContext SignalChain::in_water(PingContext context) const {
   context.sea_height_m = waves_.at(context.t_s);
+  context.beam_shares = shares_[static_cast<std::size_t>(context.beam)];
   if (options_.profile) {
     const double from_m = std::max(-context.array.origin.z(), 0.0), c = options_.sound_speed_mps;
     context.range_per_m_up = c / options_.profile->mean_speed_mps(from_m, 0.0);

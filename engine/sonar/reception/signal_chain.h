@@ -99,6 +99,7 @@ class SignalChain {
   using Channel = Memory::Channel;
   double unit_bed(Side side, std::size_t bin) const;
   double automatic_gain_db() const;
+  std::vector<double> shares_of_beam(int beam) const;
   std::vector<float> gains_of_beam(int beam) const;
   double self_noise(double speed_mps) const;
   PingContext in_water(PingContext context) const;
@@ -130,8 +131,9 @@ class SignalChain {
   Recorder recorder_;
   SpeckleFilter filter_;
   std::vector<float> energy_taps_;
-  std::vector<std::vector<float>> gains_;  // by beam
-  float leak_;                             // amplitude of cross-talk from the other side
+  std::vector<std::vector<double>> shares_;  // by beam, as PingContext has them
+  std::vector<std::vector<float>> gains_;    // by beam
+  float leak_;                               // amplitude of cross-talk from the other side
 };
 
 }  // namespace ensonify::engine
