@@ -216,27 +216,27 @@ std::uint64_t count_source_faces(const ProgressiveMesh& mesh) {
 /// Throws for content that map_progressive_mesh would refuse.
 void check(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
            std::uint64_t source_faces) {
-  const auto expect = [](bool holds, const char* what) {
+  const auto require = [](bool holds, const char* what) {
     if (!holds) throw std::invalid_argument(fmt::format("save: {}", what));
   };
   const std::size_t nodes = mesh.mid.size();
-  expect(nodes + mesh.roots.size() == mesh.points.size() && mesh.spheres.size() == nodes &&
-             mesh.order.size() == nodes && mesh.faces.size() >= 2 * nodes &&
-             mesh.source_face.size() == mesh.faces.size(),
-         "the arrays' sizes do not fit together");
-  expect(are_countable(mesh.points.size(), mesh.roots.size(), mesh.faces.size() - 2 * nodes),
-         "2^31 vertices, or 2^30 faces that were not collapsed; split the mesh");
-  expect(are_sound(mesh.roots, mesh.points.size()), "roots do not ascend from 0");
-  expect(mesh.world_origin.allFinite() &&
-             std::ranges::all_of(mesh.points, [](const auto& p) { return is_sound(p); }) &&
-             std::ranges::all_of(mesh.spheres, [](const auto& s) { return is_sound(s); }),
-         "a point or sphere is not finite, or too far away");
+  require(nodes + mesh.roots.size() == mesh.points.size() && mesh.spheres.size() == nodes &&
+              mesh.order.size() == nodes && mesh.faces.size() >= 2 * nodes &&
+              mesh.source_face.size() == mesh.faces.size(),
+          "the arrays' sizes do not fit together");
+  require(are_countable(mesh.points.size(), mesh.roots.size(), mesh.faces.size() - 2 * nodes),
+          "2^31 vertices, or 2^30 faces that were not collapsed; split the mesh");
+  require(are_sound(mesh.roots, mesh.points.size()), "roots do not ascend from 0");
+  require(mesh.world_origin.allFinite() &&
+              std::ranges::all_of(mesh.points, [](const auto& p) { return is_sound(p); }) &&
+              std::ranges::all_of(mesh.spheres, [](const auto& s) { return is_sound(s); }),
+          "a point or sphere is not finite, or too far away");
   for (std::size_t slot = 0; slot < mesh.faces.size(); ++slot)
-    expect(is_sound(mesh.faces[slot], mesh.source_face[slot], mesh.points.size(), source_faces) ||
-               (slot < 2 * nodes && is_empty(mesh.faces[slot], mesh.source_face[slot])),
-           "a face names a vertex that does not exist, or a source face without a tag");
-  expect(extras.key.size() <= sizeof Header::key && extras.key.find('\0') == extras.key.npos,
-         "a key has at most 64 bytes, none of them 0");
+    require(is_sound(mesh.faces[slot], mesh.source_face[slot], mesh.points.size(), source_faces) ||
+                (slot < 2 * nodes && is_empty(mesh.faces[slot], mesh.source_face[slot])),
+            "a face names a vertex that does not exist, or a source face without a tag");
+  require(extras.key.size() <= sizeof Header::key && extras.key.find('\0') == extras.key.npos,
+          "a key has at most 64 bytes, none of them 0");
 }
 
 Header header_of(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
@@ -383,7 +383,7 @@ class ProgressiveMesh::File {
   void check_tables() const;
   void check_checksum(std::size_t section, std::uint64_t which) const;
   /// Unless `holds`, throws with the place of a section's piece and `what`.
-  void expect(bool holds, std::size_t section, std::uint64_t which, const char* what) const {
+  void require(bool holds, std::size_t section, std::uint64_t which, const char* what) const {
     if (holds) return;
     const auto [offset, bytes] = layout_.piece(section, which);
     damaged(fmt::format("bytes {} to {} ({}): {}", offset, offset + bytes, section_names[section],
@@ -414,23 +414,23 @@ Header ProgressiveMesh::File::checked_header() const {
                     name_, header.version, progressive_mesh_version));
   Page page;
   std::memcpy(page.data(), bytes.data(), page.size());
-  const auto expect = [&](bool holds, const char* what) {
+  const auto require = [&](bool holds, const char* what) {
     if (!holds) damaged(fmt::format("bytes 0 to {} (header): {}", page_bytes, what));
   };
-  expect(header.byte_order == byte_order && checksum_of(page) == header.checksum,
-         "changed after it was written");
-  expect(are_countable(header.leaves, header.roots, header.base_faces) &&
-             header.source_faces < none &&
-             (header.tags == 0 || header.tags == header.source_faces) &&
-             header.about_bytes <= bytes.size(),
-         "counts that no mesh can have");
-  expect(is_finite(header), "bounds or a world origin that no mesh can have");
+  require(header.byte_order == byte_order && checksum_of(page) == header.checksum,
+          "changed after it was written");
+  require(are_countable(header.leaves, header.roots, header.base_faces) &&
+              header.source_faces < none &&
+              (header.tags == 0 || header.tags == header.source_faces) &&
+              header.about_bytes <= bytes.size(),
+          "counts that no mesh can have");
+  require(is_finite(header), "bounds or a world origin that no mesh can have");
   const Layout layout(header);
   if (bytes.size() != layout.file_bytes())
     damaged(
         fmt::format("has {} bytes, but its header requires {}", bytes.size(), layout.file_bytes()));
   for (std::size_t s = 0; s < section_count; ++s)
-    expect(header.sections[s] == layout.extent(s), "sections at wrong places");
+    require(header.sections[s] == layout.extent(s), "sections at wrong places");
   return header;
 }
 
@@ -442,21 +442,21 @@ void ProgressiveMesh::File::check_tables() const {
     damaged(fmt::format("bytes {} to {} (checksums): changed after they were written", offset,
                         offset + page_end(bytes)));
   for (std::size_t s = 0; s < checksums; ++s) check_checksum(s, layout_.groups(s));
-  expect(are_sound(section<Index>(Section::roots), header_.leaves), Section::roots, 0,
-         "roots do not ascend from 0");
+  require(are_sound(section<Index>(Section::roots), header_.leaves), Section::roots, 0,
+          "roots do not ascend from 0");
   const auto all = section<Face>(Section::faces);
   const auto sources = section<Index>(Section::source_face);
   for (std::size_t slot = all.size() - header_.base_faces; slot < all.size(); ++slot)
-    expect(is_sound(all[slot], sources[slot], header_.leaves, header_.source_faces), Section::faces,
-           layout_.groups(Section::faces),
-           "a face names a vertex or a source face that does not exist");
+    require(is_sound(all[slot], sources[slot], header_.leaves, header_.source_faces),
+            Section::faces, layout_.groups(Section::faces),
+            "a face names a vertex or a source face that does not exist");
 }
 
 void ProgressiveMesh::File::check_checksum(std::size_t s, std::uint64_t which) const {
   const auto [offset, bytes] = layout_.piece(s, which);
-  expect(checksum_of(mapping_.bytes().subspan(offset, bytes)) ==
-             section<std::uint64_t>(checksums)[layout_.checksum_place(s, which)],
-         s, which, "changed after they were written");
+  require(checksum_of(mapping_.bytes().subspan(offset, bytes)) ==
+              section<std::uint64_t>(checksums)[layout_.checksum_place(s, which)],
+          s, which, "changed after they were written");
 }
 
 void ProgressiveMesh::File::verify(Kind kind, std::uint64_t which) const {
@@ -468,25 +468,25 @@ void ProgressiveMesh::File::verify(Kind kind, std::uint64_t which) const {
     case Kind::tag: return check_checksum(Section::tags, which);
     case Kind::leaf:
       check_checksum(Section::points, which);
-      return expect(std::ranges::all_of(part(section<Eigen::Vector3f>(Section::points), 1),
-                                        [](const auto& p) { return is_sound(p); }),
-                    Section::points, which, "a point is not finite, or too far away");
+      return require(std::ranges::all_of(part(section<Eigen::Vector3f>(Section::points), 1),
+                                         [](const auto& p) { return is_sound(p); }),
+                     Section::points, which, "a point is not finite, or too far away");
     case Kind::node: break;
   }
   for (const std::size_t s :
        {Section::mid, Section::spheres, Section::order, Section::faces, Section::source_face})
     check_checksum(s, which);
-  expect(std::ranges::all_of(part(section<Sphere>(Section::spheres), 1),
-                             [](const Sphere& sphere) { return is_sound(sphere); }),
-         Section::spheres, which, "a sphere is not finite, or too large");
+  require(std::ranges::all_of(part(section<Sphere>(Section::spheres), 1),
+                              [](const Sphere& sphere) { return is_sound(sphere); }),
+          Section::spheres, which, "a sphere is not finite, or too large");
   const auto slots = section<Face>(Section::faces);
   const auto inner = slots.first(slots.size() - header_.base_faces);
   const auto found = part(inner, 2);
   const auto sources = part(section<Index>(Section::source_face).first(inner.size()), 2);
   for (std::size_t i = 0; i < found.size(); ++i)
-    expect(is_sound(found[i], sources[i], header_.leaves, header_.source_faces) ||
-               is_empty(found[i], sources[i]),
-           Section::faces, which, "a face names a vertex or a source face that does not exist");
+    require(is_sound(found[i], sources[i], header_.leaves, header_.source_faces) ||
+                is_empty(found[i], sources[i]),
+            Section::faces, which, "a face names a vertex or a source face that does not exist");
 }
 
 ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const File> file) : file_(std::move(file)) {

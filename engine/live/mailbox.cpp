@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t max_waiting = 64;  // objects
 
-/// Makes one change of two: of each sonar the latest settings, which have all earlier ones. So a
-/// page that sends changes faster than they are made leaves no queue.
+/// Adds a change to those that wait. Of each sonar only the latest settings stay, which include all
+/// earlier ones: a page that sends changes faster than they are applied leaves no queue.
 void add_to(std::optional<SceneChange>& all, const SceneChange& change) {
   if (!all) {
     all = change;

@@ -168,7 +168,7 @@ class JoinedTarget {
     const Json &body = target.at("body"), &shadow = target.at("shadow");
     body_.add(body, first_row);
     shadow_.add(shadow, first_row);
-    // Means of the shadow serve only a target without a body.
+    // Means over the shadow are used only for targets without a body.
     Means& means = body.is_null() ? of_shadow_ : of_body_;
     means.add(target, (body.is_null() ? shadow : body).at("area_px").get<double>());
   }

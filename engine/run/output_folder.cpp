@@ -25,8 +25,8 @@ nlohmann::json manifest_in(const fs::path& folder) {
   return nlohmann::json::parse(stream, nullptr, /* exceptions: */ false);
 }
 
-/// The files of a folder that its manifest lists, with the size that it says; none if it is
-/// damaged. A name leads nowhere else.
+/// The files of a folder that its manifest lists, if they have the listed size; none if the
+/// manifest is damaged. Names of files outside the folder are ignored.
 std::vector<std::string> listed_files(const fs::path& folder) {
   const nlohmann::json manifest = manifest_in(folder);
   std::vector<std::string> names;
@@ -44,7 +44,7 @@ std::vector<std::string> listed_files(const fs::path& folder) {
   return names;
 }
 
-/// Those of the names that a folder's manifest does not list; none if it is damaged.
+/// The names that a folder's manifest does not list; none if it is damaged.
 std::vector<std::string> not_listed(const fs::path& folder, std::span<const std::string> names) {
   std::vector<std::string> left(names.begin(), names.end());
   if (!fs::exists(folder / manifest_name)) return left;
@@ -60,7 +60,7 @@ std::vector<std::string> not_listed(const fs::path& folder, std::span<const std:
 void restore_earlier_run(const fs::path& folder, const fs::path& staging) {
   const fs::path aside = staging / earlier_name;
   if (fs::exists(folder / manifest_name) || !fs::exists(aside / manifest_name)) return;
-  // New files that are in place already.
+  // Removes the new files that are in place already.
   if (const nlohmann::json manifest = manifest_in(staging); manifest.contains("files"))
     for (const nlohmann::json& file : manifest["files"])
       if (const auto name = file["name"].get<std::string>(); !fs::exists(staging / name))
@@ -98,7 +98,7 @@ OutputFolder::~OutputFolder() {
     try {
       if (staging_) restore_earlier_run(folder_, staging_->path());
     } catch (const std::exception&) {
-      // Then the next run in this folder does it.
+      // Keep the staging folder: the next run in this folder restores the earlier run from it.
       staging_->leave();
     }
   }
@@ -130,14 +130,15 @@ void OutputFolder::begin() {
   }
   after_killed_ = !left_behind.empty();
   staging_.emplace(place);
-  // Not before there is a new one, which marks what is shown as a run's.
+  // Remove the old staging folders only after the new one exists: a staging folder tells the next
+  // run that unlisted files here belong to a run.
   std::error_code ignored;
   if (claim_->exclusive())
     for (const fs::path& staging : left_behind) fs::remove_all(staging, ignored);
 }
 
 void OutputFolder::require_own(std::span<const std::string> names) const {
-  // What a killed run has shown or put in place is not listed.
+  // A killed run may have left files that no manifest lists, so the check would refuse them.
   if (!after_killed_) require_none_of(folder_, not_listed(folder_, names));
 }
 
@@ -181,7 +182,8 @@ void OutputFolder::keep() {
   kept_ = true;
 }
 
-/// The manifest goes first and comes last: a folder with one has all files that it lists.
+/// The old manifest is moved away first, and the new one is put in place last: a folder with a
+/// manifest has all files that it lists.
 void OutputFolder::replace_earlier_run() {
   std::vector<std::string> names;
   for (const auto& [name, record] : records_) {

@@ -74,7 +74,7 @@ ChainOptions chain_options(const Scene& scene, const UsualPing& usual, std::size
           .artefacts = scene.artefacts};
 }
 
-/// Of walls of a material, or with a given loss.
+/// A wall of this material as a mirror; or a smooth mirror with this loss.
 WallMirror wall_mirror_of(const Material& material, std::optional<double> loss_db) {
   if (loss_db) return {.smooth = scatter::from_db(-*loss_db)};
   const std::optional<scatter::Solid> solid = as_solid(material);
@@ -85,7 +85,7 @@ WallMirror wall_mirror_of(const Material& material, std::optional<double> loss_d
           .slope = std::tan(solid->lobe_width_rad) / std::numbers::sqrt2};
 }
 
-/// Where several beams do not do what they are for.
+/// Warns of several beams that do not do what they are for.
 void warn_of_beams(const Scene& scene, const Sonar& sonar, double sound_speed_mps,
                    std::vector<std::string>& warnings) {
   if (sonar.beams == 1) return;
@@ -112,7 +112,7 @@ void warn_of_beams(const Scene& scene, const Sonar& sonar, double sound_speed_mp
                          advance_m > covered_m ? "leave gaps" : "overlap", covered_m / interval_s));
 }
 
-/// Of rays so few that not even a level bed has its level (engine/sonar/README.md).
+/// Warns of so few rays that not even a level bed has its level (engine/sonar/README.md).
 void warn_of_few_rays(const Sonar& sonar, std::vector<std::string>& warnings) {
   if (sonar.elevations >= 32) return;
   add_once(warnings,
@@ -121,7 +121,7 @@ void warn_of_few_rays(const Sonar& sonar, std::vector<std::string>& warnings) {
                        sonar.name, sonar.elevations, sonar.name));
 }
 
-/// Where the far part of the picture is noise, for which the gain over range has to end.
+/// Warns of noise in the far part of the picture, where the gain over range has to end.
 void warn_of_noise(const PreparedSonar& its, std::vector<std::string>& warnings) {
   const double noise_m = its.chain->noise_exceeds_bed_m();
   const double gain_ends_m = its.chain->recorder().gain_ends_m();

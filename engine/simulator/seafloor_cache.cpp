@@ -68,8 +68,7 @@ std::uintmax_t bytes_on_disk(const fs::path& file) {
   return bytes;
 }
 
-/// Removes what a killed process left half-written (write_file's temporaries), once no living one
-/// can be at it.
+/// Removes temporary files of write_file() that are so old that their writer must have been killed.
 void remove_abandoned(const fs::path& folder) {
   std::error_code gone;  // whatever another process removes meanwhile
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone))
@@ -117,11 +116,11 @@ std::string seafloor_key(const Scene& scene) {
                   refine::progressive_mesh_version, library_versions(), scene.bed_seed());
   for (const Section<Scene>& section : scene_sections())
     if (section.name.starts_with("seafloor")) add_keys(text, section, scene);
-  // A mosaic's own file says little of its heights.
+  // A VRT file only lists other files, so their identities belong to the key too.
   if (scene.seafloor.kind == SeafloorKind::survey)
     for (const fs::path& file : files_of_survey(scene.seafloor.survey.path))
       if (file != scene.seafloor.survey.path) text += identity_of(file) + '\n';
-  // Tiles have the bed alone; no object changes it.
+  // Tiles hold only the bed, so objects are not part of the key.
   const bool bed_alone = needs_tiles(scene.seafloor);
   for_each_list(scene, [&](const auto& section, const auto& list) {
     if (bed_alone && section.name == object_section().name) return;

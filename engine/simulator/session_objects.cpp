@@ -13,10 +13,10 @@
 namespace ensonify::engine {
 namespace {
 
-/// Of a position, and of a mesh's vertices from its origin. Beyond the Earth's size; every
-/// intersector takes the vertices of such a mesh at such a place.
+/// The limit of a position, and of a mesh's vertices from its origin: more than the Earth's size,
+/// and every intersector takes the vertices of such a mesh at such a place.
 constexpr double farthest_m = 1e8;
-/// Far above any vehicle's; products of it with times and lever arms are finite.
+/// The limit of a turn: far above any vehicle's, and products with times and lever arms are finite.
 constexpr double largest_rate_degps = 1e6;
 
 /// A mesh's place: z up and y forward, where the body has x forward, y to starboard and z down.

@@ -6,15 +6,15 @@
 
 namespace ensonify::engine {
 
-/// The rays of a plane that are within the beam, or else those outside it, as ranges: calls
-/// take(from, until) for each longest range [from, until) of elevations, in ascending order.
+/// Calls take(from, until, within) for each longest range [from, until) of a plane's elevations
+/// that are all within the beam, or all outside it, in ascending order.
 template <class Take>
-void for_beam_ranges(const FanGrid& grid, std::size_t plane, bool within, const Take& take) {
+void for_beam_ranges(const FanGrid& grid, std::size_t plane, const Take& take) {
   const std::size_t elevations = grid.elevation_rad.size();
   for (std::size_t from = 0, until = 0; from < elevations; from = until) {
-    const bool here = grid.within_beam(plane, from);
-    while (until < elevations && grid.within_beam(plane, until) == here) ++until;
-    if (here == within) take(from, until);
+    const bool within = grid.within_beam(plane, from);
+    while (until < elevations && grid.within_beam(plane, until) == within) ++until;
+    take(from, until, within);
   }
 }
 

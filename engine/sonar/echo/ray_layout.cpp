@@ -149,7 +149,8 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
 
   for (std::size_t plane = 0; plane < grid->planes.size(); ++plane) {
     std::vector<RayLayout::Stretch>& stretches = layout.within.emplace_back();
-    for_beam_ranges(*grid, plane, true, [&](std::size_t from, std::size_t until) {
+    for_beam_ranges(*grid, plane, [&](std::size_t from, std::size_t until, bool within) {
+      if (!within) return;
       stretches.push_back({from, until});
       layout.rays += until - from;
     });

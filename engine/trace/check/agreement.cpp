@@ -246,8 +246,9 @@ class Comparison {
 std::uint64_t rays_within_beam(const FanGrid& grid) {
   std::uint64_t rays = 0;
   for (std::size_t plane = 0; plane < grid.planes.size(); ++plane)
-    for_beam_ranges(grid, plane, true,
-                    [&](std::size_t from, std::size_t until) { rays += until - from; });
+    for_beam_ranges(grid, plane, [&](std::size_t from, std::size_t until, bool within) {
+      if (within) rays += until - from;
+    });
   return rays;
 }
 

@@ -47,7 +47,7 @@ Judge::Judge(refine::Triangles triangles, const Intersector& reference, const re
 
 /// A face as a ray sees it. Corners are relative to the ray's origin; `across` is their part across
 /// the ray.
-struct Judge::Sight {
+struct Judge::SeenFace {
   const Ray& ray;
   Precision precision;
   Arithmetic by;
@@ -82,20 +82,20 @@ struct Judge::Sight {
     return metres(std::abs(hit.t - ray.t_min)) <= rounding_m ||
            metres(std::abs(hit.t - ray.t_max)) <= rounding_m;
   }
-  /// Why one answer may have a hit on this face and the other none.
-  Verdict excuse(const Hit& hit) const {
+  /// The reason that rounding gives for a hit of one answer that the other does not have.
+  Verdict explanation(const Hit& hit) const {
     if (coplanar(hit)) return Verdict::coplanar;
     if (meets_end(hit)) return Verdict::end;
     return passes_edge(hit) ? Verdict::edge : Verdict::unexplained;
   }
 };
 
-Judge::Sight Judge::look(const Ray& ray, std::uint32_t face, Precision precision) const {
+Judge::SeenFace Judge::see(const Ray& ray, std::uint32_t face, Precision precision) const {
   const std::uint32_t index = index_of(face);
-  Sight s{.ray = ray,
-          .precision = precision,
-          .by = arithmetic_of(precision),
-          .length = ray.direction.stableNorm()};
+  SeenFace s{.ray = ray,
+             .precision = precision,
+             .by = arithmetic_of(precision),
+             .length = ray.direction.stableNorm()};
   const Vector3d unit = ray.direction / s.length;
   double from_origin = 0.0;
   for (int k = 0; k < 3; ++k) {
@@ -135,18 +135,18 @@ Judge::Sight Judge::look(const Ray& ray, std::uint32_t face, Precision precision
 
 bool Judge::is_overlap(const Ray& ray, const Hit& expected, const Hit& found,
                        Precision precision) const {
-  const Sight one = look(ray, expected.face, precision), other = look(ray, found.face, precision);
+  const SeenFace one = see(ray, expected.face, precision), other = see(ray, found.face, precision);
   const bool same_corners = std::ranges::is_permutation(one.corners, other.corners);
   return !same_corners && one.is_amid(expected) && other.is_amid(found);
 }
 
 double Judge::tolerance_m(const Ray& ray, std::uint32_t face, Precision precision) const {
-  return look(ray, face, precision).tolerance_m();
+  return see(ray, face, precision).tolerance_m();
 }
 
 bool Judge::is_coarse(const Ray& ray, std::uint32_t face, Precision precision) const {
-  const Sight sight = look(ray, face, precision);
-  return sight.rounding_m > 0.1 * sight.longest_edge_m;
+  const SeenFace seen = see(ray, face, precision);
+  return seen.rounding_m > 0.1 * seen.longest_edge_m;
 }
 
 std::uint32_t Judge::index_of(std::uint32_t face) const {
@@ -158,14 +158,14 @@ std::uint32_t Judge::index_of(std::uint32_t face) const {
 }
 
 /// Whether t, u and v give the same point, on the face and within the ray's ends.
-bool Judge::points_agree(const Sight& sight, const Hit& hit) {
-  const double slack = sight.by.barycentric_slack + sight.rounding_of_weights();
-  if (!(hit.t >= sight.ray.t_min && hit.t <= sight.ray.t_max)) return false;
+bool Judge::points_agree(const SeenFace& seen, const Hit& hit) {
+  const double slack = seen.by.barycentric_slack + seen.rounding_of_weights();
+  if (!(hit.t >= seen.ray.t_min && hit.t <= seen.ray.t_max)) return false;
   if (!(hit.u >= -slack && hit.v >= -slack && hit.u + hit.v <= 1.0 + slack)) return false;
-  if (sight.coplanar(hit)) return true;
-  const auto& [a, b, c] = sight.corners;
+  if (seen.coplanar(hit)) return true;
+  const auto& [a, b, c] = seen.corners;
   const Vector3d on_face = a + hit.u * (b - a) + hit.v * (c - a);
-  return (on_face - hit.t * sight.ray.direction).norm() <= sight.tolerance_m();
+  return (on_face - hit.t * seen.ray.direction).norm() <= seen.tolerance_m();
 }
 
 Hit Judge::ask(const Ray& ray) const {
@@ -175,18 +175,18 @@ Hit Judge::ask(const Ray& ray) const {
 }
 
 /// Whether rays moved slightly to eight sides all meet faces that join where this ray passes.
-bool Judge::surface_all_around(const Sight& sight, const Hit& hit) const {
-  const Vector3d unit = sight.ray.direction / sight.length;
+bool Judge::surface_all_around(const SeenFace& seen, const Hit& hit) const {
+  const Vector3d unit = seen.ray.direction / seen.length;
   const Vector3d right = unit.unitOrthogonal(), up = unit.cross(right);
-  const double range_m = sight.metres(hit.t), away_m = 2.0 * sight.reach_m(hit.t);
+  const double range_m = seen.metres(hit.t), away_m = 2.0 * seen.reach_m(hit.t);
   for (int i = 0; i < 8; ++i) {
     const double turn = i * std::numbers::pi / 4.0;
     const Vector3d nudge = away_m * (std::cos(turn) * right + std::sin(turn) * up);
     const Hit around =
-        ask({sight.ray.origin + nudge, unit, std::max(0.0, range_m - sight.longest_edge_m)});
+        ask({seen.ray.origin + nudge, unit, std::max(0.0, range_m - seen.longest_edge_m)});
     if (!around) return false;
-    const Sight other = look(sight.ray, around.face, sight.precision);
-    if (around.t > range_m + sight.longest_edge_m + other.longest_edge_m) return false;
+    const SeenFace other = see(seen.ray, around.face, seen.precision);
+    if (around.t > range_m + seen.longest_edge_m + other.longest_edge_m) return false;
     if (around.face == hit.face) continue;
     if (other.edge_m > 2.0 * away_m) return false;
     // It joins this face only if it is near the place of this hit. An edge that the ray passes far
@@ -202,16 +202,17 @@ bool Judge::surface_all_around(const Sight& sight, const Hit& hit) const {
 }
 
 /// The verdict for a ray that passed a face which the reference hits.
-Verdict Judge::judge_passed(const Sight& sight, const Hit& hit) const {
-  const Verdict excuse = sight.excuse(hit);
-  return excuse == Verdict::edge && surface_all_around(sight, hit) ? Verdict::leak : excuse;
+Verdict Judge::judge_passed(const SeenFace& seen, const Hit& hit) const {
+  const Verdict explanation = seen.explanation(hit);
+  return explanation == Verdict::edge && surface_all_around(seen, hit) ? Verdict::leak
+                                                                       : explanation;
 }
 
-Verdict Judge::judge_same_face(const Sight& sight, const Hit& expected, const Hit& found) const {
-  if (!points_agree(sight, found)) return Verdict::unexplained;
-  const double apart_m = sight.metres(std::abs(found.t - expected.t));
-  if (apart_m <= sight.tolerance_m()) return Verdict::same;
-  return sight.coplanar(found) ? Verdict::coplanar : Verdict::unexplained;
+Verdict Judge::judge_same_face(const SeenFace& seen, const Hit& expected, const Hit& found) const {
+  if (!points_agree(seen, found)) return Verdict::unexplained;
+  const double apart_m = seen.metres(std::abs(found.t - expected.t));
+  if (apart_m <= seen.tolerance_m()) return Verdict::same;
+  return seen.coplanar(found) ? Verdict::coplanar : Verdict::unexplained;
 }
 
 Verdict Judge::judge(const Ray& ray, const Hit& expected, const Hit& found,
@@ -220,32 +221,32 @@ Verdict Judge::judge(const Ray& ray, const Hit& expected, const Hit& found,
   if (precision == Precision::exact)
     return same_bits(expected, found) ? Verdict::same : Verdict::unexplained;
   if (found && index_of(found.face) == Hit::none) return Verdict::unexplained;
-  const std::optional<Sight> there =
-      found ? std::optional(look(ray, found.face, precision)) : std::nullopt;
+  const std::optional<SeenFace> there =
+      found ? std::optional(see(ray, found.face, precision)) : std::nullopt;
   if (there && expected.face == found.face) return judge_same_face(*there, expected, found);
   if (there && !(points_agree(*there, found) &&
                  (there->inside || there->passes_edge(found) || there->coplanar(found))))
     return Verdict::unexplained;
 
-  // Every face that the reference meets before the found hit must have an excuse.
+  // Every face that the reference meets before the found hit must be explained by rounding.
   Verdict worst = Verdict::tie;
   Ray rest = ray;
   for (Hit met = expected; met; met = rest.t_min <= rest.t_max ? ask(rest) : Hit{}) {
-    const Sight sight = look(ray, met.face, precision);
+    const SeenFace seen = see(ray, met.face, precision);
     if (there) {
-      const double ahead_m = sight.metres(found.t - met.t);
-      const double near_m = sight.tolerance_m() + there->tolerance_m();
+      const double ahead_m = seen.metres(found.t - met.t);
+      const double near_m = seen.tolerance_m() + there->tolerance_m();
       if (std::abs(ahead_m) <= near_m)
         return there->coplanar(found) ? std::max(worst, Verdict::coplanar) : worst;
       if (ahead_m < 0.0) break;
     }
-    worst = std::max(worst, judge_passed(sight, met));
+    worst = std::max(worst, judge_passed(seen, met));
     if (worst == Verdict::unexplained) return worst;
-    rest.t_min = met.t + std::max(sight.tolerance_m() / sight.length, 1e-15 * met.t);
+    rest.t_min = met.t + std::max(seen.tolerance_m() / seen.length, 1e-15 * met.t);
   }
   if (!there) return worst;
   // The reference does not hit the found face.
-  return std::max(worst, there->excuse(found));
+  return std::max(worst, there->explanation(found));
 }
 
 }  // namespace ensonify::engine

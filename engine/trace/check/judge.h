@@ -71,12 +71,12 @@ class Judge {
   refine::Triangles triangles() const { return triangles_; }
 
  private:
-  struct Sight;  // a face as a ray sees it
-  Sight look(const Ray& ray, std::uint32_t face, Precision precision) const;
-  static bool points_agree(const Sight& sight, const Hit& hit);
-  bool surface_all_around(const Sight& sight, const Hit& hit) const;
-  Verdict judge_same_face(const Sight& sight, const Hit& expected, const Hit& found) const;
-  Verdict judge_passed(const Sight& sight, const Hit& hit) const;
+  struct SeenFace;  // a face as a ray sees it
+  SeenFace see(const Ray& ray, std::uint32_t face, Precision precision) const;
+  static bool points_agree(const SeenFace& seen, const Hit& hit);
+  bool surface_all_around(const SeenFace& seen, const Hit& hit) const;
+  Verdict judge_same_face(const SeenFace& seen, const Hit& expected, const Hit& found) const;
+  Verdict judge_passed(const SeenFace& seen, const Hit& hit) const;
   Hit ask(const Ray& ray) const;
 
   refine::Triangles triangles_;

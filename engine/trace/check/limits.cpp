@@ -5,10 +5,11 @@
 namespace ensonify::engine {
 namespace {
 
-// Fewer rays do not tell a share. The rays of an aimed fan, some 600, pass the same faces, so that
-// a class may have a large part of one fan; 10,000 rays are some 16 fans. A class with a limit of
-// 1e-4 or less has its one ray: of 10,000 rays with the largest share of edges in a scene, 8e-6,
-// two or more are found by chance in 3 rows of 1000. From 1e5 rays on every limit is its share.
+// A row with fewer rays is treated as one with this many, because a share of few rays is mostly
+// chance. The 600 rays or so of an aimed fan pass the same faces, so that one class may have a
+// large part of them; 10,000 rays are some 16 fans. One ray is always allowed where the limit is
+// above 0: with the largest share of edges in a scene, 8e-6, 10,000 rays have two or more in 3 of
+// 1000 rows.
 constexpr std::uint64_t few_rays = 10000;
 
 }  // namespace

@@ -50,7 +50,8 @@ void FanTables::take(std::shared_ptr<const FanGrid> grid) {
     tan_azimuth.push_back(static_cast<float>(sin_azimuth.back() / cos_azimuth.back()));
     std::int64_t from = 0, until = 0;
     int ranges = 0;
-    for_beam_ranges(*grid, k, false, [&](std::size_t begin, std::size_t end) {
+    for_beam_ranges(*grid, k, [&](std::size_t begin, std::size_t end, bool within) {
+      if (within) return;
       from = static_cast<std::int64_t>(begin);
       until = static_cast<std::int64_t>(end);
       ++ranges;

@@ -162,17 +162,16 @@ TEST_CASE("the ranges within the beam and those outside alternate and are all ra
   std::size_t ranges_within = 0, ranges_outside = 0;
   for (std::size_t plane = 0; plane < grid.planes.size(); ++plane) {
     std::vector<int> within(grid.elevation_rad.size(), -1);
-    for (const bool wanted : {true, false}) {
-      std::size_t end = 0;
-      for_beam_ranges(grid, plane, wanted, [&](std::size_t from, std::size_t until) {
-        REQUIRE(from < until);
-        REQUIRE(until <= within.size());
-        REQUIRE((from == 0 || from > end));
-        for (std::size_t j = from; j < until; ++j) within[j] = wanted;
-        end = until;
-        ++(wanted ? ranges_within : ranges_outside);
-      });
-    }
+    std::size_t end = 0;
+    for_beam_ranges(grid, plane, [&](std::size_t from, std::size_t until, bool are_within) {
+      REQUIRE(from < until);
+      REQUIRE(until <= within.size());
+      REQUIRE(from == end);
+      if (from > 0) REQUIRE(within[from - 1] == !are_within);
+      for (std::size_t j = from; j < until; ++j) within[j] = are_within;
+      end = until;
+      ++(are_within ? ranges_within : ranges_outside);
+    });
     for (std::size_t j = 0; j < within.size(); ++j)
       REQUIRE(within[j] == int(grid.within_beam(plane, j)));
   }
