@@ -166,7 +166,7 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
                            const ChainOptions& with_options, const ChainOptions& without_options) {
     if (name.find(filter) == std::string::npos) return;
     const SignalChain with(sonar, with_options), without(plain, without_options);
-    SignalChain::Memory memory;
+    SignalChain::Scratch scratch;
     EchoLine lines[2];
     for (const Side side : {Side::port, Side::starboard}) {
       EchoLine& line = lines[static_cast<std::size_t>(side)];
@@ -187,7 +187,7 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
         chain.receive({.ping = static_cast<std::uint64_t>(i),
                        .t_s = 0.1 * i,
                        .array = {{0.0, 0.2 * i, -10.0}, {0.0, 1.0, 0.0}}},
-                      lines, memory);
+                      lines, scratch);
     };
     results.push_back(in_turns(
         name, 0, rounds, [&] { turn(without); }, [&] { turn(with); }, pings));

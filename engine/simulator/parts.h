@@ -88,7 +88,7 @@ struct Simulator::Worker {
   std::vector<VisibilityCounter> visibility_counters;  // one per sonar, or none
   std::vector<RayFan> fans;                            // as the lines
   std::vector<EchoLine> lines;                         // of each beam in turn
-  SignalChain::Memory memory;
+  SignalChain::Scratch memory;
   std::uint64_t next_ping = 0;
   std::span<const Pose> expected;  // after the next ping
   refine::SpareThreads* spare = nullptr;

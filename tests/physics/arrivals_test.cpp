@@ -47,7 +47,7 @@ TEST_CASE("the range of the surface's return varies with the waves, within their
   sonar.bins = 7500;
   const SeaState sea{.wind_mps = 8.0};  // rms 0.25 * 0.21 * 64 / 9.81 = 0.34 m
   const SignalChain chain(sonar, {.speckle = false, .sea = sea, .arrivals = {.surface = true}});
-  SignalChain::Memory memory;
+  SignalChain::Scratch scratch;
   EchoLine line;
   line.bins.assign(7500);
   double sum = 0.0, squares = 0.0;
@@ -55,7 +55,7 @@ TEST_CASE("the range of the surface's return varies with the waves, within their
   for (int ping = 0; ping < pings; ++ping) {
     PingContext now = context;
     now.t_s = 0.37 * ping;
-    chain.receive(now, std::span(&line, 1), memory);
+    chain.receive(now, std::span(&line, 1), scratch);
     const auto first = std::ranges::find_if(line.bins.intensity, [](float i) { return i > 0.0f; });
     const double r = double(first - line.bins.intensity.begin()) * sonar.bin_m();
     sum += r;
@@ -362,8 +362,8 @@ TEST_CASE("in water of another sound speed all other paths are at the ranges of 
                   (double(n) + 0.5) * of.bin_m() * (profile ? slow_mps / 1500.0 : 1.0) > altitude_m
               ? 1e9f
               : 0.0f;
-    SignalChain::Memory memory;
-    chain.receive(context, std::span(&line, 1), memory);
+    SignalChain::Scratch scratch;
+    chain.receive(context, std::span(&line, 1), scratch);
     std::vector<double> added;
     for (std::size_t n = 0; n < line.bins.intensity.size(); ++n)
       added.push_back(double(line.bins.intensity[n]) - double(line.bins.intensity_mean[n]));
@@ -408,8 +408,8 @@ TEST_CASE("transmit leakage blinds the first samples and no others") {
   const Sonar sonar;
   const SignalChain chain(sonar, {.arrivals = {.burst_m = 0.4}});
   EchoLine line = level_line(sonar, Side::port, array, altitude_m);
-  SignalChain::Memory memory;
-  chain.receive(context, std::span(&line, 1), memory);
+  SignalChain::Scratch scratch;
+  chain.receive(context, std::span(&line, 1), scratch);
   CHECK(line.artefacts.has(Artefact::transmit_leakage));
   const std::uint32_t full = chain.recorder().full_scale();
   for (std::size_t i = 0; i < 8; ++i) CHECK(line.bins.sample[i] == full);  // 0.4 m
@@ -422,15 +422,15 @@ TEST_CASE("cross-talk from one side to the other has its level") {
   EchoLine lines[] = {level_line(sonar, Side::port, array, altitude_m),
                       level_line(sonar, Side::starboard, array, altitude_m)};
   std::fill(lines[1].bins.intensity_mean.begin(), lines[1].bins.intensity_mean.end(), 0.0f);
-  SignalChain::Memory memory;
-  chain.receive(context, lines, memory);
+  SignalChain::Scratch scratch;
+  chain.receive(context, lines, scratch);
   CHECK(lines[1].artefacts.has(Artefact::crosstalk));
   CHECK(lines[1].bins.intensity[600] == Approx(1e-3 * lines[0].bins.intensity[600]));
   CHECK(lines[0].bins.intensity[600] == Approx(1.0));
 
   // Without speckle the two sides' energies add, not their amplitudes.
   lines[1] = level_line(sonar, Side::starboard, array, altitude_m);
-  chain.receive(context, lines, memory);
+  chain.receive(context, lines, scratch);
   CHECK(lines[1].bins.intensity[600] == Approx(1.0 + 1e-3));
 }
 
@@ -442,8 +442,8 @@ TEST_CASE("cross-talk brings the other side's surface return, too") {
     EchoLine lines[] = {level_line(sonar, Side::port, array, altitude_m),
                         level_line(sonar, Side::starboard, array, altitude_m)};
     for (EchoLine& line : lines) std::ranges::fill(line.bins.intensity_mean, 0.0f);
-    SignalChain::Memory memory;
-    chain.receive(context, lines, memory);
+    SignalChain::Scratch scratch;
+    chain.receive(context, lines, scratch);
     return std::ranges::max(lines[1].bins.intensity);
   };
   CHECK(from_surface(-10.0) == Approx(1.1 * from_surface({})));

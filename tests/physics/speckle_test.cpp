@@ -50,7 +50,7 @@ struct Receiver {
   std::vector<double> intensity(EchoLine& line, const Eigen::Vector3d& array,
                                 std::uint64_t ping = 0) {
     chain.receive({.ping = ping, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m},
-                  std::span(&line, 1), memory);
+                  std::span(&line, 1), scratch);
     const auto first = static_cast<std::ptrdiff_t>(std::max(line.first_return, 0));
     return {line.bins.intensity.begin() + first, line.bins.intensity.end()};
   }
@@ -64,7 +64,7 @@ struct Receiver {
 
   Sonar sonar;
   SignalChain chain;
-  SignalChain::Memory memory;
+  SignalChain::Scratch scratch;
 };
 
 /// The intensities of a ping over a level bed, to starboard of a heading; the array has that
@@ -82,7 +82,7 @@ std::vector<double> headed_intensity(Receiver& receiver, const Eigen::Vector3d& 
   const double axis_rad = array_rad.value_or(heading_rad);
   receiver.chain.receive(
       {.array = {array, {std::sin(axis_rad), std::cos(axis_rad), 0}}, .altitude_m = altitude_m},
-      std::span(&line, 1), receiver.memory);
+      std::span(&line, 1), receiver.scratch);
   return {line.bins.intensity.begin(), line.bins.intensity.end()};
 }
 
@@ -345,7 +345,7 @@ TEST_CASE(
   const Eigen::Vector3d opposite{2.0 * 40.0, 3.0, -10.0};
   CHECK(std::abs(correlation(first, receiver.intensity(line, opposite))) < 0.1);
   receiver.chain.receive({.array = {array, {0.5, std::sqrt(0.75), 0}}, .altitude_m = altitude_m},
-                         std::span(&line, 1), receiver.memory);
+                         std::span(&line, 1), receiver.scratch);
   const std::vector<double> turned(line.bins.intensity.begin() + line.first_return,
                                    line.bins.intensity.end());
   CHECK(std::abs(correlation(first, turned)) < 0.1);
@@ -450,11 +450,11 @@ TEST_CASE(
   Sonar sonar;
   sonar.receiver.self_noise_db = 30.0;
   const SignalChain chain(sonar, {.speckle = false});
-  SignalChain::Memory memory;
+  SignalChain::Scratch scratch;
   EchoLine line;
   line.bins.assign(static_cast<std::size_t>(sonar.bins));
   const auto self_noise_db = [&](double speed_mps) {
-    chain.receive({.speed_mps = speed_mps}, std::span(&line, 1), memory);
+    chain.receive({.speed_mps = speed_mps}, std::span(&line, 1), scratch);
     sonar.receiver.self_noise_db.reset();
     const double sea = SignalChain(sonar, {.speckle = false}).noise(Side::port);
     sonar.receiver.self_noise_db = 30.0;

@@ -31,12 +31,12 @@ struct Receiver {
     return line;
   }
   void receive(EchoLine& line, const Eigen::Vector3d& array, const Eigen::Vector3d& axis) {
-    chain.receive({.array = {array, axis}, .altitude_m = altitude_m}, std::span(&line, 1), memory);
+    chain.receive({.array = {array, axis}, .altitude_m = altitude_m}, std::span(&line, 1), scratch);
   }
 
   Sonar sonar;
   SignalChain chain;
-  SignalChain::Memory memory;
+  SignalChain::Scratch scratch;
 };
 
 struct Moments {

@@ -42,8 +42,8 @@ double corner_energy(const Sonar& sonar, const Circumstances& under, const Wall&
                  .height_m = wall_height_m,
                  .reflected = reflected,
                  .slope = wall.slope}};
-  SignalChain::Memory memory;
-  with.receive(context, std::span(&line, 1), memory);
+  SignalChain::Scratch scratch;
+  with.receive(context, std::span(&line, 1), scratch);
   double added = 0.0;
   for (std::size_t i = 0; i < line.bins.intensity.size(); ++i) {
     const double its = double(line.bins.intensity[i]) - double(line.bins.intensity_mean[i]);

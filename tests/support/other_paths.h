@@ -50,13 +50,13 @@ inline std::vector<double> received(const engine::Sonar& sonar,
   engine::EchoLine line = level_line(sonar, under.side, array, altitude_m);
   std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 0.0f);
   std::copy(direct.begin(), direct.end(), line.bins.intensity_mean.begin());
-  engine::SignalChain::Memory memory;
+  engine::SignalChain::Scratch scratch;
   engine::PingContext now = context;
   now.array = under.array_frame;
   for (const engine::Side side : {engine::Side::port, engine::Side::starboard})
     now.motion[static_cast<std::size_t>(side)] =
         engine::receiver_motion(under.motion, side, sonar.range_m, 1500.0);
-  chain.receive(now, std::span(&line, 1), memory);
+  chain.receive(now, std::span(&line, 1), scratch);
   return {line.bins.intensity.begin(), line.bins.intensity.end()};
 }
 

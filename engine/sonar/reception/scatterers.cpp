@@ -201,14 +201,15 @@ const Scatterers::Frame& Scatterers::frame_of(const ArrayFrame& array_frame) con
   return frames_[static_cast<std::size_t>((turned % frames + frames) % frames)];
 }
 
-void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins, Memory& memory) const {
+void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins,
+                       Scratch& scratch) const {
   const std::size_t room = reach_.size(), whole = bins.intensity_mean.size() / signal_group;
-  for (auto* of_bin : {&memory.across_cell, &memory.across_within, &memory.first_cell})
+  for (auto* of_bin : {&scratch.across_cell, &scratch.across_within, &scratch.first_cell})
     of_bin->resize(room);
-  for (auto* of_bin : {&memory.first_column, &memory.phase_turns}) of_bin->resize(room);
-  for (auto* of_group : {&memory.cells, &memory.placeless}) of_group->resize(room / signal_group);
+  for (auto* of_bin : {&scratch.first_column, &scratch.phase_turns}) of_bin->resize(room);
+  for (auto* of_group : {&scratch.cells, &scratch.placeless}) of_group->resize(room / signal_group);
   const Frame& frame = frame_of(array_frame);
-  memory.frame_key = frame.key;
+  scratch.frame_key = frame.key;
   // A bin's line is parallel to the array, seen from above. It crosses the beam's middle where the
   // offset along the axis is zero.
   const Eigen::Vector2d level = array_frame.axis.head<2>();
@@ -222,7 +223,7 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins, Mem
   const Eigen::Vector3d across = at_middle(frame.across, across_axis),
                         along = at_middle(frame.along, along_axis);
   const double origin_m = array_frame.axis.dot(array_frame.origin) / level2;
-  memory.skew = across_axis / std::copysign(std::max(std::abs(along_axis), 1e-3), along_axis);
+  scratch.skew = across_axis / std::copysign(std::max(std::abs(along_axis), 1e-3), along_axis);
   const auto place_groups = [&](std::size_t begin, std::size_t count,
                                 const std::array<const float*, 5>& layers) {
     place_cells({.bins = count,
@@ -238,18 +239,18 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins, Mem
                  .along = {along.x(), along.y(), along.z()},
                  .along_add = along_axis * origin_m,
                  .origin_across = frame.across.dot(array_frame.origin.head<2>()),
-                 .skew = memory.skew,
+                 .skew = scratch.skew,
                  .across_cells_per_m = 1.0 / cell_m_,
                  .turns = turns_per_cell_,
                  .rise = rise,
                  .columns_per_cell = columns_per_cell,
-                 .across_cell = &memory.across_cell[begin],
-                 .across_within = &memory.across_within[begin],
-                 .first_cell = &memory.first_cell[begin],
-                 .first_column = &memory.first_column[begin],
-                 .phase_turns = &memory.phase_turns[begin],
-                 .cells = &memory.cells[begin / signal_group],
-                 .placeless = &memory.placeless[begin / signal_group]});
+                 .across_cell = &scratch.across_cell[begin],
+                 .across_within = &scratch.across_within[begin],
+                 .first_cell = &scratch.first_cell[begin],
+                 .first_column = &scratch.first_column[begin],
+                 .phase_turns = &scratch.phase_turns[begin],
+                 .cells = &scratch.cells[begin / signal_group],
+                 .placeless = &scratch.placeless[begin / signal_group]});
   };
   const std::array layers = {bins.intensity_mean.data(), bins.x_m.data(), bins.y_m.data(),
                              bins.z_m.data(), bins.range_m.data()};
@@ -264,14 +265,14 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins, Mem
     }
     place_groups(begin, signal_group, padded);
   }
-  place_side_lobes(bins, memory);
-  if (!ground_.without_patches()) place_patches(frame, bins, memory);
+  place_side_lobes(bins, scratch);
+  if (!ground_.without_patches()) place_patches(frame, bins, scratch);
 }
 
 /// The patches under each bin's scatterers. Bins without a place of their own have none.
-void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Memory& memory) const {
-  TexturedGround::Places& patches = memory.patches;
-  const Eigen::Vector2d line = frame.along + memory.skew * frame.across;
+void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Scratch& scratch) const {
+  TexturedGround::Places& patches = scratch.patches;
+  const Eigen::Vector2d line = frame.along + scratch.skew * frame.across;
   for (auto* of_bin :
        {&patches.x, &patches.y, &patches.step_x, &patches.step_y, &patches.row, &patches.glint_row})
     of_bin->resize(reach_.size());
@@ -288,7 +289,7 @@ void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Memory
     const Eigen::Vector2d place(bins.x_m[n], bins.y_m[n]);
     const double step_m = 1.0 / cells_per_m_[n];
     const double way_m =
-        step_m * static_cast<std::int32_t>(memory.first_cell[n]) - frame.along.dot(place);
+        step_m * static_cast<std::int32_t>(scratch.first_cell[n]) - frame.along.dot(place);
     const Eigen::Vector2d first = place + way_m * line;
     ground_.place(n, bins.sediment[n], bins.grazing_rad[n],
                   {.x_m = first.x(),
@@ -302,67 +303,68 @@ void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Memory
 
 /// A bin that has only side-lobe energy, and so no place, gets the cells that follow those of the
 /// last bin with a place.
-void Scatterers::place_side_lobes(const BinLayers& bins, Memory& memory) const {
-  if (std::ranges::all_of(memory.placeless, [](std::uint32_t any) { return any == 0; })) return;
+void Scatterers::place_side_lobes(const BinLayers& bins, Scratch& scratch) const {
+  if (std::ranges::all_of(scratch.placeless, [](std::uint32_t any) { return any == 0; })) return;
   std::optional<std::size_t> last;
   for (std::size_t n = 0; n < bins.intensity_mean.size(); ++n) {
     if (!(bins.intensity_mean[n] > 0.0f)) continue;
     if (bins.x_m[n] == 0.0f && bins.y_m[n] == 0.0f && bins.z_m[n] == 0.0f) {
       // Before the first placed bin, the memory has values of an earlier ping.
       const std::size_t from = last.value_or(0);
-      const float turns = last ? memory.phase_turns[from] : 0.0f;
+      const float turns = last ? scratch.phase_turns[from] : 0.0f;
       const bool outwards = !(turns > 0.0f);
       const auto way = static_cast<std::uint32_t>(n - from);
-      memory.across_cell[n] = (last ? memory.across_cell[from] : 0u) + (outwards ? way : ~way + 1u);
-      memory.across_within[n] = last ? memory.across_within[from] : 0;
-      memory.phase_turns[n] = turns;
+      scratch.across_cell[n] =
+          (last ? scratch.across_cell[from] : 0u) + (outwards ? way : ~way + 1u);
+      scratch.across_within[n] = last ? scratch.across_within[from] : 0;
+      scratch.phase_turns[n] = turns;
       if (last) {
         const double to_cells = double(cells_per_m_[n]) / double(cells_per_m_[from]);
-        const auto first = static_cast<std::int32_t>(memory.first_cell[from]);
-        memory.first_cell[n] =
+        const auto first = static_cast<std::int32_t>(scratch.first_cell[from]);
+        scratch.first_cell[n] =
             static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(to_cells * first)));
-        memory.first_column[n] = memory.first_column[from];
+        scratch.first_column[n] = scratch.first_column[from];
       }
     }
     last = n;
   }
 }
 
-void Scatterers::gather(Memory& memory, int look, std::span<const float> power, float* re,
+void Scatterers::gather(Scratch& scratch, int look, std::span<const float> power, float* re,
                         float* im) const {
   sum_cells(
-      {.across_cell = memory.across_cell.data(),
-       .across_within = memory.across_within.data(),
-       .first_cell = memory.first_cell.data(),
-       .first_column = memory.first_column.data(),
+      {.across_cell = scratch.across_cell.data(),
+       .across_within = scratch.across_within.data(),
+       .first_cell = scratch.first_cell.data(),
+       .first_column = scratch.first_column.data(),
        .first_weight = first_weight_.data(),
        .key = key_.data(),
-       .phase_turns = memory.phase_turns.data(),
+       .phase_turns = scratch.phase_turns.data(),
        .cells_per_m = cells_per_m_.data(),
        .power = power.data(),
-       .cells = memory.cells.data(),
+       .cells = scratch.cells.data(),
        .bins = reach_.size(),
-       .across_per_m = static_cast<float>(memory.skew / cell_m_),
-       .common_key = memory.frame_key + static_cast<std::uint32_t>(look) * 0x85157af5u,
+       .across_per_m = static_cast<float>(scratch.skew / cell_m_),
+       .common_key = scratch.frame_key + static_cast<std::uint32_t>(look) * 0x85157af5u,
        .texture = ground_.without_patches()
                       ? CellSums::Texture{}
-                      : CellSums::Texture{.x = memory.patches.x.data(),
-                                          .y = memory.patches.y.data(),
-                                          .step_x = memory.patches.step_x.data(),
-                                          .step_y = memory.patches.step_y.data(),
-                                          .row = memory.patches.row.data(),
-                                          .glint_row = memory.patches.glint_row.data(),
-                                          .glint_share = memory.patches.glint_share.data(),
+                      : CellSums::Texture{.x = scratch.patches.x.data(),
+                                          .y = scratch.patches.y.data(),
+                                          .step_x = scratch.patches.step_x.data(),
+                                          .step_y = scratch.patches.step_y.data(),
+                                          .row = scratch.patches.row.data(),
+                                          .glint_row = scratch.patches.glint_row.data(),
+                                          .glint_share = scratch.patches.glint_share.data(),
                                           .quantiles = TexturedGround::quantiles().values().data(),
                                           .key = ground_.key(),
-                                          .strengths = memory.patches.strengths.data(),
-                                          .known = memory.patches.known},
+                                          .strengths = scratch.patches.strengths.data(),
+                                          .known = scratch.patches.known},
        .weights = weights_.data(),
        .columns_per_cell = columns_per_cell,
        .last_column = columns_ - 1,
        .re = re,
        .im = im});
-  memory.patches.known = true;
+  scratch.patches.known = true;
 }
 
 }  // namespace ensonify::engine

@@ -52,7 +52,7 @@ class Scatterers {
              double farthest_m = 0.0);
 
   /// One thread's working memory for gather(), reused from ping to ping.
-  struct Memory {
+  struct Scratch {
     std::uint32_t frame_key = 0;
     double skew = 0.0;  ///< by how much a line parallel to the array goes across, per length along
     std::vector<std::uint32_t> across_cell, across_within, first_cell, cells, placeless;
@@ -60,11 +60,11 @@ class Scatterers {
     TexturedGround::Places patches;
   };
   /// Finds the cells of each bin whose intensity_mean is above 0, from the places in `bins`.
-  void place(const ArrayFrame& array_frame, const BinLayers& bins, Memory& memory) const;
+  void place(const ArrayFrame& array_frame, const BinLayers& bins, Scratch& scratch) const;
   /// The complex field of one look, with the variance `power` in each bin; 0 where a bin has no
   /// cells. All arrays have whole groups of bins (signal_kernel.h). The first look after place()
   /// keeps the patches' strengths for the others.
-  void gather(Memory& memory, int look, std::span<const float> power, float* re, float* im) const;
+  void gather(Scratch& scratch, int look, std::span<const float> power, float* re, float* im) const;
   const TexturedGround& ground() const { return ground_; }
   /// Integral of the two-way power pattern along the array, m, at a bin's range.
   double width_m(std::size_t bin) const { return width_of_bin_m_[bin]; }
@@ -88,8 +88,8 @@ class Scatterers {
     std::uint32_t key;
   };
   const Frame& frame_of(const ArrayFrame& array_frame) const;
-  void place_patches(const Frame& frame, const BinLayers& bins, Memory& memory) const;
-  void place_side_lobes(const BinLayers& bins, Memory& memory) const;
+  void place_patches(const Frame& frame, const BinLayers& bins, Scratch& scratch) const;
+  void place_side_lobes(const BinLayers& bins, Scratch& scratch) const;
   Row make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays, double range_m);
   double middle_m(std::size_t row) const;
 

@@ -218,16 +218,16 @@ std::vector<double> SignalChain::automatic_gain(Side side) const {
 }
 
 void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
-                          Memory& memory) const {
+                          Scratch& scratch) const {
   const auto channel = [&](const EchoLine& line) -> Channel& {
-    return memory.channels[static_cast<std::size_t>(line.side)];
+    return scratch.channels[static_cast<std::size_t>(line.side)];
   };
   const PingContext here = in_water(context);
   for (EchoLine& line : lines) {
-    expect(here, line, channel(line));
+    compute_expected(here, line, channel(line));
     if (options_.speckle) scatterers_.place(context.array, line.bins, channel(line).cells);
   }
-  if (leak_ > 0.0f && lines.size() == 2) leak_power(context, lines, memory);
+  if (leak_ > 0.0f && lines.size() == 2) leak_power(context, lines, scratch);
   const float step = gain_step(context);
   for (int look = 0; look < sonar_.receiver.looks; ++look) {
     for (const EchoLine& line : lines) {
@@ -237,7 +237,7 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
     for (const EchoLine& line : lines) {
       const Side opposite = line.side == Side::port ? Side::starboard : Side::port;
       const bool heard = leak_ > 0.0f && lines.size() == 2;
-      detect_look(context, heard ? &memory.channels[static_cast<std::size_t>(opposite)] : nullptr,
+      detect_look(context, heard ? &scratch.channels[static_cast<std::size_t>(opposite)] : nullptr,
                   look, step, channel(line));
     }
   }
@@ -267,7 +267,8 @@ PingContext SignalChain::in_water(PingContext context) const {
 }
 
 /// The expected values of the direct echo and of everything that is received with it.
-void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& channel) const {
+void SignalChain::compute_expected(const PingContext& context, EchoLine& line,
+                                   Channel& channel) const {
   const std::size_t bins = line.bins.intensity_mean.size();
   line.artefacts = {};
   const std::size_t room = whole_groups(bins), reach = taps_of(filter_).reach;
@@ -301,9 +302,9 @@ void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& ch
 /// Cross-talk of what is received besides the direct echo: surface, fish, earlier pings and so on.
 /// A receiver's own noise does not leak.
 void SignalChain::leak_power(const PingContext& context, std::span<const EchoLine> lines,
-                             Memory& memory) const {
+                             Scratch& scratch) const {
   const auto of = [&](std::size_t line) -> std::vector<float>& {
-    return memory.channels[static_cast<std::size_t>(lines[line].side)].power;
+    return scratch.channels[static_cast<std::size_t>(lines[line].side)].power;
   };
   std::vector<float>&one = of(0), &other = of(1);
   const auto own_one = static_cast<float>(noise(lines[0].side, context.speed_mps)),

@@ -53,8 +53,8 @@ class SignalChain {
   SignalChain(const SignalChain&) = delete;
   SignalChain& operator=(const SignalChain&) = delete;
 
-  /// One thread's working memory, reused from ping to ping.
-  struct Memory {
+  /// One thread's working scratch, reused from ping to ping.
+  struct Scratch {
     struct Channel {
       // Expected values: the direct echo, padded on both sides by the pulse's reach;
       // everything else; the gain of the direct echo.
@@ -64,14 +64,14 @@ class SignalChain {
       std::vector<float> white_re, white_im, behind_re, behind_im;
       std::vector<float> energy, detected;
       std::vector<double> sums;
-      Scatterers::Memory cells;
+      Scatterers::Scratch cells;
     };
     std::array<Channel, 2> channels;
   };
 
   /// Fills the intensity and sample of a ping's lines (one or two sides) from their
   /// intensity_mean and places, and sets their artefacts.
-  void receive(const PingContext& context, std::span<EchoLine> lines, Memory& memory) const;
+  void receive(const PingContext& context, std::span<EchoLine> lines, Scratch& scratch) const;
 
   const Recorder& recorder() const { return recorder_; }
   /// Of a beam, with the recorder's usual gain.
@@ -96,16 +96,16 @@ class SignalChain {
   std::vector<double> automatic_gain(Side side) const;
 
  private:
-  using Channel = Memory::Channel;
+  using Channel = Scratch::Channel;
   double unit_bed(Side side, std::size_t bin) const;
   double automatic_gain_db() const;
   std::vector<double> shares_of_beam(int beam) const;
   std::vector<float> gains_of_beam(int beam) const;
   double self_noise(double speed_mps) const;
   PingContext in_water(PingContext context) const;
-  void expect(const PingContext& context, EchoLine& line, Channel& channel) const;
+  void compute_expected(const PingContext& context, EchoLine& line, Channel& channel) const;
   void leak_power(const PingContext& context, std::span<const EchoLine> lines,
-                  Memory& memory) const;
+                  Scratch& scratch) const;
   void take_out_glints(const EchoLine& line, std::span<float> direct, Channel& channel) const;
   void sum_scatterers(int look, Channel& channel) const;
   void spread_scatterers(int look, std::span<const float> direct, Channel& channel) const;

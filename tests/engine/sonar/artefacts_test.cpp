@@ -41,13 +41,13 @@ struct Receiver {
     EchoLine line = level_line(sonar, Side::starboard, here, altitude_m);
     for (float& mean : line.bins.intensity_mean) mean *= static_cast<float>(strength);
     chain.receive({.ping = ping, .t_s = t_s, .array = {here, {0, 1, 0}}, .altitude_m = altitude_m},
-                  std::span(&line, 1), memory);
+                  std::span(&line, 1), scratch);
     return line;
   }
 
   Sonar sonar;
   SignalChain chain;
-  SignalChain::Memory memory;
+  SignalChain::Scratch scratch;
 };
 
 }  // namespace
@@ -120,12 +120,12 @@ TEST_CASE("another sonar has its level over the noise at the vehicle's speed") {
   const SignalChain chain(
       sonar,
       {.speckle = false, .artefacts = {.interference_db = 20.0, .interference_range_m = 20.0}});
-  SignalChain::Memory memory;
+  SignalChain::Scratch scratch;
   for (const double speed_mps : {0.0, 6.0}) {
     EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
     std::ranges::fill(line.bins.intensity_mean, 0.0f);
     chain.receive({.array = {array, {0, 1, 0}}, .altitude_m = altitude_m, .speed_mps = speed_mps},
-                  std::span(&line, 1), memory);
+                  std::span(&line, 1), scratch);
     CHECK(std::ranges::max(line.bins.intensity) / line.bins.intensity.back() ==
           Approx(101.0).epsilon(0.01));
   }
@@ -231,13 +231,13 @@ TEST_CASE("fish swim below the sea surface") {
     const SignalChain chain(
         sonar,
         {.speckle = false, .artefacts = {.fish_per_hectare = 2000.0, .fish_height_m = height_m}});
-    SignalChain::Memory memory;
+    SignalChain::Scratch scratch;
     std::vector<float> all;
     for (double north_m = 0.0; north_m < 100.0; north_m += 1.0) {
       const Eigen::Vector3d here = shallow + north_m * Eigen::Vector3d::UnitY();
       EchoLine line = level_line(sonar, Side::starboard, here, 2.0);
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
-      chain.receive({.array = {here, {0, 1, 0}}, .altitude_m = 2.0}, std::span(&line, 1), memory);
+      chain.receive({.array = {here, {0, 1, 0}}, .altitude_m = 2.0}, std::span(&line, 1), scratch);
       all.insert(all.end(), line.bins.intensity.begin(), line.bins.intensity.end());
     }
     return all;
@@ -262,7 +262,7 @@ TEST_CASE("a pitched array meets as many fish, and a wake where its beam meets t
       const Eigen::Vector3d here = array + north_m * Eigen::Vector3d::UnitY();
       EchoLine line = level_line(receiver.sonar, Side::starboard, here, 60.0);
       receiver.chain.receive({.array = pitched(here, bow_up_rad), .altitude_m = 60.0},
-                             std::span(&line, 1), receiver.memory);
+                             std::span(&line, 1), receiver.scratch);
       pings += line.artefacts.has(Artefact::fish);
     }
     return pings;
@@ -281,7 +281,7 @@ TEST_CASE("a pitched array meets as many fish, and a wake where its beam meets t
     EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
     std::ranges::fill(line.bins.intensity_mean, 0.0f);
     receiver.chain.receive({.array = pitched(array, bow_up_rad), .altitude_m = altitude_m},
-                           std::span(&line, 1), receiver.memory);
+                           std::span(&line, 1), receiver.scratch);
     return std::accumulate(line.bins.intensity.begin(), line.bins.intensity.end(), 0.0);
   };
   const double north_m = 10.0 * std::tan(20.0 * degree);
@@ -318,11 +318,11 @@ TEST_CASE("a wake's echo is as long as the pulse, and has the energy of its stre
                                                     .wake_heading_rad = 0.0,
                                                     .wake_width_m = width_m,
                                                     .wake_offset_m = 40.0}});
-      SignalChain::Memory memory;
+      SignalChain::Scratch scratch;
       EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
       chain.receive({.array = {array, {0, 1, 0}}, .altitude_m = altitude_m}, std::span(&line, 1),
-                    memory);
+                    scratch);
       double sum = 0.0, moment_m = 0.0, first_m = 0.0, last_m = 0.0;
       for (std::size_t i = 0; i < line.bins.intensity.size(); ++i) {
         const double intensity = double(line.bins.intensity[i]), at_m = line.bins.range_m[i];
@@ -352,14 +352,14 @@ TEST_CASE("a wake floats on the waves from which the surface's return comes") {
   const SignalChain surface(sonar, {.speckle = false, .sea = windy, .arrivals = {.surface = true}}),
       wake(sonar,
            {.speckle = false, .sea = windy, .artefacts = {.wake_db = 0.0, .wake_width_m = 1000.0}});
-  SignalChain::Memory memory;
+  SignalChain::Scratch scratch;
   double lowest_m = 100.0, highest_m = 0.0;
   for (int ping = 0; ping < 20; ++ping) {
     const auto first_m = [&](const SignalChain& chain) {
       EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
       chain.receive({.t_s = 0.9 * ping, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m},
-                    std::span(&line, 1), memory);
+                    std::span(&line, 1), scratch);
       const auto first =
           std::ranges::find_if(line.bins.intensity, [](float i) { return i > 0.0f; });
       return double(first - line.bins.intensity.begin()) * sonar.bin_m();
@@ -391,9 +391,9 @@ TEST_CASE("shimmer has its rms in decibels and changes with time") {
 TEST_CASE("shimmer's bands bend, and those of one side are not those of the other") {
   Sonar sonar = quiet_sonar();
   const SignalChain chain(sonar, {.speckle = false, .artefacts = {.shimmer_db = 2.0}});
-  SignalChain::Memory memory;
+  SignalChain::Scratch scratch;
   constexpr std::size_t first = 420, last = 1300;  // the first echo is in bin 200
-  constexpr std::size_t rows = 80, later = 10;  // 0.6 s each, a tenth of the period
+  constexpr std::size_t rows = 80, later = 10;     // 0.6 s each, a tenth of the period
   std::array<std::vector<std::vector<double>>, 2> db;
   for (std::size_t row = 0; row < rows; ++row)
     for (const Side side : {Side::port, Side::starboard}) {
@@ -401,7 +401,7 @@ TEST_CASE("shimmer's bands bend, and those of one side are not those of the othe
       chain.receive({.t_s = 0.6 * static_cast<double>(row),
                      .array = {array, {0, 1, 0}},
                      .altitude_m = altitude_m},
-                    std::span(&line, 1), memory);
+                    std::span(&line, 1), scratch);
       std::vector<double>& values = db[static_cast<std::size_t>(side)].emplace_back();
       for (const float intensity : line.bins.intensity) values.push_back(scatter::to_db(intensity));
     }

@@ -77,14 +77,14 @@ TEST_CASE("a detector records the mean or the largest of its looks' amplitudes")
     sonar.receiver.absorption = false;
     sonar.receiver.gain_db = -40.0;  // full scale is an amplitude of 100
     const SignalChain chain(sonar, {});
-    SignalChain::Memory memory;
+    SignalChain::Scratch scratch;
     double sum = 0.0;
     int count = 0;
     for (int ping = 0; ping < 60; ++ping) {
       const Eigen::Vector3d array{0.0, 5.0 * ping, -10.0};
       EchoLine line = level_line(sonar, Side::starboard, array, 10.0);
       for (float& mean : line.bins.intensity_mean) mean *= 100.0f;
-      chain.receive({.array = {array, {0, 1, 0}}}, std::span(&line, 1), memory);
+      chain.receive({.array = {array, {0, 1, 0}}}, std::span(&line, 1), scratch);
       for (std::size_t i = 300; i < line.bins.sample.size(); ++i, ++count)
         sum += 100.0 * chain.recorder().amplitude(line.bins.sample[i]);
     }
@@ -122,13 +122,13 @@ TEST_CASE("noise after the gain has its level in the samples at all ranges, what
     sonar.receiver.output_noise_db = -30.0;
     sonar.receiver.spreading = spreading;
     const SignalChain chain(sonar, {});
-    SignalChain::Memory memory;
+    SignalChain::Scratch scratch;
     EchoLine line;
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
     double near = 0.0, far = 0.0;
     constexpr int pings = 100;
     for (std::uint64_t ping = 0; ping < pings; ++ping) {
-      chain.receive({.ping = ping}, std::span(&line, 1), memory);
+      chain.receive({.ping = ping}, std::span(&line, 1), scratch);
       for (std::size_t i = 0; i < line.bins.sample.size(); ++i)
         (i < line.bins.sample.size() / 2 ? near : far) +=
             std::pow(chain.recorder().amplitude(line.bins.sample[i]), 2);
@@ -150,13 +150,13 @@ TEST_CASE(
   const SignalChain plain(sonar, {.arrivals = {.burst_m = 0.3}});
   sonar.receiver.ping_mean = 0.2;
   const SignalChain scaled(sonar, {.arrivals = {.burst_m = 0.3}});
-  SignalChain::Memory memory;
+  SignalChain::Scratch scratch;
   for (const float strength : {1e4f, 1e7f, 1e9f}) {
     EchoLine line = level_line(sonar, Side::starboard, {0, 0, -10}, 10.0);
     for (float& mean : line.bins.intensity_mean) mean *= strength;
     EchoLine without = line;
-    scaled.receive({}, std::span(&line, 1), memory);
-    plain.receive({}, std::span(&without, 1), memory);
+    scaled.receive({}, std::span(&line, 1), scratch);
+    plain.receive({}, std::span(&without, 1), scratch);
     CHECK(line.artefacts.has(Artefact::automatic_gain));
     CHECK_FALSE(without.artefacts.has(Artefact::automatic_gain));
     REQUIRE(line.bins.intensity == without.bins.intensity);

@@ -30,7 +30,7 @@ std::vector<float> everything(const Sonar& sonar) {
                        .wake_db = -10.0,
                        .shimmer_db = 1.5};
   const SignalChain chain(sonar, options);
-  SignalChain::Memory memory;
+  SignalChain::Scratch scratch;
   std::vector<float> all;
   for (std::uint64_t ping = 0; ping < 3; ++ping) {
     const Eigen::Vector3d array{0.4, 0.2 * static_cast<double>(ping), -10.0};
@@ -45,7 +45,7 @@ std::vector<float> everything(const Sonar& sonar) {
     chain.receive({.ping = ping,
                    .t_s = 30.0 * static_cast<double>(ping),
                    .array = {array, {std::sin(heading), std::cos(heading), 0}}},
-                  lines, memory);
+                  lines, scratch);
     for (const EchoLine& line : lines) {
       all.insert(all.end(), line.bins.intensity.begin(), line.bins.intensity.end());
       for (const std::uint32_t sample : line.bins.sample) all.push_back(static_cast<float>(sample));
