@@ -80,13 +80,13 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
     for (int i = 0; i < pings; ++i) {
       const Pose pose{.position = {-30.0 + 60.0 * i / pings, -20.0, -45.0},
                       .heading_rad = 1.5707963};
-      pinger.aim(pose, 45.0);
+      const BeamAim aim = pinger.aim(pose, 45.0);
       for (const Side side : {Side::port, Side::starboard}) {
-        pinger.trace(*tracer, labelled.mesh, 0, side);
+        pinger.trace(aim, {tracer.get(), labelled.mesh}, side);
         if (looking)
-          looking->look(pinger.fan(side), labelled.mesh, pinger.runs(labelled.mesh, side),
-                        static_cast<std::uint64_t>(i));
-        pinger.echo(labelled.mesh, side, line);
+          looking->look(aim.fans[static_cast<std::size_t>(side)], labelled.mesh,
+                        pinger.runs(aim, labelled.mesh, side), static_cast<std::uint64_t>(i));
+        pinger.echo(aim, labelled.mesh, side, line);
       }
     }
   };

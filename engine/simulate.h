@@ -25,7 +25,6 @@ class SpareThreads;
 namespace ensonify::engine {
 
 struct Calibration;         // image/display.h
-struct RayFan;              // trace/ray_fan.h
 struct Scene;               // scene/scene.h; scene/reader.h reads one
 struct Seafloor;            // seafloor/seafloor.h
 struct SimulatorInternals;  // simulator/internals.h
@@ -106,15 +105,15 @@ class Simulator {
 
  private:
   friend struct SimulatorInternals;
-  struct Ready;   // what all threads share; simulator/parts.h
-  struct Worker;  // what one thread owns
-  explicit Simulator(std::shared_ptr<const Ready> ready);
-  std::span<const RayFan> aim(const Pose& pose);
+  struct SharedState;  // what all threads share; simulator/state.h
+  struct ThreadState;  // what one thread owns
+  struct Aim;          // where all beams look at a ping
+  explicit Simulator(std::shared_ptr<const SharedState> shared);
+  void aim(const Pose& pose, Aim& aim);
   void warn_of_distance(const Pose& pose);
   void look_ahead(refine::SpareThreads& spare);
-  double bed_height_m(double x_m, double y_m) const;
-  std::shared_ptr<const Ready> ready_;
-  std::unique_ptr<Worker> worker_;
+  std::shared_ptr<const SharedState> shared_;
+  std::unique_ptr<ThreadState> own_;
 };
 
 }  // namespace ensonify::engine

@@ -29,11 +29,11 @@ namespace ensonify::engine::app {
 namespace {
 
 constexpr double slow_tests = 1e9;  // ray-face tests: a quarter of a minute on one core
-/// An intersector that would get fewer than one of this number of rays is left out.
+/// An intersector that could be compared on fewer than one ray in this many is skipped.
 constexpr std::uint64_t slowest_every = 10000;
-/// Of the scene's rays, one in this number is also compared as it is bent, or more if that is fewer
-/// than enough_bent: the reference takes about 10 µs for each.
-constexpr std::uint64_t most_bent_every = 10;
+/// One in max_bent_every of the scene's rays is also compared as a bent ray; more of them where
+/// that would be fewer than enough_bent rays. The reference takes about 10 µs per ray.
+constexpr std::uint64_t max_bent_every = 10;
 constexpr std::uint64_t enough_bent = 20000;
 
 struct CheckArguments {
@@ -65,78 +65,11 @@ std::vector<IntersectorKind> kinds_of(const std::vector<std::string>& names) {
   return kinds;
 }
 
-/// One intersector with every face source; `reference` is built over the whole mesh, and
-/// `of_heights` is the seafloor with its bed in a grid, or null where the bed is a mesh.
-/// `refraction` has a profile where rays are bent.
-std::vector<Candidate> candidates(const IntersectorKind& kind, const refine::TriangleMesh& mesh,
-                                  const std::shared_ptr<const Intersector>& reference,
-                                  const std::shared_ptr<const refine::ProgressiveMesh>& progressive,
-                                  const Seafloor* of_heights, const Scene& scene,
-                                  std::uint64_t every, const Refraction& refraction,
-                                  double reference_mps) {
-  std::function<std::unique_ptr<RefractedTracer>()> make_bent;
-  if (refraction.profile)
-    make_bent = [=] {
-      return std::make_unique<RefractedTracer>(*refraction.profile, refraction.highest_m,
-                                               refraction.deepest_m, reference_mps);
-    };
-  const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
-  const FaceSourceParts parts{
-      .all = mesh,
-      .whole = kind.name == reference_intersector
-                   ? reference
-                   : make_intersector(kind.name, mesh, scene.run.intersection),
-      .progressive = progressive,
-      .intersector = std::string(kind.name),
-      .options = scene.run.intersection,
-      .tree_pings = scene.run.tree_pings};
-  std::vector<Candidate> all;
-  const auto add = [&](std::string name, const FaceSourceKind& surface, const FaceSourceParts& of) {
-    all.push_back(
-        {.surface = std::move(name),
-         .intersector = std::string(kind.name),
-         .make = [make = surface.make, of,
-                  faces] { return std::make_unique<FacesWithBodies>(make(of), faces, of); },
-         .precision = kind.precision,
-         .has_every_face = !surface.needs_progressive_mesh,
-         .every = every,
-         .make_bent = make_bent});
-  };
-  for (const FaceSourceKind& surface : face_source_kinds()) {
-    add(std::string(surface.name), surface, parts);
-    if (!surface.takes_grid || !of_heights) continue;
-    FaceSourceParts of_grid = parts;
-    of_grid.grid = of_heights->grid;
-    of_grid.objects = std::make_shared<const refine::BallTree>(of_heights->mesh);
-    add(fmt::format("{}_of_heights", surface.name), surface, of_grid);
-  }
-  return all;
-}
-
 /// As in a run; without a profile where the rays of these blocks are straight.
 Refraction refraction_of(const Simulator& simulator, const std::vector<PingBlock>& blocks) {
   Refraction refraction = SimulatorInternals::refraction(simulator);
   if (blocks.front().front().front().bend.turn_rad == 0.0) refraction.profile = nullptr;
   return refraction;
-}
-
-/// The altitudes of simulators: over the mesh, over its progressive mesh, and over the heights, if
-/// there are any.
-std::vector<HeightCandidate> heights(const Simulator& of_mesh, const Simulator& of_analysis,
-                                     const Simulator* of_heights) {
-  const auto candidate = [](std::string surface, std::string name, const Simulator& simulator) {
-    return HeightCandidate{std::move(surface), std::move(name), [&simulator] {
-                             return
-                                 [one = std::make_shared<Simulator>(simulator.clone_for_thread())](
-                                     double x_m, double y_m) {
-                                   return -one->altitude_m({x_m, y_m, 0.0});
-                                 };
-                           }};
-  };
-  std::vector<HeightCandidate> all = {candidate("static", "bed_grid", of_mesh),
-                                      candidate("refined", "plumb_line", of_analysis)};
-  if (of_heights) all.push_back(candidate("footprint", "height_grid", *of_heights));
-  return all;
 }
 
 /// What is compared, and with what.
@@ -158,8 +91,8 @@ struct Prepared {
 };
 
 /// The scene with a surface and an intersector.
-Scene scene_with(Scene scene, std::string surface, std::string_view intersector) {
-  scene.run.surface = std::move(surface);
+Scene scene_with(Scene scene, std::string_view surface, std::string_view intersector) {
+  scene.run.surface = surface;
   scene.run.intersector = intersector;
   return scene;
 }
@@ -169,22 +102,85 @@ std::unique_ptr<Prepared> prepare(const CheckArguments& arguments, const Prepara
   require_at_once(read.seafloor);
   // The tree of this simulator is the reference: a second one, of the scene's intersector, would
   // only take memory.
-  auto all = std::make_unique<Prepared>(
-      Prepared{.scene = scene_with(read, "refined", read.run.intersector),
-               .simulator = Simulator(scene_with(read, "static", reference_intersector), how)});
+  auto all = std::make_unique<Prepared>(Prepared{
+      .scene = scene_with(read, refined_surface, read.run.intersector),
+      .simulator = Simulator(scene_with(read, static_surface, reference_intersector), how)});
   all->reference = SimulatorInternals::whole(all->simulator);
   if (read.seafloor.is_grid())
-    all->of_heights.emplace(scene_with(read, "footprint", read.run.intersector), how);
+    all->of_heights.emplace(scene_with(read, footprint_surface, read.run.intersector), how);
   all->analysed = prepare_seafloor(all->scene, how);
   all->blocks = scene_blocks(all->scene, all->simulator, (arguments.rays + 1) / 2);
   all->scene_rays = rays_of(all->blocks);
   all->refraction = refraction_of(all->simulator, all->blocks);
   all->water = {all->refraction.profile, all->refraction.highest_m,
                 all->simulator.sound_speed_mps()};
-  all->bent_every = std::clamp<std::uint64_t>(all->scene_rays / enough_bent, 1, most_bent_every);
+  all->bent_every = std::clamp<std::uint64_t>(all->scene_rays / enough_bent, 1, max_bent_every);
   all->of_analysis.emplace(all->scene,
                            Preparation{.threads = how.threads, .seafloor = all->analysed});
   return all;
+}
+
+/// One intersector with every face source, each on every n-th ray.
+std::vector<Candidate> candidates(const Prepared& all, const IntersectorKind& kind,
+                                  std::uint64_t every) {
+  std::function<std::unique_ptr<RefractedTracer>()> make_bent;
+  if (all.water.profile)
+    make_bent = [&all, takes_lists = kind.takes_lists] {
+      return std::make_unique<RefractedTracer>(*all.water.profile, all.water.highest_m,
+                                               all.refraction.deepest_m, all.water.reference_mps,
+                                               takes_lists);
+    };
+  const refine::TriangleMesh& mesh = all.mesh();
+  const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
+  const RunOptions& run = all.scene.run;
+  const FaceSourceParts parts{.all = mesh,
+                              .whole = kind.name == reference_intersector
+                                           ? all.reference
+                                           : make_intersector(kind.name, mesh, run.intersection),
+                              .progressive = all.analysed->seafloor.progressive,
+                              .intersector = std::string(kind.name),
+                              .options = run.intersection,
+                              .tree_pings = run.tree_pings};
+  std::vector<Candidate> some;
+  const auto add = [&](std::string name, const FaceSourceKind& surface, const FaceSourceParts& of) {
+    some.push_back(
+        {.surface = std::move(name),
+         .intersector = std::string(kind.name),
+         .make = [make = surface.make, of,
+                  faces] { return std::make_unique<FacesWithBodies>(make(of), faces, of); },
+         .precision = kind.precision,
+         .has_every_face = !surface.needs_progressive_mesh,
+         .every = every,
+         .make_bent = make_bent});
+  };
+  for (const FaceSourceKind& surface : face_source_kinds()) {
+    add(std::string(surface.name), surface, parts);
+    if (!surface.takes_grid || !all.of_heights) continue;
+    const Seafloor& of_heights = all.of_heights->seafloor();
+    FaceSourceParts of_grid = parts;
+    of_grid.grid = of_heights.grid;
+    of_grid.objects = std::make_shared<const refine::BallTree>(of_heights.mesh);
+    add(fmt::format("{}_of_heights", surface.name), surface, of_grid);
+  }
+  return some;
+}
+
+/// The altitudes over the mesh, over its progressive mesh, and over the heights, if there are any.
+std::vector<HeightCandidate> heights(const Prepared& all) {
+  const auto candidate = [](std::string_view surface, std::string name,
+                            const Simulator& simulator) {
+    return HeightCandidate{std::string(surface), std::move(name), [&simulator] {
+                             return
+                                 [one = std::make_shared<Simulator>(simulator.clone_for_thread())](
+                                     double x_m, double y_m) {
+                                   return -one->altitude_m({x_m, y_m, 0.0});
+                                 };
+                           }};
+  };
+  std::vector<HeightCandidate> some = {candidate(static_surface, "bed_grid", all.simulator),
+                                       candidate(refined_surface, "plumb_line", *all.of_analysis)};
+  if (all.of_heights) some.push_back(candidate(footprint_surface, "height_grid", *all.of_heights));
+  return some;
 }
 
 /// The comparisons of a check, one after another, until one is stopped.
@@ -230,10 +226,7 @@ class Comparison {
   }
 
   void compare_intersector(const IntersectorKind& kind) {
-    compare_some(kind.name,
-                 candidates(kind, all_.mesh(), all_.reference, all_.analysed->seafloor.progressive,
-                            all_.of_heights ? &all_.of_heights->seafloor() : nullptr, all_.scene,
-                            every(kind), all_.refraction, all_.water.reference_mps),
+    compare_some(kind.name, candidates(all_, kind, every(kind)),
                  {.aimed_fan_rays = arguments_.rays / 4,
                   .aimed_rays = arguments_.rays / 4,
                   .bodies = true,
@@ -243,8 +236,7 @@ class Comparison {
 
   void compare_altitudes() {
     compare_some("altitudes", {},
-                 {.heights = heights(all_.simulator, *all_.of_analysis,
-                                     all_.of_heights ? &*all_.of_heights : nullptr),
+                 {.heights = heights(all_),
                   .plumb_lines = arguments_.rays / 50,
                   .bed_faces = all_.simulator.seafloor().bed_faces});
   }
@@ -252,7 +244,8 @@ class Comparison {
   void compare_hierarchy() {
     progress_.report("faces", 0, 1);
     rows_.push_back({compare_faces(all_.mesh(), *all_.analysed->seafloor.progressive, threads_),
-                     "refined", "progressive_mesh", RaySource::faces, Precision::exact});
+                     std::string(refined_surface), "progressive_mesh", RaySource::faces,
+                     Precision::exact});
     reached_.unexplained += rows_.back().count(Verdict::unexplained);
   }
 

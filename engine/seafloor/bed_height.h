@@ -14,9 +14,9 @@
 
 namespace ensonify::engine {
 
-// Both classes give the height of the bed at a place: of the topmost bed face there, in local
+// The classes give the height of the bed at a place: of the topmost bed face there, in local
 // metres, without objects; NaN over a hole and outside the seafloor. The height depends on the mesh
-// alone, not on the intersector, and both classes return the same bits.
+// alone, not on the intersector, and all return the same bits.
 
 /// A point of the bed, on the topmost of its faces there.
 struct BedPoint {

@@ -7,7 +7,7 @@
 
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/simulator/parts.h>
+#include <ensonify/engine/simulator/state.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/engine/trace/check/ping_comparison.h>
 #include <ensonify/refine/height_grid.h>
@@ -50,31 +50,32 @@ NumberedMesh mesh_near(const Seafloor& seafloor, const Eigen::Vector3d& vehicle,
 
 }  // namespace
 
-void SimulatorInternals::expect(Simulator& simulator, std::span<const Pose> poses,
-                                refine::SpareThreads& spare) {
-  simulator.worker_->expected = poses;
-  simulator.worker_->spare = &spare;
+void SimulatorInternals::announce(Simulator& simulator, std::span<const Pose> poses,
+                                  refine::SpareThreads& spare) {
+  simulator.own_->announced = poses;
+  simulator.own_->spare = &spare;
 }
 
-void SimulatorInternals::reset(Simulator& simulator) { simulator.worker_->face_source.reset(); }
+void SimulatorInternals::reset(Simulator& simulator) { simulator.own_->face_source.reset(); }
 
 std::span<const RayFan> SimulatorInternals::aim(Simulator& simulator, const Pose& pose) {
-  return simulator.aim(pose);
+  simulator.aim(pose, simulator.own_->aim);
+  return simulator.own_->aim.fans;
 }
 
 std::vector<std::vector<Hit>> SimulatorInternals::hits(Simulator& simulator, const Pose& pose) {
-  const std::span<const RayFan> fans = simulator.aim(pose);
-  const Intersector& intersector = simulator.worker_->face_source.prepare(fans);
+  const std::span<const RayFan> fans = aim(simulator, pose);
+  const Intersector& intersector = *simulator.own_->face_source.prepare(fans).intersector;
   std::vector<std::vector<Hit>> all;
   for (const RayFan& fan : fans) intersector.intersect(fan, all.emplace_back(fan.grid->rays()));
   return all;
 }
 
 AgreementCounts SimulatorInternals::verify(Simulator& simulator, const Pose& pose) {
-  const Simulator::Ready& ready = *simulator.ready_;
-  const Seafloor& seafloor = ready.seafloor;
-  const std::span<const RayFan> fans = simulator.aim(pose);
-  CheckedMesh mesh{seafloor.mesh, ready.bounds, seafloor.bed_faces};
+  const Simulator::SharedState& shared = *simulator.shared_;
+  const Seafloor& seafloor = shared.seafloor;
+  const std::span<const RayFan> fans = aim(simulator, pose);
+  CheckedMesh mesh{seafloor.mesh, shared.bounds, seafloor.bed_faces};
   NumberedMesh near;
   if (const auto& progressive = seafloor.progressive) {
     progressive->verify_all();
@@ -83,33 +84,33 @@ AgreementCounts SimulatorInternals::verify(Simulator& simulator, const Pose& pos
     near = mesh_near(seafloor, pose.position, fans);
     mesh.triangles = {near.mesh.positions, near.mesh.faces, near.numbers};
   }
-  AgreementCounts counts = compare_ping(simulator.worker_->face_source, mesh, fans,
-                                        intersector_kind(ready.parts.intersector).precision);
+  AgreementCounts counts = compare_ping(simulator.own_->face_source, mesh, fans,
+                                        intersector_kind(shared.parts.intersector).precision);
   counts += compare_height(mesh, pose.position.x(), pose.position.y(),
-                           simulator.bed_height_m(pose.position.x(), pose.position.y()));
+                           simulator.own_->bed.height_m(pose.position.x(), pose.position.y()));
   return counts;
 }
 
 TrackPoses SimulatorInternals::track_poses(const Simulator& simulator) {
-  const Simulator::Ready& ready = *simulator.ready_;
-  if (ready.recorded_track) return *ready.recorded_track;
-  return ready.track_over([&](double x_m, double y_m) { return simulator.bed_height_m(x_m, y_m); });
+  const Simulator::SharedState& shared = *simulator.shared_;
+  if (shared.recorded_track) return *shared.recorded_track;
+  return shared.track_over(simulator.own_->bed);
 }
 
 const PreparedSeafloor& SimulatorInternals::prepared(const Simulator& simulator) {
-  return *simulator.ready_->prepared;
+  return *simulator.shared_->prepared;
 }
 
 std::shared_ptr<const Intersector> SimulatorInternals::whole(const Simulator& simulator) {
-  return simulator.ready_->parts.whole;
+  return simulator.shared_->parts.whole;
 }
 
 std::string_view SimulatorInternals::code_path(const Simulator& simulator) {
-  return simulator.ready_->code_path;
+  return simulator.shared_->code_path;
 }
 
 const Recorder& SimulatorInternals::recorder(const Simulator& simulator, std::size_t sonar) {
-  return simulator.worker_->prepared.at(sonar)->chain->recorder();
+  return simulator.own_->prepared.at(sonar)->chain->recorder();
 }
 
 std::vector<FullScale> SimulatorInternals::full_scale_by_beam(const Simulator& simulator,
@@ -122,28 +123,28 @@ std::vector<FullScale> SimulatorInternals::full_scale_by_beam(const Simulator& s
 }
 
 void SimulatorInternals::count_object_visibility(Simulator& simulator) {
-  simulator.worker_->count_object_visibility(*simulator.ready_);
+  simulator.own_->count_object_visibility(*simulator.shared_);
 }
 
 std::span<const ObjectVisibility> SimulatorInternals::object_visibility(const Simulator& simulator,
                                                                         std::size_t sonar) {
-  if (simulator.worker_->visibility_counters.empty()) return {};
-  return simulator.worker_->visibility_counters.at(sonar).visibilities();
+  if (simulator.own_->visibility_counters.empty()) return {};
+  return simulator.own_->visibility_counters.at(sonar).visibilities();
 }
 
 Refraction SimulatorInternals::refraction(const Simulator& simulator) {
-  const Simulator::Ready& ready = *simulator.ready_;
-  return ready.refraction(*ready.sonars.front());
+  const Simulator::SharedState& shared = *simulator.shared_;
+  return shared.refraction(*shared.sonars.front());
 }
 
 RefractionCounts SimulatorInternals::refraction_counts(const Simulator& simulator) {
   RefractionCounts sum;
-  for (const auto& beam : simulator.worker_->beams) sum += beam.tracer.refraction_counts();
+  for (const auto& beam : simulator.own_->beams) sum += beam.tracer.refraction_counts();
   return sum;
 }
 
 const StageTimes& SimulatorInternals::times(const Simulator& simulator) {
-  return simulator.worker_->times;
+  return simulator.own_->times;
 }
 
 }  // namespace ensonify::engine

@@ -29,8 +29,8 @@ struct SimulatorInternals {
   /// Announces the poses of the pings after the next one: while that is traced, a spare thread
   /// makes the faces ready for them. Keep `poses` and `spare` alive until that ping. The next pose
   /// may be another one.
-  static void expect(Simulator& simulator, std::span<const Pose> poses,
-                     refine::SpareThreads& spare);
+  static void announce(Simulator& simulator, std::span<const Pose> poses,
+                       refine::SpareThreads& spare);
 
   /// Forgets what earlier pings left in the face source. Pings do not depend on it; a block of them
   /// starts with it, so that memory and speed do not either.

@@ -77,7 +77,7 @@ TrackPings::PingRecord TrackPings::record_ping(Simulator& simulator, std::size_t
   if (then == none) return record;  // its row stays empty
   if (spare) {
     const std::size_t last = std::min((block_of(ping) + 1) * block_pings_, poses_.size()) - 1;
-    SimulatorInternals::expect(
+    SimulatorInternals::announce(
         simulator, std::span(sent_).first(sent_until_[last]).subspan(sent_until_[ping]), *spare);
   }
   record.lines = simulator.ping_numbered(poses_[then], then);

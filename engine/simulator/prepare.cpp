@@ -309,6 +309,21 @@ const BedGrid& PreparedSeafloor::bed() const {
   return *bed_;
 }
 
+BedHeight::BedHeight(const PreparedSeafloor& prepared) {
+  if (prepared.seafloor.progressive)
+    plumb_line_.emplace(prepared.seafloor);
+  else
+    grid_ = &prepared.bed();
+}
+
+double BedHeight::height_m(double x_m, double y_m) {
+  return grid_ ? grid_->height_m(x_m, y_m) : plumb_line_->height_m(x_m, y_m);
+}
+
+std::optional<BedPoint> BedHeight::top(double x_m, double y_m) {
+  return grid_ ? grid_->top(x_m, y_m) : plumb_line_->top(x_m, y_m);
+}
+
 std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
                                                          const Preparation& how) {
   refine::thread_count(how.threads);  // refuses a wrong number before any work

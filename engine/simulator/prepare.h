@@ -41,6 +41,20 @@ struct PreparedSeafloor {
   mutable std::optional<BedGrid> bed_;
 };
 
+/// Finds the height of a prepared seafloor's bed: in its progressive mesh, if it has one, otherwise
+/// by PreparedSeafloor::bed(). One thread at a time.
+class BedHeight {
+ public:
+  /// The seafloor must outlive this.
+  explicit BedHeight(const PreparedSeafloor& prepared);
+  double height_m(double x_m, double y_m);
+  std::optional<BedPoint> top(double x_m, double y_m);
+
+ private:
+  const BedGrid* grid_ = nullptr;
+  std::optional<PlumbLine> plumb_line_;  // without a grid
+};
+
 /// Makes a scene's seafloor and, for a surface that needs it, its progressive mesh; or finds both
 /// in the cache; or returns how.seafloor, if there is one. A file in the cache that is damaged or
 /// of something else is made again; one that cannot be written is a warning. Throws what making

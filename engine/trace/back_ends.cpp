@@ -51,10 +51,10 @@ constexpr std::array intersectors{
 };
 
 constexpr std::array surfaces{
-    FaceSourceKind{"static", "all faces, built once", false, false, &make_static_faces},
-    FaceSourceKind{"refined", "the exact faces of a mesh that is refined for each ping", true,
+    FaceSourceKind{static_surface, "all faces, built once", false, false, &make_static_faces},
+    FaceSourceKind{refined_surface, "the exact faces of a mesh that is refined for each ping", true,
                    false, &make_refined_faces},
-    FaceSourceKind{"footprint", "the same faces, found by a query for each ping", true, true,
+    FaceSourceKind{footprint_surface, "the same faces, found by a query for each ping", true, true,
                    &make_footprint_faces},
 };
 

@@ -26,24 +26,23 @@ namespace ensonify::engine {
 class FaceSource {
  public:
   virtual ~FaceSource() = default;
-  /// The intersector over the faces that these fans can touch; valid until the next call.
-  virtual const Intersector& prepare(std::span<const RayFan> fans) = 0;
-  /// The same, but its intersector may have nothing but list_runs(), for each of these fans once:
-  /// cheaper where the echo needs no hits.
-  virtual const Intersector& prepare_runs(std::span<const RayFan> fans) { return prepare(fans); }
-  /// Whether the last call of the two found the runs in place of the triangles.
-  virtual bool found_runs() const { return false; }
+  /// The faces that these fans can touch; valid until the next call.
+  virtual TracedFaces prepare(std::span<const RayFan> fans) = 0;
+  /// The same, or only the runs of these fans (TracedFaces::runs_only): cheaper where the echo
+  /// needs no hits.
+  virtual TracedFaces prepare_runs(std::span<const RayFan> fans) { return prepare(fans); }
   /// Announces the fans of a later ping: what they need is prepared on a spare thread, if there is
   /// one, while the current faces are in use. Returns whether the current faces are enough for
   /// them too; then a still later ping may be announced.
-  virtual bool expect(std::span<const RayFan>, refine::SpareThreads&) { return true; }
-  /// The triangles that the intersector was built over; Hit::index counts in them.
-  virtual refine::Triangles triangles() const = 0;
-  /// A number that changes whenever triangles() changes.
-  virtual std::uint64_t version() const = 0;
+  virtual bool announce(std::span<const RayFan>, refine::SpareThreads&) { return true; }
   /// Forgets all state of earlier pings.
   virtual void reset() {}
 };
+
+// The names of the kinds of face sources.
+inline constexpr std::string_view static_surface = "static";
+inline constexpr std::string_view refined_surface = "refined";
+inline constexpr std::string_view footprint_surface = "footprint";
 
 /// What the workers' face sources share.
 struct FaceSourceParts {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -51,6 +52,14 @@ class Intersector {
   virtual bool list_runs(const RayFan&, FanRuns&) const { return false; }
   /// hits[i] belongs to rays[i]; there are as many hits as rays.
   virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
+};
+
+/// The faces that a ping is traced over.
+struct TracedFaces {
+  const Intersector* intersector = nullptr;
+  refine::Triangles triangles;  ///< that it was built over; Hit::index counts in them
+  std::uint64_t version = 0;    ///< changes whenever the triangles do
+  bool runs_only = false;  ///< the intersector has only list_runs(), for each prepared fan once
 };
 
 /// What an intersector computes with, and so how far off a sound answer may be.

@@ -116,7 +116,7 @@ TEST_CASE(
     before = allocations;
     SimulatorInternals::reset(simulator);
     for (std::size_t i = 0; i < poses.size(); ++i) {
-      SimulatorInternals::expect(simulator, std::span(poses).subspan(i + 1), spare.threads);
+      SimulatorInternals::announce(simulator, std::span(poses).subspan(i + 1), spare.threads);
       simulator.ping_numbered(poses[i], i);
       spare.settle();
     }

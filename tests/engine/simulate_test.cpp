@@ -230,7 +230,7 @@ TEST_CASE("a million rays of each scene have the same hits on each face source, 
     for (std::size_t ping = 0; rays < 1000000; ping = (ping + 7) % track.size()) {
       const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, track[ping]);
       for (FaceSource* surface : {refined.get(), footprint.get()}) {
-        const Intersector& exact = surface->prepare(fans);
+        const Intersector& exact = *surface->prepare(fans).intersector;
         for (const RayFan& fan : fans) {
           expected.resize(fan.grid->rays());
           found.resize(fan.grid->rays());

@@ -62,9 +62,10 @@ class PassingPlate {
   }
   /// With the array's middle at a place along the track.
   double energy(double array_m) {
-    pinger_->aim({.position = {0.0, array_m + sonar_.beam_offset_m(beam_), 0.0}}, altitude_m_);
-    pinger_->trace(*tracer_, bed_.mesh, 0, Side::starboard);
-    pinger_->echo(bed_.mesh, Side::starboard, line_);
+    const BeamAim aim =
+        pinger_->aim({.position = {0.0, array_m + sonar_.beam_offset_m(beam_), 0.0}}, altitude_m_);
+    pinger_->trace(aim, {tracer_.get(), bed_.mesh}, Side::starboard);
+    pinger_->echo(aim, bed_.mesh, Side::starboard, line_);
     CHECK(line_.beam == beam_);
     double sum = 0.0;
     for (const float i : line_.bins.intensity_mean) sum += i;

@@ -76,9 +76,9 @@ class PassingPlate {
     line_.bins.assign(static_cast<std::size_t>(sonar.bins));
   }
   double energy(double along_m) {
-    pinger_.aim({.position = {0.0, along_m, 0.0}}, altitude_m_);
-    pinger_.trace(*tracer_, bed_.mesh, 0, Side::starboard);
-    pinger_.echo(bed_.mesh, Side::starboard, line_);
+    const BeamAim aim = pinger_.aim({.position = {0.0, along_m, 0.0}}, altitude_m_);
+    pinger_.trace(aim, {tracer_.get(), bed_.mesh}, Side::starboard);
+    pinger_.echo(aim, bed_.mesh, Side::starboard, line_);
     double sum = 0.0;
     for (const float i : line_.bins.intensity_mean) sum += i;
     return sum;

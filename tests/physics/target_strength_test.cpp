@@ -69,13 +69,13 @@ EchoLine echo_of(const Body& body, const Sonar& sonar, double range_m) {
   ObjectSurfaces surfaces{&objects, nullptr, smooth};
   surfaces.mirrors = mirrors;
   PingTracer pinger(sonar, {}, alone, tables, {}, nullptr, surfaces);
-  pinger.aim({.position = {-range_m, 0.0, -20.0}}, 10.0);
+  const BeamAim aim = pinger.aim({.position = {-range_m, 0.0, -20.0}}, 10.0);
   EchoLine line;
   line.side = Side::starboard;
   line.bins.assign(static_cast<std::size_t>(sonar.bins));
   const auto tracer = make_intersector("embree", alone.mesh);
-  pinger.trace(*tracer, alone.mesh, 0, line.side);
-  pinger.echo(alone.mesh, line.side, line);
+  pinger.trace(aim, {tracer.get(), alone.mesh}, line.side);
+  pinger.echo(aim, alone.mesh, line.side, line);
   return line;
 }
 

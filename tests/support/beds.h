@@ -58,13 +58,13 @@ inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
   const std::vector<scatter::BackscatterTable> lambert(
       3, scatter::BackscatterTable(scatter::Lambert(-27.0)));
   engine::PingTracer tracer(sonar, medium, bed, lambert);
-  tracer.aim(pose, altitude_m);
+  const engine::BeamAim aim = tracer.aim(pose, altitude_m);
   std::array<engine::EchoLine, 2> lines;
   for (const engine::Side side : {engine::Side::port, engine::Side::starboard}) {
     engine::EchoLine& line = lines[static_cast<std::size_t>(side)];
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
-    tracer.trace(*intersector, bed.mesh, 0, side);
-    tracer.echo(bed.mesh, side, line);
+    tracer.trace(aim, {intersector.get(), bed.mesh}, side);
+    tracer.echo(aim, bed.mesh, side, line);
   }
   return lines;
 }

@@ -18,8 +18,7 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
       layouts_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
       surfaces_(surfaces),
       former_(sonar, medium, seafloor, material_tables, moving, surfaces,
-              sonar.beam_offset_m(beam)),
-      lists_(refraction.lists) {
+              sonar.beam_offset_m(beam)) {
   if (refraction.mode == RefractionMode::time_only)
     travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);
   if (refraction.mode != RefractionMode::full) return;
@@ -30,7 +29,7 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
   }
   layouts_.bend(*refraction.profile, medium.sound_speed_mps);
   refracted_.emplace(*refraction.profile, refraction.highest_m, refraction.deepest_m,
-                     medium.sound_speed_mps);
+                     medium.sound_speed_mps, refraction.lists);
 }
 
 /// The range of the nearest thing: an object, or else the bed.
@@ -41,43 +40,41 @@ double PingTracer::nearest_m(const Eigen::Vector3d& from, double nearest_bed_m) 
   return nearest_m;
 }
 
-std::span<const RayFan> PingTracer::aim(const Pose& pose, double altitude_m, double nearest_bed_m,
-                                        const std::array<double, 2>& rise_rad) {
+BeamAim PingTracer::aim(const Pose& pose, double altitude_m, double nearest_bed_m,
+                        const std::array<double, 2>& rise_rad) {
   const double near_m = nearest_m(pose.position, std::min(altitude_m, nearest_bed_m));
-  layouts_.keep_few();
+  BeamAim aim{.altitude_m = altitude_m};
   for (const Side side : sides_) {
     const auto i = static_cast<std::size_t>(side);
-    const ReceiverMotion& motion = receptions_[i] =
+    const ReceiverMotion& motion = aim.motions[i] =
         receiver_motion(pose, side, range_m_, sound_speed_mps_);
-    aims_[i] = &layouts_.at(altitude_m, near_m, roll_tilt_rad(pose, side),
-                            std::abs(motion.drift_along) + range_m_ * motion.array_turn.norm(),
-                            rise_rad[i], -pose.position.z());
-    fans_[i] = place_fan(*aims_[i], pose, side, range_m_);
-    fans_[i].bend = bend_;
-    hits_.resize(fans_[i].grid->rays());
+    aim.layouts[i] = layouts_.at(altitude_m, near_m, roll_tilt_rad(pose, side),
+                                 std::abs(motion.drift_along) + range_m_ * motion.array_turn.norm(),
+                                 rise_rad[i], -pose.position.z());
+    aim.fans[i] = place_fan(*aim.layouts[i], pose, side, range_m_);
+    aim.fans[i].bend = bend_;
   }
-  return std::span(fans_).subspan(static_cast<std::size_t>(sides_.front()), sides_.size());
+  return aim;
 }
 
-void PingTracer::trace(const Intersector& intersector, refine::Triangles triangles,
-                       std::uint64_t version, Side side) {
-  const RayFan& fan = fans_[static_cast<std::size_t>(side)];
-  if (refracted_)
-    return refracted_->trace(fan, lists_ ? &intersector : nullptr, triangles, version, hits_);
-  if (!travel_time_ && intersector.list_runs(fan, runs_)) return;
-  intersector.intersect(fan, hits_);
+void PingTracer::trace(const BeamAim& aim, const TracedFaces& faces, Side side) {
+  const RayFan& fan = aim.fans[static_cast<std::size_t>(side)];
+  if (!needs_hits() && faces.intersector->list_runs(fan, runs_)) return;
+  hits_.resize(fan.grid->rays());
+  if (refracted_) return refracted_->trace(fan, faces, hits_);
+  faces.intersector->intersect(fan, hits_);
   if (travel_time_)
     travel_time_->apply(fan, hits_);
   else
-    runs_.take(fan, triangles, hits_);
+    runs_.take(fan, faces.triangles, hits_);
 }
 
-const FanRuns& PingTracer::runs(refine::Triangles triangles, Side side) {
-  if (travel_time_) runs_.take(fan(side), triangles, hits_);
+const FanRuns& PingTracer::runs(const BeamAim& aim, refine::Triangles triangles, Side side) {
+  if (travel_time_) runs_.take(aim.fans[static_cast<std::size_t>(side)], triangles, hits_);
   return runs_;
 }
 
-void PingTracer::echo(refine::Triangles triangles, Side side, EchoLine& line) {
+void PingTracer::echo(const BeamAim& aim, refine::Triangles triangles, Side side, EchoLine& line) {
   line.side = side;
   line.beam = beam_;
   const auto i = static_cast<std::size_t>(side);
@@ -85,9 +82,9 @@ void PingTracer::echo(refine::Triangles triangles, Side side, EchoLine& line) {
   if (refracted_) incidences = &*refracted_;
   if (travel_time_) incidences = &*travel_time_;
   if (incidences)
-    former_.form(fans_[i], *aims_[i], receptions_[i], triangles, hits_, *incidences, line);
+    former_.form(aim.fans[i], *aim.layouts[i], aim.motions[i], triangles, hits_, *incidences, line);
   else
-    former_.form(fans_[i], *aims_[i], receptions_[i], triangles, runs_, line);
+    former_.form(aim.fans[i], *aim.layouts[i], aim.motions[i], triangles, runs_, line);
 }
 
 }  // namespace ensonify::engine

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -26,6 +26,14 @@ struct Refraction {
   bool lists = true;       ///< the intersectors answer lists of rays
 };
 
+/// Where the sides of one beam look at a ping; nothing for a side that the sonar does not have.
+struct BeamAim {
+  double altitude_m = 0.0;                                  ///< over the bed
+  std::array<RayFan, 2> fans;                               ///< by side
+  std::array<std::shared_ptr<const RayLayout>, 2> layouts;  ///< of these
+  std::array<ReceiverMotion, 2> motions;                    ///< of the receivers
+};
+
 /// One beam of a sonar on one thread: places its fans, traces them, and forms the expected echo. It
 /// keeps its memory from ping to ping.
 class PingTracer {
@@ -39,29 +47,22 @@ class PingTracer {
 
   /// Places the fans of its sides for the sonar's own pose, at the beam's offset along the array,
   /// and its altitude over the bed; and for the range of the nearest bed, if that is less.
-  /// rise_rad: how far above the horizontal the bed reaches on either side, 0 if not. Returns them,
-  /// port first; valid until the next call.
-  std::span<const RayFan> aim(const Pose& pose, double altitude_m,
-                              double nearest_bed_m = std::numeric_limits<double>::infinity(),
-                              const std::array<double, 2>& rise_rad = {});
+  /// rise_rad: how far above the horizontal the bed reaches on either side, 0 if not.
+  BeamAim aim(const Pose& pose, double altitude_m,
+              double nearest_bed_m = std::numeric_limits<double>::infinity(),
+              const std::array<double, 2>& rise_rad = {});
 
   /// Whether its rays bend or have other travel times, so that runs are not enough for trace().
   bool needs_hits() const { return refracted_ || travel_time_; }
 
-  /// Finds what the fan of one side hits of the intersector's triangles. Triangles of one version
-  /// are the same ones.
-  void trace(const Intersector& intersector, refine::Triangles triangles, std::uint64_t version,
-             Side side);
-  /// The runs of the side that was traced last, over these triangles; valid until the next call.
-  /// Not for bent rays.
-  const FanRuns& runs(refine::Triangles triangles, Side side);
-  /// The fan of one side, as aim() placed it.
-  const RayFan& fan(Side side) const { return fans_[static_cast<std::size_t>(side)]; }
-  /// How the receiver of each side moves, as aim() found it.
-  const std::array<ReceiverMotion, 2>& receptions() const { return receptions_; }
-  /// Forms the expected echo of the side that was traced last, over these triangles. Sets the side
-  /// and the beam of the line.
-  void echo(refine::Triangles triangles, Side side, EchoLine& line);
+  /// Finds what the fan of one side hits. The aim and the faces must stay until its echo() and
+  /// runs(), which take the same ones.
+  void trace(const BeamAim& aim, const TracedFaces& faces, Side side);
+  /// The runs of the side that was traced last; valid until the next call. Not for bent rays.
+  const FanRuns& runs(const BeamAim& aim, refine::Triangles triangles, Side side);
+  /// Forms the expected echo of the side that was traced last. Sets the side and the beam of the
+  /// line.
+  void echo(const BeamAim& aim, refine::Triangles triangles, Side side, EchoLine& line);
   /// How its refracted rays were decided, all of them since it was made.
   RefractionCounts refraction_counts() const {
     return refracted_ ? refracted_->counts() : RefractionCounts{};
@@ -77,15 +78,11 @@ class PingTracer {
   RayLayouts layouts_;
   ObjectSurfaces surfaces_;
   EchoFormer former_;
-  std::array<const RayLayout*, 2> aims_{};
-  std::array<RayFan, 2> fans_;
-  std::array<ReceiverMotion, 2> receptions_;
   FanBend bend_;
   std::optional<RefractedTracer> refracted_;  // at most one of the two
   std::optional<TravelTime> travel_time_;
   FanRuns runs_;  // of straight rays
   std::vector<Hit> hits_;
-  bool lists_;
 };
 
 }  // namespace ensonify::engine

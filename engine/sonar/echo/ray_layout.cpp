@@ -184,8 +184,10 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double ra
           c * abeam + s * down, s * abeam - c * down,          range_m};
 }
 
-const RayLayout& RayLayouts::at(double altitude_m, double nearest_m, double roll_tilt_rad,
-                                double drift_rad, double rise_rad, double depth_m) {
+std::shared_ptr<const RayLayout> RayLayouts::at(double altitude_m, double nearest_m,
+                                                double roll_tilt_rad, double drift_rad,
+                                                double rise_rad, double depth_m) {
+  constexpr std::size_t max_kept = 256;  // reached over a bed that rises, or where rays bend
   constexpr double steps_per_octave = 4.0;
   constexpr double roll_tilt_step_rad = 0.008726646259971648;  // half a degree
   constexpr double drift_step_rad = 1e-3;
@@ -213,30 +215,29 @@ const RayLayout& RayLayouts::at(double altitude_m, double nearest_m, double roll
       profile_ ? static_cast<int>(std::lround(std::max(depth_m, 0.0) / depth_step_m)) : 0;
   const std::array key{step,      nearest_step, roll_tilt_step, drift_step,
                        rise_step, depth_step,   bent_step};
-  auto found = made_.find(key);
-  if (found == made_.end()) {
-    std::span<const LaunchRange> bent;
-    if (profile_) {
-      const auto [ranges, is_new] = bent_.try_emplace({step, bent_step, depth_step});
-      if (is_new) {
-        ranges->second = bent_ranges(*profile_, {.source_depth_m = depth_step * depth_step_m,
-                                                 .height_m = bent_height_m,
-                                                 .reference_mps = reference_mps_,
-                                                 .range_m = sonar_.range_m});
-        for (LaunchRange& launch : ranges->second)
-          launch.range_over_height *= bent_height_m / height_m;
-      }
-      bent = ranges->second;
-    }
-    found = made_
-                .emplace(key, make_ray_layout(sonar_, wavelength_m_, sonar_.range_m / height_m,
-                                              roll_tilt_step * roll_tilt_step_rad,
-                                              drift_step * drift_step_rad,
-                                              std::exp2((nearest_step - step) / steps_per_octave),
-                                              rise_step * rise_step_rad, bent))
-                .first;
+  const auto found = made_.find(key);
+  if (found != made_.end()) return found->second;
+  if (made_.size() >= max_kept) {
+    made_.clear();
+    bent_.clear();
   }
-  return found->second;
+  std::span<const LaunchRange> bent;
+  if (profile_) {
+    const auto [ranges, is_new] = bent_.try_emplace({step, bent_step, depth_step});
+    if (is_new) {
+      ranges->second = bent_ranges(*profile_, {.source_depth_m = depth_step * depth_step_m,
+                                               .height_m = bent_height_m,
+                                               .reference_mps = reference_mps_,
+                                               .range_m = sonar_.range_m});
+      for (LaunchRange& launch : ranges->second)
+        launch.range_over_height *= bent_height_m / height_m;
+    }
+    bent = ranges->second;
+  }
+  return made_[key] = std::make_shared<const RayLayout>(make_ray_layout(
+             sonar_, wavelength_m_, sonar_.range_m / height_m, roll_tilt_step * roll_tilt_step_rad,
+             drift_step * drift_step_rad, std::exp2((nearest_step - step) / steps_per_octave),
+             rise_step * rise_step_rad, bent));
 }
 
 }  // namespace ensonify::engine

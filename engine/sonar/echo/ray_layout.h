@@ -80,19 +80,12 @@ class RayLayouts {
     profile_ = &profile;
     reference_mps_ = reference_mps;
   }
-  /// Drops the layouts if there are many, as over a bed that rises or where rays bend.
-  void keep_few() {
-    if (made_.size() <= most) return;
-    made_.clear();
-    bent_.clear();
-  }
-  /// The layout stays until keep_few(). nearest_m: the range of the nearest thing, at most the
-  /// altitude. rise_rad: as in make_ray_layout(). The sonar's depth matters where rays bend.
-  const RayLayout& at(double altitude_m, double nearest_m, double roll_tilt_rad, double drift_rad,
-                      double rise_rad, double depth_m);
+  /// nearest_m: the range of the nearest thing, at most the altitude. rise_rad: as in
+  /// make_ray_layout(). The sonar's depth matters where rays bend.
+  std::shared_ptr<const RayLayout> at(double altitude_m, double nearest_m, double roll_tilt_rad,
+                                      double drift_rad, double rise_rad, double depth_m);
 
  private:
-  static constexpr std::size_t most = 256;
   Sonar sonar_;
   double wavelength_m_;
   const scatter::SoundSpeedProfile* profile_ = nullptr;  // if rays bend
@@ -101,7 +94,7 @@ class RayLayouts {
   std::map<std::array<int, 3>, std::vector<LaunchRange>> bent_;
   /// By steps of altitude, nearest range, tilt, drift and rise; and for bent rays of depth and
   /// finer steps of altitude.
-  std::map<std::array<int, 7>, RayLayout> made_;
+  std::map<std::array<int, 7>, std::shared_ptr<const RayLayout>> made_;
 };
 
 }  // namespace ensonify::engine

@@ -180,7 +180,7 @@ class Comparison {
     for (std::size_t ping = 0; ping < pings.size() && !stopped_; ++ping) {
       const auto look_ahead = [&](FaceSource& surface) {
         for (std::size_t next = ping + 1; next < pings.size() && spare.any(); ++next)
-          if (!surface.expect(pings[next], spare)) return;
+          if (!surface.announce(pings[next], spare)) return;
       };
       worker.compare_ping(pings[ping], item.number, look_ahead, tallies);
       rays += rays_of(pings[ping]);

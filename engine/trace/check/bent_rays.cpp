@@ -124,11 +124,11 @@ std::vector<BentRay> BentReference::trace_some(const RayFan& fan, std::uint64_t 
 }
 
 void BentReference::compare(const RayFan& fan, std::span<const BentRay> some,
-                            RefractedTracer& tracer, const Intersector* lists,
-                            refine::Triangles triangles, std::uint64_t version,
+                            RefractedTracer& tracer, const TracedFaces& faces,
                             AgreementCounts& tally) const {
   std::vector<Hit> hits(fan.grid->rays());
-  tracer.trace(fan, lists, triangles, version, hits);
+  const refine::Triangles& triangles = faces.triangles;
+  tracer.trace(fan, faces, hits);
   for (const BentRay& ray : some) {
     Hit& found = hits[ray.number];
     if (found) tracer.incidence_of(ray.number, found);

@@ -44,11 +44,10 @@ class BentReference {
   std::vector<BentRay> trace_some(const RayFan& fan, std::uint64_t every,
                                   std::uint64_t& turn) const;
 
-  /// Traces the fan with a run's tracer and compares the hits of `some` of its rays. The last four
-  /// arguments but the counts are those of RefractedTracer::trace().
+  /// Traces the fan over these faces with a run's tracer, and compares the hits of `some` of its
+  /// rays.
   void compare(const RayFan& fan, std::span<const BentRay> some, RefractedTracer& tracer,
-               const Intersector* lists, refine::Triangles triangles, std::uint64_t version,
-               AgreementCounts& tally) const;
+               const TracedFaces& faces, AgreementCounts& tally) const;
   /// Judges the hit that a run finds for a bent ray. A run decides within a millimetre which face a
   /// ray hits: so a tie is another face within a millimetre, an end is a hit or a miss within a
   /// millimetre of the range, and an edge is what this reference finds for a ray that passes a

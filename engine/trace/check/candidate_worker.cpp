@@ -16,7 +16,7 @@ bool takes_lists(FaceSource& surface) {
   const Ray ray;
   Hit hit;
   try {
-    surface.prepare({}).intersect({&ray, 1}, {&hit, 1});
+    surface.prepare({}).intersector->intersect({&ray, 1}, {&hit, 1});
     return true;
   } catch (const std::invalid_argument&) {
     return false;  // a back-end for fans only
@@ -58,11 +58,11 @@ void CandidateWorker::reset() {
 void CandidateWorker::compare_ping(std::span<const RayFan> fans, std::uint64_t number,
                                    const std::function<void(FaceSource&)>& look_ahead,
                                    std::span<AgreementCounts> tallies) {
-  ask(reference_, fans);
+  find_expected(reference_, fans);
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
-    const Intersector& intersector = prepare(c, *surfaces_[c], fans, comparisons_[c]);
+    const TracedFaces faces = prepare(c, *surfaces_[c], fans, comparisons_[c]);
     look_ahead(*surfaces_[c]);
-    compare_candidate(c, *surfaces_[c], intersector, fans, number, comparisons_[c], tallies[c]);
+    compare_candidate(c, faces, fans, number, comparisons_[c], tallies[c]);
   }
 }
 
@@ -73,21 +73,19 @@ void CandidateWorker::compare_bent(std::span<const RayFan> fans, const BentRefer
   for (const RayFan& fan : fans) some.push_back(reference.trace_some(fan, every, turn));
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
     if (!bent_tracers_[c]) continue;
-    const Intersector& intersector = surfaces_[c]->prepare(fans);
+    const TracedFaces faces = surfaces_[c]->prepare(fans);
     for (std::size_t i = 0; i < fans.size(); ++i)
-      reference.compare(fans[i], some[i], *bent_tracers_[c],
-                        takes_lists_[c] ? &intersector : nullptr, surfaces_[c]->triangles(),
-                        surfaces_[c]->version(), tallies[c]);
+      reference.compare(fans[i], some[i], *bent_tracers_[c], faces, tallies[c]);
   }
 }
 
 void CandidateWorker::compare_fan(const RayFan& fan, std::uint64_t number,
                                   std::span<AgreementCounts> tallies) {
   const std::span<const RayFan> fans(&fan, 1);
-  ask(reference_, fans);
+  find_expected(reference_, fans);
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
     const auto compare_on = [&](FaceSource& surface) {
-      compare_candidate(c, surface, prepare(c, surface, fans, comparisons_[c]), fans, number,
+      compare_candidate(c, prepare(c, surface, fans, comparisons_[c]), fans, number,
                         comparisons_[c], tallies[c]);
     };
     if (candidates_[c].has_every_face) {
@@ -99,7 +97,7 @@ void CandidateWorker::compare_fan(const RayFan& fan, std::uint64_t number,
   }
 }
 
-void CandidateWorker::ask(const Intersector& reference, std::span<const RayFan> fans) {
+void CandidateWorker::find_expected(const Intersector& reference, std::span<const RayFan> fans) {
   expected_.resize(fans.size());
   for (std::size_t i = 0; i < fans.size(); ++i) {
     expected_[i].resize(fans[i].grid->rays());
@@ -108,50 +106,44 @@ void CandidateWorker::ask(const Intersector& reference, std::span<const RayFan> 
 }
 
 /// Runs are listed only where all rays are compared.
-const Intersector& CandidateWorker::prepare(std::size_t c, FaceSource& surface,
-                                            std::span<const RayFan> fans,
-                                            FanComparison& comparison) {
+TracedFaces CandidateWorker::prepare(std::size_t c, FaceSource& surface,
+                                     std::span<const RayFan> fans, FanComparison& comparison) {
   return candidates_[c].every == 1 ? comparison.prepare(surface, fans) : surface.prepare(fans);
 }
 
-void CandidateWorker::compare_candidate(std::size_t c, FaceSource& surface,
-                                        const Intersector& intersector,
+void CandidateWorker::compare_candidate(std::size_t c, const TracedFaces& faces,
                                         std::span<const RayFan> fans, std::uint64_t number,
                                         FanComparison& comparison, AgreementCounts& tally) {
-  const refine::Triangles triangles = surface.triangles();
+  const std::uint64_t every = candidates_[c].every;
   PingHits& own_hits = hits_[c];
   own_hits.resize(fans.size());
   for (std::size_t i = 0; i < fans.size(); ++i) {
     const bool has_twin = twins_[c] != c;
-    const std::span<const Hit> of_static =
+    const std::span<const Hit> on_static =
         has_twin ? std::span<const Hit>(hits_[twins_[c]][i]) : std::span<const Hit>();
-    if (candidates_[c].every == 1)
-      comparison.fan(i, intersector, triangles, fans[i], expected_[i], of_static, tally);
-    else
-      compare_some(c, intersector, triangles, fans[i], number, expected_[i], of_static, comparison,
-                   tally);
+    if (every == 1) {
+      comparison.fan(i, faces, fans[i], {expected_[i], on_static}, tally);
+    } else {
+      choose(fans[i], expected_[i], every, number);
+      comparison.list(faces, chosen_, {expected_of_chosen_, on_static}, tally);
+    }
     if (candidates_[c].has_every_face)
       own_hits[i].assign(comparison.found().begin(), comparison.found().end());
   }
 }
 
-/// Compares every n-th ray; the first one varies, so that all kinds of rays are compared.
-void CandidateWorker::compare_some(std::size_t c, const Intersector& intersector,
-                                   refine::Triangles triangles, const RayFan& fan,
-                                   std::uint64_t number, std::span<const Hit> expected,
-                                   std::span<const Hit> of_static, FanComparison& comparison,
-                                   AgreementCounts& tally) {
-  const std::uint64_t every = candidates_[c].every;
-  asked_.clear();
-  expected_of_asked_.clear();
+/// Chooses every n-th ray; the first one varies, so that all kinds of rays are compared.
+void CandidateWorker::choose(const RayFan& fan, std::span<const Hit> expected, std::uint64_t every,
+                             std::uint64_t number) {
+  chosen_.clear();
+  expected_of_chosen_.clear();
   std::uint64_t turn = first_turn(number, every);
   for (std::size_t plane = 0; plane < fan.planes(); ++plane)
     for (std::size_t j = 0; j < fan.elevations(); ++j)
       if (fan.grid->within_beam(plane, j) && turn++ % every == 0) {
-        asked_.push_back(fan.ray(plane, j));
-        expected_of_asked_.push_back(expected[plane * fan.elevations() + j]);
+        chosen_.push_back(fan.ray(plane, j));
+        expected_of_chosen_.push_back(expected[plane * fan.elevations() + j]);
       }
-  comparison.list(intersector, triangles, asked_, expected_of_asked_, of_static, tally);
 }
 
 void CandidateWorker::compare_list(std::span<const Ray> rays, std::uint64_t number,
@@ -162,28 +154,26 @@ void CandidateWorker::compare_list(std::span<const Ray> rays, std::uint64_t numb
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
     if (!candidates_[c].has_every_face || !takes_lists_[c]) continue;
     const std::uint64_t every = candidates_[c].every;
-    asked_.clear();
-    expected_of_asked_.clear();
+    chosen_.clear();
+    expected_of_chosen_.clear();
     for (std::size_t i = first_turn(number, every); i < rays.size(); i += every) {
-      asked_.push_back(rays[i]);
-      expected_of_asked_.push_back(expected_[0][i]);
+      chosen_.push_back(rays[i]);
+      expected_of_chosen_.push_back(expected_[0][i]);
     }
-    const Intersector& intersector = surfaces_[c]->prepare({});
-    comparisons_[c].list(intersector, surfaces_[c]->triangles(), asked_, expected_of_asked_, {},
-                         tallies[c]);
+    comparisons_[c].list(surfaces_[c]->prepare({}), chosen_, {expected_of_chosen_, {}}, tallies[c]);
   }
 }
 
 void CandidateWorker::put_bodies(std::span<const RayFan> fans, std::uint64_t seed,
                                  std::uint64_t number, std::uint64_t ping) {
-  ask(reference_, fans);
+  find_expected(reference_, fans);
   const bool first = bodies_.empty();
   bodies_.clear();
   for (std::uint64_t i = 0; i < tetrahedra; ++i)
     bodies_.emplace_back(
         fans[i % fans.size()], expected_[i % fans.size()],
         RandomStream(seed, Purpose::agreement, {3, number, ping * tetrahedra + i}));
-  for (const auto& surface : surfaces_) put(bodies_, first, *surface);
+  for (const auto& surface : surfaces_) (first ? add_bodies : replace_bodies)(bodies_, *surface);
 }
 
 void CandidateWorker::compare_with_bodies(std::span<const RayFan> fans, std::uint64_t number,
@@ -194,11 +184,11 @@ void CandidateWorker::compare_with_bodies(std::span<const RayFan> fans, std::uin
   append(bodies_, static_cast<std::uint32_t>(mesh.faces.size()), near);
   const auto reference = make_intersector(reference_intersector, near.triangles());
   const Judge judge(near.triangles(), *reference, bounds);
-  ask(*reference, fans);
+  find_expected(*reference, fans);
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
     FanComparison comparison(judge, candidates_[c].precision);
-    compare_candidate(c, *surfaces_[c], prepare(c, *surfaces_[c], fans, comparison), fans, number,
-                      comparison, tallies[c]);
+    compare_candidate(c, prepare(c, *surfaces_[c], fans, comparison), fans, number, comparison,
+                      tallies[c]);
   }
 }
 

@@ -88,16 +88,13 @@ class CandidateWorker {
   /// Hits of all fans of a ping, by ray number.
   using PingHits = std::vector<std::vector<Hit>>;
 
-  void ask(const Intersector& reference, std::span<const RayFan> fans);
-  const Intersector& prepare(std::size_t c, FaceSource& surface, std::span<const RayFan> fans,
-                             FanComparison& comparison);
-  void compare_candidate(std::size_t c, FaceSource& surface, const Intersector& intersector,
-                         std::span<const RayFan> fans, std::uint64_t number,
-                         FanComparison& comparison, AgreementCounts& tally);
-  void compare_some(std::size_t c, const Intersector& intersector, refine::Triangles triangles,
-                    const RayFan& fan, std::uint64_t number, std::span<const Hit> expected,
-                    std::span<const Hit> of_static, FanComparison& comparison,
-                    AgreementCounts& tally);
+  void find_expected(const Intersector& reference, std::span<const RayFan> fans);
+  TracedFaces prepare(std::size_t c, FaceSource& surface, std::span<const RayFan> fans,
+                      FanComparison& comparison);
+  void compare_candidate(std::size_t c, const TracedFaces& faces, std::span<const RayFan> fans,
+                         std::uint64_t number, FanComparison& comparison, AgreementCounts& tally);
+  void choose(const RayFan& fan, std::span<const Hit> expected, std::uint64_t every,
+              std::uint64_t number);
 
   const Judge& judge_;
   const Intersector& reference_;
@@ -114,8 +111,8 @@ class CandidateWorker {
   std::vector<Tetrahedron> bodies_;
   // Memory.
   PingHits expected_;
-  std::vector<Ray> asked_;
-  std::vector<Hit> expected_of_asked_;
+  std::vector<Ray> chosen_;
+  std::vector<Hit> expected_of_chosen_;
 };
 
 }  // namespace ensonify::engine

@@ -34,12 +34,12 @@ AgreementCounts& AgreementCounts::operator+=(const AgreementCounts& other) {
   return *this;
 }
 
-const Intersector& FanComparison::prepare(FaceSource& surface, std::span<const RayFan> fans) {
-  const Intersector& of_runs = surface.prepare_runs(fans);
+TracedFaces FanComparison::prepare(FaceSource& surface, std::span<const RayFan> fans) {
+  const TracedFaces faces = surface.prepare_runs(fans);
   runs_.resize(fans.size());
   for (std::size_t i = 0; i < fans.size(); ++i) {
-    runs_[i].listed = of_runs.list_runs(fans[i], runs_[i].runs);
-    if (runs_[i].listed) check_indices(surface.triangles(), runs_[i]);
+    runs_[i].listed = faces.intersector->list_runs(fans[i], runs_[i].runs);
+    if (runs_[i].listed) check_indices(faces.triangles, runs_[i]);
   }
   return surface.prepare(fans);
 }
@@ -50,16 +50,14 @@ void FanComparison::check_indices(refine::Triangles triangles, Runs& of) const {
     of.wrong_index[run] = !leads_to_face(triangles, of.runs.index[run], of.runs.face[run]);
 }
 
-void FanComparison::fan(std::size_t number_of_fan, const Intersector& intersector,
-                        refine::Triangles triangles, const RayFan& fan,
-                        std::span<const Hit> expected, std::span<const Hit> of_static,
-                        AgreementCounts& tally) {
+void FanComparison::fan(std::size_t number_of_fan, const TracedFaces& faces, const RayFan& fan,
+                        const ExpectedHits& expected, AgreementCounts& tally) {
   found_.resize(fan.grid->rays());
-  intersector.intersect(fan, found_);
+  faces.intersector->intersect(fan, found_);
   Runs& of = runs_[number_of_fan];
   if (!of.listed) {
-    of.runs.take(fan, triangles, found_);
-    check_indices(triangles, of);
+    of.runs.take(fan, faces.triangles, found_);
+    check_indices(faces.triangles, of);
   }
   const FanRuns& runs = of.runs;
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
@@ -73,30 +71,30 @@ void FanComparison::fan(std::size_t number_of_fan, const Intersector& intersecto
       const Hit& hit = found_[number];
       if (!fan.grid->within_beam(plane, j) && !hit && run_of_[j] == no_run) continue;
       const Ray ray = fan.ray(plane, j);
-      const bool index = leads_to_face(triangles, hit);
-      const bool run = run_agrees(fan, j, of, run_of_[j], ray, expected[number], hit);
-      const bool like = of_static.empty() || same_bits(of_static[number], hit);
+      const Hit& by_reference = expected.by_reference[number];
+      const bool index = leads_to_face(faces.triangles, hit);
+      const bool run = run_agrees(fan, j, of, run_of_[j], ray, by_reference, hit);
+      const bool like = expected.on_static.empty() || same_bits(expected.on_static[number], hit);
       tally.wrong_index += !index;
       tally.wrong_run += !run;
       tally.unlike_static += !like;
-      add(ray, expected[number], hit, index && run && (like || precision_ == Precision::in_float),
+      add(ray, by_reference, hit, index && run && (like || precision_ == Precision::in_float),
           tally);
     }
   }
 }
 
-void FanComparison::list(const Intersector& intersector, refine::Triangles triangles,
-                         std::span<const Ray> rays, std::span<const Hit> expected,
-                         std::span<const Hit> of_static, AgreementCounts& tally) {
+void FanComparison::list(const TracedFaces& faces, std::span<const Ray> rays,
+                         const ExpectedHits& expected, AgreementCounts& tally) {
   found_.resize(rays.size());
-  intersector.intersect(rays, found_);
+  faces.intersector->intersect(rays, found_);
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const bool index = leads_to_face(triangles, found_[i]);
-    const bool like = of_static.empty() || same_bits(of_static[i], found_[i]);
+    const bool index = leads_to_face(faces.triangles, found_[i]);
+    const bool like = expected.on_static.empty() || same_bits(expected.on_static[i], found_[i]);
     tally.wrong_index += !index;
     tally.unlike_static += !like;
-    add(rays[i], expected[i], found_[i], index && (like || precision_ == Precision::in_float),
-        tally);
+    add(rays[i], expected.by_reference[i], found_[i],
+        index && (like || precision_ == Precision::in_float), tally);
   }
 }
 

@@ -50,6 +50,12 @@ void for_each_count(Counts& counts, F&& f) {
   for (std::size_t i = 0; i < verdict_names.size(); ++i) f(verdict_names[i], counts.verdicts[i]);
 }
 
+/// What the hits of some rays are compared with.
+struct ExpectedHits {
+  std::span<const Hit> by_reference;
+  std::span<const Hit> on_static;  ///< the same intersector's on the static faces, or empty
+};
+
 /// Compares the answers of one intersector with the reference's and counts the verdicts. An answer
 /// is also unexplained if Hit::index does not lead to the face; if the run that the echo gets does
 /// not match the hit; and, unless the intersector computes in float, if its bits differ from those
@@ -60,18 +66,15 @@ class FanComparison {
   FanComparison(const Judge& judge, Precision precision) : judge_(&judge), precision_(precision) {}
 
   /// Prepares the face source for the fans of a ping, and keeps their runs as the echo gets them.
-  /// Returns the intersector for fan().
-  const Intersector& prepare(FaceSource& surface, std::span<const RayFan> fans);
+  /// Returns the faces for fan().
+  TracedFaces prepare(FaceSource& surface, std::span<const RayFan> fans);
   /// All rays of the fan with this number within its beam; a ray outside counts only if it hits,
-  /// which it must not. `triangles` are those that were traced, `expected` the reference's hits by
-  /// ray number, `of_static` the same intersector's hits on the static faces, or empty. Afterwards
-  /// found() are the hits.
-  void fan(std::size_t number, const Intersector& intersector, refine::Triangles triangles,
-           const RayFan& fan, std::span<const Hit> expected, std::span<const Hit> of_static,
-           AgreementCounts& tally);
+  /// which it must not. `expected` by ray number. Afterwards found() are the hits.
+  void fan(std::size_t number, const TracedFaces& faces, const RayFan& fan,
+           const ExpectedHits& expected, AgreementCounts& tally);
   /// The same for a list of rays.
-  void list(const Intersector& intersector, refine::Triangles triangles, std::span<const Ray> rays,
-            std::span<const Hit> expected, std::span<const Hit> of_static, AgreementCounts& tally);
+  void list(const TracedFaces& faces, std::span<const Ray> rays, const ExpectedHits& expected,
+            AgreementCounts& tally);
   std::span<const Hit> found() const { return found_; }
 
  private:

@@ -16,13 +16,13 @@ AgreementCounts compare_ping(FaceSource& surface, const CheckedMesh& mesh,
   const auto reference = make_intersector(reference_intersector, near.triangles());
   const Judge judge(near.triangles(), *reference, mesh.bounds);
   FanComparison comparison(judge, precision);
-  const Intersector& intersector = comparison.prepare(surface, fans);
+  const TracedFaces faces = comparison.prepare(surface, fans);
   AgreementCounts counts;
   std::vector<Hit> expected;
   for (std::size_t i = 0; i < fans.size(); ++i) {
     expected.resize(fans[i].grid->rays());
     reference->intersect(fans[i], expected);
-    comparison.fan(i, intersector, surface.triangles(), fans[i], expected, {}, counts);
+    comparison.fan(i, faces, fans[i], {expected, {}}, counts);
   }
   return counts;
 }

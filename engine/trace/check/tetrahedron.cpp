@@ -27,15 +27,21 @@ Tetrahedron::Tetrahedron(const RayFan& fan, std::span<const Hit> hits, const Ran
                 .faces = {{0, 1, 2}}};
 }
 
-void put(std::span<const Tetrahedron> bodies, bool first, FacesWithBodies& surface) {
+void add_bodies(std::span<const Tetrahedron> bodies, FacesWithBodies& surface) {
+  for (const Tetrahedron& body : bodies)
+    for (const refine::TriangleMesh& face : body.faces) surface.add(face, body.place);
+}
+
+void replace_bodies(std::span<const Tetrahedron> bodies, FacesWithBodies& surface) {
   std::size_t number = 0;
   for (const Tetrahedron& body : bodies)
     for (const refine::TriangleMesh& face : body.faces) {
-      if (!first && number % 3 == 1) surface.remove(number);  // then add() gets this number
-      if (first || number % 3 == 1)
-        surface.add(face, body.place);
-      else
+      if (number % 3 == 1) {
+        surface.remove(number);
+        surface.add(face, body.place);  // gets the same number
+      } else {
         surface.move(number, body.place);
+      }
       ++number;
     }
 }

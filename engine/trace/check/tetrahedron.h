@@ -25,9 +25,11 @@ struct Tetrahedron {
   Tetrahedron(const RayFan& fan, std::span<const Hit> hits, const RandomStream& stream);
 };
 
-/// Puts the tetrahedra in front of a face source. `first`: it has no bodies yet. Otherwise they
-/// replace as many others: most bodies move, every third is removed and added again.
-void put(std::span<const Tetrahedron> bodies, bool first, FacesWithBodies& surface);
+/// Adds the tetrahedra to a face source that has no bodies yet.
+void add_bodies(std::span<const Tetrahedron> bodies, FacesWithBodies& surface);
+/// Puts them in the place of as many others: most bodies move, every third is removed and added
+/// again.
+void replace_bodies(std::span<const Tetrahedron> bodies, FacesWithBodies& surface);
 
 /// Appends their triangles with the numbers from `number` on, which must be above all others.
 void append(std::span<const Tetrahedron> bodies, std::uint32_t number, NearFaces& near);

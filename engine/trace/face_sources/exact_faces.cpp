@@ -159,7 +159,7 @@ class ExactFaces final : public FaceSource {
     stages_[turn_].intersector = make_intersector(intersector_, {}, options_);
   }
 
-  const Intersector& prepare(std::span<const RayFan> fans) override {
+  TracedFaces prepare(std::span<const RayFan> fans) override {
     take_volumes(fans, wanted_);
     if (!stages_[turn_].holds(wanted_)) {
       widen(wanted_, last_, wide_);
@@ -175,28 +175,25 @@ class ExactFaces final : public FaceSource {
       ++version_;
     }
     std::swap(last_, wanted_);
-    before_expected_ = last_;
-    return *stages_[turn_].intersector;
+    before_announced_ = last_;
+    return {stages_[turn_].intersector.get(), stages_[turn_].triangles, version_};
   }
 
-  bool expect(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
+  bool announce(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
     if (far_wanted_) {
       far_ahead_.send(spare);
       far_wanted_ = !far_ahead_.is_out();
     }
     if (ahead_.is_out()) return false;
-    take_volumes(fans, expected_);
-    if (stages_[turn_].holds(expected_)) {
-      std::swap(before_expected_, expected_);
+    take_volumes(fans, announced_);
+    if (stages_[turn_].holds(announced_)) {
+      std::swap(before_announced_, announced_);
       return true;
     }
-    widen(expected_, before_expected_, wide_ahead_);
+    widen(announced_, before_announced_, wide_ahead_);
     ahead_.send(spare);
     return false;
   }
-
-  refine::Triangles triangles() const override { return stages_[turn_].triangles; }
-  std::uint64_t version() const override { return version_; }
 
   void reset() override {
     ahead_.finish();
@@ -283,7 +280,7 @@ class ExactFaces final : public FaceSource {
   std::size_t turn_ = 0;  // the stage in use
   std::uint64_t version_ = 0;
   std::vector<FanVolume> wanted_, last_, wide_;  // of a ping; wide_: and of the next pings
-  std::vector<FanVolume> expected_, before_expected_, wide_ahead_, far_;
+  std::vector<FanVolume> announced_, before_announced_, wide_ahead_, far_;
   bool fault_ahead_ = false, far_wanted_ = false;
   // Declared last: they use the other members.
   refine::SpareThreads::BackgroundTask ahead_{[this] { build_ahead(); }};

@@ -78,12 +78,12 @@ void FacesWithBodies::remove(std::size_t body) {
   std::erase(in_tree_, body);
 }
 
-const Intersector& FacesWithBodies::prepare(std::span<const RayFan> fans) {
+TracedFaces FacesWithBodies::prepare(std::span<const RayFan> fans) {
   find_wanted(fans);
   return with_bodies(fixed_->prepare(fans));
 }
 
-const Intersector& FacesWithBodies::prepare_runs(std::span<const RayFan> fans) {
+TracedFaces FacesWithBodies::prepare_runs(std::span<const RayFan> fans) {
   find_wanted(fans);
   // A body's hits are compared with the fixed faces'.
   return with_bodies(wanted_.empty() ? fixed_->prepare_runs(fans) : fixed_->prepare(fans));
@@ -100,20 +100,21 @@ void FacesWithBodies::find_wanted(std::span<const RayFan> fans) {
       wanted_.push_back(body);
 }
 
-/// The intersector over the fixed faces, or over these and the wanted bodies.
-const Intersector& FacesWithBodies::with_bodies(const Intersector& fixed) {
+/// The fixed faces, or these and the wanted bodies'.
+TracedFaces FacesWithBodies::with_bodies(TracedFaces fixed) {
   if (joined_) ++version_;  // other triangles, or only the fixed ones
   joined_ = !wanted_.empty();
   if (!joined_) {
     if (bodies_.empty()) release();
+    fixed.version += version_;
     return fixed;
   }
   const bool moved =
       std::ranges::any_of(wanted_, [&](std::size_t body) { return bodies_[body].moved; });
   if (moved || wanted_ != in_tree_) gather();
-  join(fixed_->triangles());
-  nearest_.set_fixed(fixed, joined_faces_);
-  return nearest_;
+  join(fixed);
+  nearest_.set_fixed(*fixed.intersector, joined_faces_);
+  return {&nearest_, {all_.positions, all_.faces, all_numbers_}, version_ + fixed.version};
 }
 
 /// Moves the wanted bodies' faces to their places, and builds their tree.
@@ -136,15 +137,16 @@ void FacesWithBodies::gather() {
 }
 
 /// Copies the fixed faces, unless they are there already, and appends the bodies' faces.
-void FacesWithBodies::join(const refine::Triangles& fixed) {
-  if (joined_faces_ == 0 || joined_version_ != fixed_->version()) {
+void FacesWithBodies::join(const TracedFaces& of_fixed) {
+  const refine::Triangles& fixed = of_fixed.triangles;
+  if (joined_faces_ == 0 || joined_version_ != of_fixed.version) {
     all_.positions.reserve(fixed.positions.size() + seen_.positions.size());
     all_.faces.reserve(fixed.faces.size() + seen_.faces.size());
     all_.positions.assign(fixed.positions.begin(), fixed.positions.end());
     all_.faces.assign(fixed.faces.begin(), fixed.faces.end());
     all_numbers_.resize(fixed.faces.size());
     for (std::uint32_t i = 0; i < all_numbers_.size(); ++i) all_numbers_[i] = fixed.number(i);
-    joined_version_ = fixed_->version();
+    joined_version_ = of_fixed.version;
     joined_positions_ = fixed.positions.size();
     joined_faces_ = fixed.faces.size();
   }
@@ -164,11 +166,6 @@ void FacesWithBodies::release() {
   all_ = {};
   all_numbers_ = {};
   joined_positions_ = joined_faces_ = 0;
-}
-
-refine::Triangles FacesWithBodies::triangles() const {
-  if (!joined_) return fixed_->triangles();
-  return {all_.positions, all_.faces, all_numbers_};
 }
 
 }  // namespace ensonify::engine

@@ -37,14 +37,11 @@ class FacesWithBodies final : public FaceSource {
   /// One more than the highest number of a body.
   std::size_t bodies() const { return bodies_.size(); }
 
-  const Intersector& prepare(std::span<const RayFan> fans) override;
-  const Intersector& prepare_runs(std::span<const RayFan> fans) override;
-  bool found_runs() const override { return fixed_->found_runs(); }
-  bool expect(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
-    return fixed_->expect(fans, spare);
+  TracedFaces prepare(std::span<const RayFan> fans) override;
+  TracedFaces prepare_runs(std::span<const RayFan> fans) override;
+  bool announce(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
+    return fixed_->announce(fans, spare);
   }
-  refine::Triangles triangles() const override;
-  std::uint64_t version() const override { return version_ + fixed_->version(); }
   void reset() override { fixed_->reset(); }
 
  private:
@@ -77,9 +74,9 @@ class FacesWithBodies final : public FaceSource {
   };
 
   void find_wanted(std::span<const RayFan> fans);
-  const Intersector& with_bodies(const Intersector& fixed);
+  TracedFaces with_bodies(TracedFaces fixed);
   void gather();
-  void join(const refine::Triangles& fixed);
+  void join(const TracedFaces& fixed);
   void release();
 
   std::unique_ptr<FaceSource> fixed_;

@@ -20,14 +20,17 @@ class ScannedGrid final : public FaceSource {
       objects_ = make_object_faces(parts);
   }
 
-  const Intersector& prepare(std::span<const RayFan> fans) override {
+  TracedFaces prepare(std::span<const RayFan> fans) override {
     if (std::exchange(scanned_, false)) ++version_;
-    return exact_->prepare(fans);
+    TracedFaces faces = exact_->prepare(fans);
+    exact_version_ = faces.version;
+    faces.version += version_;
+    return faces;
   }
 
-  const Intersector& prepare_runs(std::span<const RayFan> fans) override {
-    const Intersector* objects = objects_ ? &objects_->prepare(fans) : nullptr;
-    if (objects) scan_.keep_first(objects_->triangles(), objects_->version());
+  TracedFaces prepare_runs(std::span<const RayFan> fans) override {
+    const TracedFaces objects = objects_ ? objects_->prepare(fans) : TracedFaces{};
+    if (objects_) scan_.keep_first(objects.triangles, objects.version);
     if (!scan_.take(fans)) return prepare(fans);
     scanned_ = true;
     ++version_;
@@ -35,24 +38,19 @@ class ScannedGrid final : public FaceSource {
     runs_.taken.assign(fans.size(), false);
     if (runs_.of_fans.size() < fans.size()) runs_.of_fans.resize(fans.size());
     for (std::size_t i = 0; i < fans.size(); ++i) {
-      const bool seen =
-          objects && objects->list_runs(fans[i], of_objects_) && of_objects_.size() > 0;
+      const bool seen = objects_ && objects.intersector->list_runs(fans[i], of_objects_) &&
+                        of_objects_.size() > 0;
       if (seen)
         nearest_runs(fans[i], scan_.triangles(), scan_.runs(i), of_objects_, runs_.of_fans[i]);
       else
         std::swap(runs_.of_fans[i], scan_.runs(i));
     }
-    return runs_;
+    return {&runs_, scan_.triangles(), version_ + exact_version_, true};
   }
 
-  bool found_runs() const override { return scanned_; }
-  bool expect(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
-    return scanned_ || exact_->expect(fans, spare);
+  bool announce(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
+    return scanned_ || exact_->announce(fans, spare);
   }
-  refine::Triangles triangles() const override {
-    return scanned_ ? scan_.triangles() : exact_->triangles();
-  }
-  std::uint64_t version() const override { return version_ + exact_->version(); }
   void reset() override {
     exact_->reset();
     if (objects_) objects_->reset();
@@ -92,8 +90,9 @@ class ScannedGrid final : public FaceSource {
   std::unique_ptr<FaceSource> exact_, objects_;
   FanRuns of_objects_;
   Runs runs_;
-  bool scanned_ = false;  // the last answer
-  std::uint64_t version_ = 0;
+  bool scanned_ = false;             // the last answer
+  std::uint64_t version_ = 0;        // of what was scanned; that of `exact_` is added
+  std::uint64_t exact_version_ = 0;  // as of its last faces
 };
 
 }  // namespace

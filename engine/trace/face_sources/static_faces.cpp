@@ -6,9 +6,7 @@ namespace {
 class StaticFaces final : public FaceSource {
  public:
   explicit StaticFaces(const FaceSourceParts& parts) : all_(parts.all), whole_(parts.whole) {}
-  const Intersector& prepare(std::span<const RayFan>) override { return *whole_; }
-  refine::Triangles triangles() const override { return all_; }
-  std::uint64_t version() const override { return 0; }
+  TracedFaces prepare(std::span<const RayFan>) override { return {whole_.get(), all_}; }
 
  private:
   refine::Triangles all_;

@@ -17,9 +17,10 @@ using scatter::SoundSpeedLayer;
 using scatter::SoundSpeedProfile;
 
 constexpr std::uint32_t no_chord = std::numeric_limits<std::uint32_t>::max();
-constexpr double fine_sagitta_m = 1e-6;  // below what a tracer in float keeps of a kilometre
-constexpr double overlap_m = 1e-4;       // of chords, so that no face lies between two
-constexpr std::size_t batch = 256;       // rays followed at a time: they fit the cache
+constexpr double usual_sagitta_m = 1e-3;  // of chords: how far they stray from the ray
+constexpr double fine_sagitta_m = 1e-6;   // below what a tracer in float keeps of a kilometre
+constexpr double overlap_m = 1e-4;        // of chords, so that no face lies between two
+constexpr std::size_t batch = 256;        // rays followed at a time: they fit the cache
 
 /// The same speeds with one more layer's edge at that depth; or a little above it, where it would
 /// merge with a sample. None above the sea surface.
@@ -68,23 +69,20 @@ RefractionCounts RefractionCounts::operator-(const RefractionCounts& other) cons
 }
 
 RefractedTracer::RefractedTracer(const SoundSpeedProfile& profile, double highest_m,
-                                 double deepest_m, double reference_mps, double sagitta_m)
+                                 double deepest_m, double reference_mps, bool takes_lists)
     : top_m_(-highest_m),
       profile_(with_edge(profile, top_m_)),
       reference_mps_(reference_mps),
-      sagitta_m_(sagitta_m),
+      takes_lists_(takes_lists),
       fastest_mps_(fastest(profile)),
-      straightened_space_(profile, -highest_m, deepest_m, reference_mps, 0.5 * sagitta_m) {}
+      straightened_space_(profile, -highest_m, deepest_m, reference_mps, 0.5 * usual_sagitta_m) {}
 
-void RefractedTracer::trace(const RayFan& fan, const Intersector* lists,
-                            refine::Triangles triangles, std::uint64_t version,
-                            std::span<Hit> hits) {
-  triangles_ = triangles;
-  version_ = version;
+void RefractedTracer::trace(const RayFan& fan, const TracedFaces& faces, std::span<Hit> hits) {
+  faces_ = faces;
   courses_.clear();
   by_chords_.clear();
   chord_place_.assign(hits.size(), no_chord);
-  const bool straightened = straightened_space_.trace(fan, triangles, version, hits, undecided_);
+  const bool straightened = straightened_space_.trace(fan, faces, hits, undecided_);
   if (!straightened) {
     std::ranges::fill(hits, Hit{});
     undecided_.clear();
@@ -101,9 +99,9 @@ void RefractedTracer::trace(const RayFan& fan, const Intersector* lists,
   counts_.straightened += rays - undecided_.size();
   for (const std::uint32_t number : undecided_) {
     start(fan, number);
-    if (courses_.size() == batch) follow(fan, lists, hits);
+    if (courses_.size() == batch) follow(fan, hits);
   }
-  follow(fan, lists, hits);
+  follow(fan, hits);
 }
 
 RayIncidence RefractedTracer::incidence_of(std::size_t number, Hit& hit) {
@@ -127,10 +125,12 @@ std::optional<RayToPlace> RefractedTracer::ray_to(const Eigen::Vector3d& origin,
       .absorption_db = ray.point().absorption_db};
 }
 
-const Intersector& RefractedTracer::own_tree() {
-  if (own_version_ != version_) {
-    own_tree_ = make_intersector(reference_intersector, triangles_);
-    own_version_ = version_;
+/// Intersects lists of chords.
+const Intersector& RefractedTracer::tree() {
+  if (takes_lists_) return *faces_.intersector;
+  if (own_version_ != faces_.version) {
+    own_tree_ = make_intersector(reference_intersector, faces_.triangles);
+    own_version_ = faces_.version;
   }
   return *own_tree_;
 }
@@ -159,12 +159,12 @@ void RefractedTracer::start(const RayFan& fan, std::uint32_t number) {
 }
 
 /// Follows all started rays chord by chord, until each has hit or ended.
-void RefractedTracer::follow(const RayFan& fan, const Intersector* lists, std::span<Hit> hits) {
+void RefractedTracer::follow(const RayFan& fan, std::span<Hit> hits) {
   while (!courses_.empty()) {
     chords_.clear();
     std::erase_if(courses_, [&](Course& course) {
       if (!reach_faces(course.to, fan.range_m) ||
-          !next_chord(course, sagitta_m_, end_path_m(course.to, fan.range_m)))
+          !next_chord(course, usual_sagitta_m, end_path_m(course.to, fan.range_m)))
         return true;
       chords_.push_back(chord_of(course, fan.origin));
       return false;
@@ -172,8 +172,7 @@ void RefractedTracer::follow(const RayFan& fan, const Intersector* lists, std::s
     if (chords_.empty()) return;
     counts_.chords += chords_.size();
     found_.resize(chords_.size());
-    const Intersector& tree = lists ? *lists : own_tree();
-    tree.intersect(chords_, found_);
+    tree().intersect(chords_, found_);
     std::size_t i = 0;
     std::erase_if(courses_, [&](const Course& course) {
       const Hit& found = found_[i++];
@@ -182,7 +181,7 @@ void RefractedTracer::follow(const RayFan& fan, const Intersector* lists, std::s
       Hit hit = cut_arc(course, fan.origin, found, false, incidence);
       if (!hit) {
         ++counts_.refined;
-        hit = trace_finely(course, fan, tree, incidence);
+        hit = trace_finely(course, fan, incidence);
       }
       if (!hit) return false;
       if (hit.t <= fan.range_m) {
@@ -241,9 +240,9 @@ bool RefractedTracer::next_chord(Course& course, double sagitta_m, double end_pa
 /// last try it then takes the chord's.
 Hit RefractedTracer::cut_arc(const Course& course, const Eigen::Vector3d& origin, const Hit& found,
                              bool last_try, RayIncidence& incidence) const {
-  const Eigen::Vector3d a = triangles_.corner(found.index, 0);
-  const Eigen::Vector3d ab = triangles_.corner(found.index, 1) - a;
-  const Eigen::Vector3d ac = triangles_.corner(found.index, 2) - a;
+  const Eigen::Vector3d a = faces_.triangles.corner(found.index, 0);
+  const Eigen::Vector3d ab = faces_.triangles.corner(found.index, 1) - a;
+  const Eigen::Vector3d ac = faces_.triangles.corner(found.index, 2) - a;
   const Eigen::Vector3d normal = ab.cross(ac);
   const double chord_m = course.to.point().path_m - course.from.point().path_m;
   SoundRay at = course.from;
@@ -279,14 +278,13 @@ Hit RefractedTracer::cut_arc(const Course& course, const Eigen::Vector3d& origin
 }
 
 /// Traces the arc of a course's chord again, by chords so short that they are the arc.
-Hit RefractedTracer::trace_finely(Course course, const RayFan& fan, const Intersector& tree,
-                                  RayIncidence& incidence) {
+Hit RefractedTracer::trace_finely(Course course, const RayFan& fan, RayIncidence& incidence) {
   const double end_path_m = course.to.point().path_m;
   course.to = course.from;
   while (next_chord(course, fine_sagitta_m, end_path_m)) {
     const Ray chord = chord_of(course, fan.origin);
     Hit found;
-    tree.intersect({&chord, 1}, {&found, 1});
+    tree().intersect({&chord, 1}, {&found, 1});
     ++counts_.chords;
     if (found) return cut_arc(course, fan.origin, found, true, incidence);
   }

@@ -33,25 +33,23 @@ struct RefractionCounts {
 /// Nearly all are decided in straightened space (StraightenedSpace). The others, which turn or may
 /// meet what stands as high as the sonar, go in two steps, as the paper does it: a chord of the ray
 /// finds the face, then the exact arc is cut with that face's plane. The sea above the highest face
-/// is passed in one step. Below, a chord stands for as much of the ray as stays within sagitta_m of
-/// it: a curve that turns by D in all over a chord of length L strays at most L/2 tan(D/2) from it.
-/// Where the arc then misses the face, which happens within that distance of an edge, chords that
-/// stay within a micrometre decide. Walking across neighbouring faces from the straight ray's hit
-/// would need per-ping adjacency and would visit every face between that hit and the arc; a chord
-/// costs one extra ray.
+/// is passed in one step. Below, a chord stands for as much of the ray as stays within a millimetre
+/// of it: a curve that turns by D in all over a chord of length L strays at most L/2 tan(D/2) from
+/// it. Where the arc then misses the face, which happens within that distance of an edge, chords
+/// that stay within a micrometre decide. Walking across neighbouring faces from the straight ray's
+/// hit would need per-ping adjacency and would visit every face between that hit and the arc; a
+/// chord costs one extra ray.
 class RefractedTracer final : public IncidenceSource {
  public:
   /// Faces lie between the height highest_m and the depth deepest_m. The t of hits is travel time
-  /// times reference_mps. The profile must outlive this.
+  /// times reference_mps. The profile must outlive this. takes_lists: the intersectors of the faces
+  /// answer lists of rays; otherwise it builds a tree of its own for the chords.
   RefractedTracer(const scatter::SoundSpeedProfile& profile, double highest_m, double deepest_m,
-                  double reference_mps, double sagitta_m = 1e-3);
+                  double reference_mps, bool takes_lists = true);
 
-  /// Finds the nearest hits of the fan's bent rays over the triangles, by ray number; rays end
-  /// where their t is the fan's range. `lists` intersects chords with these triangles; null: a tree
-  /// is built for that. Triangles of one version are the same ones. The fan and the triangles must
-  /// stay until the last incidence_of().
-  void trace(const RayFan& fan, const Intersector* lists, refine::Triangles triangles,
-             std::uint64_t version, std::span<Hit> hits);
+  /// Finds the nearest hits of the fan's bent rays, by ray number; rays end where their t is the
+  /// fan's range. The fan and the faces must stay until the last incidence_of().
+  void trace(const RayFan& fan, const TracedFaces& faces, std::span<Hit> hits);
   RayIncidence incidence_of(std::size_t number, Hit& hit) override;
   std::optional<RayToPlace> ray_to(const Eigen::Vector3d& origin,
                                    const Eigen::Vector3d& away) const override;
@@ -69,19 +67,19 @@ class RefractedTracer final : public IncidenceSource {
                                const scatter::SoundRay& at);
   static Ray chord_of(const Course& course, const Eigen::Vector3d& origin);
   void start(const RayFan& fan, std::uint32_t number);
-  void follow(const RayFan& fan, const Intersector* lists, std::span<Hit> hits);
-  const Intersector& own_tree();
+  void follow(const RayFan& fan, std::span<Hit> hits);
+  const Intersector& tree();
   bool reach_faces(scatter::SoundRay& ray, double range_m) const;
   bool next_chord(Course& course, double sagitta_m, double end_path_m) const;
   double end_path_m(const scatter::SoundRay& ray, double range_m) const;
   Hit cut_arc(const Course& course, const Eigen::Vector3d& origin, const Hit& found, bool last_try,
               RayIncidence& incidence) const;
-  Hit trace_finely(Course course, const RayFan& fan, const Intersector& tree,
-                   RayIncidence& incidence);
+  Hit trace_finely(Course course, const RayFan& fan, RayIncidence& incidence);
 
   double top_m_;                        // depth of the highest face, or a little above
   scatter::SoundSpeedProfile profile_;  // with a layer's edge at that depth
-  double reference_mps_, sagitta_m_;
+  double reference_mps_;
+  bool takes_lists_;
   double fastest_mps_;
   StraightenedSpace straightened_space_;
   RefractionCounts counts_;
@@ -89,8 +87,7 @@ class RefractedTracer final : public IncidenceSource {
   std::optional<std::uint64_t> own_version_;
 
   // Of the fan that was traced last:
-  refine::Triangles triangles_;
-  std::uint64_t version_ = 0;
+  TracedFaces faces_;
   std::vector<std::uint32_t> undecided_;  // ray numbers
   std::vector<RayIncidence> by_chords_;
   std::vector<std::uint32_t> chord_place_;  // by ray number, in by_chords_; none: straightened

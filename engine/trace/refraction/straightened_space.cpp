@@ -250,17 +250,17 @@ bool StraightenedSpace::may_hit(double level, double down, double farthest_m) co
   return std::abs(down) * eigenrays_.rays().flattest() > level || min_range_m_ <= farthest_m;
 }
 
-bool StraightenedSpace::trace(const RayFan& fan, refine::Triangles triangles, std::uint64_t version,
-                              std::span<Hit> hits, std::vector<std::uint32_t>& undecided) {
+bool StraightenedSpace::trace(const RayFan& fan, const TracedFaces& faces, std::span<Hit> hits,
+                              std::vector<std::uint32_t>& undecided) {
   constexpr double right_angle = 0.5 * std::numbers::pi;  // as far as a scan sees
   if (fan.grid->elevation_rad.front() < -right_angle ||
       fan.grid->elevation_rad.back() > right_angle)
     return false;
   fan_ = &fan;
-  triangles_ = triangles;
-  if (grouped_version_ != version) {
+  triangles_ = faces.triangles;
+  if (grouped_version_ != faces.version) {
     group_faces();
-    grouped_version_ = version;
+    grouped_version_ = faces.version;
   }
   collect_faces();
   if (!straighten_faces()) return false;
@@ -318,7 +318,7 @@ bool StraightenedSpace::trace(const RayFan& fan, refine::Triangles triangles, st
         if (!hit) continue;
         hit_piece_[number] = hit.index;
         hit.index = face_place_[hit.index];
-        hit.face = triangles.number(hit.index);
+        hit.face = triangles_.number(hit.index);
       } else {
         hit = Hit{};
         const double level = std::sqrt(level2);

@@ -41,9 +41,9 @@ class StraightenedSpace {
   /// asked; its u and v are those of a part of the face. False, with no ray decided, where
   /// something of the seafloor stands as high as the sonar, or the fan is wider than a half turn.
   /// The fan's bend must be the profile's (bend_of). The fan and the triangles must stay until the
-  /// last incidence_of(); triangles of one version are the same ones.
-  bool trace(const RayFan& fan, refine::Triangles triangles, std::uint64_t version,
-             std::span<Hit> hits, std::vector<std::uint32_t>& undecided);
+  /// last incidence_of().
+  bool trace(const RayFan& fan, const TracedFaces& faces, std::span<Hit> hits,
+             std::vector<std::uint32_t>& undecided);
 
   /// How a ray of the last trace arrives at its hit, whose t becomes exact.
   RayIncidence incidence_of(std::size_t number, Hit& hit);

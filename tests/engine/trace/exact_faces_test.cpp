@@ -10,6 +10,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "support/catch.h"
 #include "support/data.h"
@@ -90,7 +91,7 @@ Count walk(const refine::TriangleMesh& mesh,
     refined->reset();
     for (int ping = 0; ping < 6; ++ping) {
       for (FaceSource* surface : {refined.get(), footprint.get()}) {
-        const Intersector& exact = surface->prepare(fans);
+        const Intersector& exact = *surface->prepare(fans).intersector;
         for (const RayFan& fan : fans) compare(fan, *whole, exact, count);
       }
       for (RayFan& fan : fans) fan = moved(fan, random, 2e-4 * size_m);
@@ -170,29 +171,29 @@ TEST_CASE(
                                  .tree_pings = tree_pings});
       Count count;
       int made_ahead = 0;
-      const Intersector* before = nullptr;
+      TracedFaces before;
       for (int ping = 0; ping < 60; ++ping) {
         const auto at = [&](int p) {
           const double along_m = 0.05 * p - (p > 40 ? 2.0 : 0.0);  // with one leap
           return fan_over(middle + Eigen::Vector3d(0.0, along_m, 2.0));
         };
         const RayFan fan = at(ping);
-        const std::uint64_t version = surface->version();
-        const Intersector& exact = surface->prepare({&fan, 1});
-        const refine::Triangles triangles = surface->triangles();
-        if (&exact != before) CHECK(surface->version() != version);
-        made_ahead += before && &exact != before;
-        before = &exact;
+        const TracedFaces faces = surface->prepare({&fan, 1});
+        const Intersector& exact = *faces.intersector;
+        if (before.intersector && faces.intersector != before.intersector) {
+          CHECK(faces.version != before.version);
+          ++made_ahead;
+        }
+        before = faces;
         bool does = true;
         for (int next = ping + 1; does && next < ping + 6; ++next) {
           // Sometimes another ping comes than was announced.
           const RayFan expected = at(ping % 7 == 0 ? next + 20 : next);
-          does = surface->expect({&expected, 1}, spare.threads);
+          does = surface->announce({&expected, 1}, spare.threads);
         }
         compare(fan, *whole, exact, count);  // while it is being prepared
         spare.settle();
         compare(fan, *whole, exact, count);  // and when it is ready
-        CHECK(surface->triangles().faces.data() == triangles.faces.data());
         if (ping == 30) surface->reset();
       }
       CHECK(made_ahead > 30 / tree_pings);
@@ -223,8 +224,8 @@ TEST_CASE("Damage found by a spare thread is reported only to the ping that need
       RayFan fan = sound;
       for (int ping = 0; ping < 3; ++ping) {
         fan.origin.y() += 0.1;
-        const Intersector& exact = surface->prepare({&fan, 1});
-        CHECK_FALSE(surface->expect({&damaged, 1}, spare.threads));
+        const Intersector& exact = *surface->prepare({&fan, 1}).intersector;
+        CHECK_FALSE(surface->announce({&damaged, 1}, spare.threads));
         spare.settle();
         compare(fan, *whole, exact, count);
       }
@@ -258,6 +259,7 @@ TEST_CASE("A tree for several pings is not built for each, and not kept too long
   fan.range_m = 8.0;
   Count count;
   std::vector<int> built_at;
+  std::uint64_t version = 0;
   for (int ping = 0; ping < 40; ++ping) {
     if (ping == 20) fan.origin.y() += 3.0;  // a jump
     fan.origin += Eigen::Vector3d(0.0, 0.041, 0.003);
@@ -267,12 +269,11 @@ TEST_CASE("A tree for several pings is not built for each, and not kept too long
       fan.middle = turn * fan.middle;
       fan.pole = turn * fan.pole;
     }
-    const std::uint64_t before = surface->version();
-    compare(fan, *whole, surface->prepare({&fan, 1}), count);
-    if (surface->version() != before) built_at.push_back(ping);
-    alone->prepare({&fan, 1});
-    const std::size_t faces = surface->triangles().faces.size();
-    const std::size_t needed = alone->triangles().faces.size();
+    const TracedFaces kept = surface->prepare({&fan, 1});
+    compare(fan, *whole, *kept.intersector, count);
+    if (std::exchange(version, kept.version) != kept.version) built_at.push_back(ping);
+    const std::size_t faces = kept.triangles.faces.size();
+    const std::size_t needed = alone->prepare({&fan, 1}).triangles.faces.size();
     if (ping == 20) CHECK(faces == needed);  // no second jump is expected
     if (ping == 2) CHECK(faces > needed);
   }
@@ -327,7 +328,7 @@ TEST_CASE("A spare thread makes the tiles and clusters that the sonar will reach
     surface->prepare({&fan, 1});
     if (ping == 0) CHECK(tiles->tiles_made() == of_one_chunk);
     if (ping == 0 && parts.clusters) analysed = parts.clusters->analysed();
-    for (RayFan later = next(fan); surface->expect({&later, 1}, spare.threads);)
+    for (RayFan later = next(fan); surface->announce({&later, 1}, spare.threads);)
       later = next(later);
     spare.settle();
     fan = next(fan);

@@ -122,14 +122,14 @@ struct Scanned {
   }
   /// Returns whether the grid was scanned.
   bool compare_runs(std::span<const RayFan> fans, Count& count) {
-    const Intersector& intersector = source->prepare_runs(fans);
+    const TracedFaces faces = source->prepare_runs(fans);
     for (const RayFan& fan : fans) {
       FanRuns expected, found;
       REQUIRE(whole->list_runs(fan, expected));
-      REQUIRE(intersector.list_runs(fan, found));
-      compare(expected, found, source->triangles(), count);
+      REQUIRE(faces.intersector->list_runs(fan, found));
+      compare(expected, found, faces.triangles, count);
     }
-    return source->found_runs();
+    return faces.runs_only;
   }
 };
 

@@ -90,7 +90,7 @@ void compare(const scatter::SoundSpeedProfile& profile, double depth_m, int elev
   fan.bend = bend_of(profile, 16.5, fan.range_m, 1490.0);
   RefractedTracer tracer(profile, refine::bounds(bed.mesh).highest.z(), 16.5, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
-  tracer.trace(fan, embree.get(), bed.mesh, 0, hits);
+  tracer.trace(fan, {embree.get(), bed.mesh}, hits);
   CHECK(tracer.counts().chords < 40 * tracer.counts().rays);
   int same = 0, hit_count = 0, near_edge = 0, unexplained = 0;
   for (std::size_t k = 0; k < fan.planes(); ++k)
@@ -155,12 +155,12 @@ TEST_CASE("A tracer hits a second surface as a new tracer does") {
   RayFan fan = fan_at({0, 0, -8.0}, 250, 60.0);
   fan.bend = bend_of(thermocline, 16.5, fan.range_m, 1490.0);
   const float highest_m = refine::bounds(bed.mesh).highest.z();
-  RefractedTracer used(thermocline, highest_m, 16.5, 1490.0);
-  RefractedTracer fresh(thermocline, highest_m, 16.5, 1490.0);
+  RefractedTracer used(thermocline, highest_m, 16.5, 1490.0, false);
+  RefractedTracer fresh(thermocline, highest_m, 16.5, 1490.0, false);
   std::vector<Hit> first(fan.grid->rays()), again = first, expected = first;
-  used.trace(fan, nullptr, before.mesh, 0, first);
-  used.trace(fan, nullptr, bed.mesh, 1, again);
-  fresh.trace(fan, nullptr, bed.mesh, 0, expected);
+  used.trace(fan, {nullptr, before.mesh}, first);
+  used.trace(fan, {nullptr, bed.mesh, 1}, again);
+  fresh.trace(fan, {nullptr, bed.mesh}, expected);
   std::size_t hit_count = 0, different = 0;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     hit_count += static_cast<bool>(expected[i]);
@@ -180,7 +180,7 @@ TEST_CASE("Faces are flat in straightened space within half a millimetre") {
       RefractedTracer tracer(thermocline, refine::bounds(bed.mesh).highest.z(), 16.5, 1490.0);
       const auto embree = make_intersector("embree", bed.mesh);
       std::vector<Hit> hits(fan.grid->rays());
-      tracer.trace(fan, embree.get(), bed.mesh, 0, hits);
+      tracer.trace(fan, {embree.get(), bed.mesh}, hits);
       double worst_m = 0.0;
       int looked = 0;
       for (std::size_t i = 0; i < hits.size(); ++i) {
@@ -215,7 +215,7 @@ TEST_CASE("Everything that a bent fan can touch is in its fan volume") {
   const refine::ViewTest test(std::span(&volume, 1));
   RefractedTracer tracer(thermocline, highest_m, 16.5, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
-  tracer.trace(fan, embree.get(), bed.mesh, 0, hits);
+  tracer.trace(fan, {embree.get(), bed.mesh}, hits);
   for (std::size_t i = 0; i < hits.size(); ++i)
     if (hits[i]) CHECK(test.touches({tracer.incidence_of(i, hits[i]).place.cast<float>(), 0.0f}));
 }
@@ -229,7 +229,7 @@ TEST_CASE(
   fan.bend = bend_of(thermocline, 15.0, fan.range_m, 1490.0);
   RefractedTracer tracer(thermocline, -15.0, 15.0, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
-  tracer.trace(fan, embree.get(), bed.mesh, 0, hits);
+  tracer.trace(fan, {embree.get(), bed.mesh}, hits);
   int looked = 0;
   const std::size_t k = 2, first = k * fan.elevations();
   for (std::size_t j = 0; j + 1 < fan.elevations(); ++j) {

@@ -1,7 +1,8 @@
-#include <ensonify/engine/simulator/parts.h>
+#include <ensonify/engine/simulator/state.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -28,7 +29,7 @@ void require_sea_over(const refine::Bounds& bounds, const SeafloorOptions& optio
 
 }  // namespace
 
-Simulator::Ready::Ready(const Scene& of, const Preparation& how)
+Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
     : scene(of),
       memory(how.memory),
       threads(refine::thread_count(how.threads)),
@@ -50,13 +51,13 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
   require_sea_over(bounds, of.seafloor);
   if (seafloor.grid) {
     parts.objects = std::make_shared<const refine::BallTree>(seafloor.mesh);
-    bed = &prepared->bed();
+    prepared->bed();  // makes its grid
   } else if (!seafloor.progressive) {
     if (how.progress) how.progress("tree");
     parts.all = seafloor.mesh;
     with_memory_for("the tree over the seafloor", [&] {
       parts.whole = make_intersector(parts.intersector, seafloor.mesh, parts.options);
-      bed = &prepared->bed();
+      prepared->bed();  // makes its grid
     });
   }
   code_path = make_intersector(parts.intersector, {}, parts.options)->code_path();
@@ -68,10 +69,9 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
   if (scene.seafloor.penetration_m > 0.0) find_buried();
 }
 
-TrackPoses Simulator::Ready::track_over(
-    const std::function<double(double x_m, double y_m)>& bed_height_m) const {
+TrackPoses Simulator::SharedState::track_over(BedHeight& bed) const {
   return build_track(scene,
-                     {.bed_height_m = bed_height_m,
+                     {.bed_height_m = std::bind_front(&BedHeight::height_m, &bed),
                       .lowest = bounds.lowest.head<2>().cast<double>(),
                       .highest = bounds.highest.head<2>().cast<double>(),
                       .frame = {.world_origin = seafloor.mesh.world_origin,
@@ -81,19 +81,15 @@ TrackPoses Simulator::Ready::track_over(
                      water.sound_speed_mps());
 }
 
-/// The file alone knows how high and fast the vehicle goes, and how often it pings.
-void Simulator::Ready::take_recorded_track() {
-  std::optional<PlumbLine> plumb_line;
-  if (!bed) plumb_line.emplace(seafloor);
-  const auto bed_height_m = [&](double x_m, double y_m) {
-    return bed ? bed->height_m(x_m, y_m) : plumb_line->height_m(x_m, y_m);
-  };
-  recorded_track = track_over(bed_height_m);
+/// Takes altitude, speed and ping interval from the track file; the options do not have them.
+void Simulator::SharedState::take_recorded_track() {
+  BedHeight bed(*prepared);
+  recorded_track = track_over(bed);
   std::vector<double> altitudes_m, speeds_mps, intervals_s;
   double before_s = std::numeric_limits<double>::quiet_NaN();
   for (const Pose& pose : recorded_track->poses) {
     const double altitude_m =
-        pose.position.z() - bed_height_m(pose.position.x(), pose.position.y());
+        pose.position.z() - bed.height_m(pose.position.x(), pose.position.y());
     if (!std::isnan(altitude_m)) altitudes_m.push_back(altitude_m);
     speeds_mps.push_back(pose.velocity_mps.norm());
     if (!std::isnan(before_s)) intervals_s.push_back(pose.t_s - before_s);
@@ -104,21 +100,18 @@ void Simulator::Ready::take_recorded_track() {
                 .interval_s = median(std::move(intervals_s))};
 }
 
-void Simulator::Ready::find_buried() {
+void Simulator::SharedState::find_buried() {
   if (std::ranges::none_of(sonars.front()->sediments,
                            [](const auto& sediment) { return sediment.has_value(); }))
     warnings.emplace_back(
         "seafloor.penetration_m: no sound enters this bed, because nothing of it is a sediment; "
         "give it a material that `ensonify sediments` lists");
-  std::optional<PlumbLine> plumb_line;
-  if (!bed) plumb_line.emplace(seafloor);
-  buried = buried_surfaces(
-      objects,
-      [&](double x_m, double y_m) { return bed ? bed->top(x_m, y_m) : plumb_line->top(x_m, y_m); },
-      scene.seafloor.penetration_m);
+  BedHeight bed(*prepared);
+  buried = buried_surfaces(objects, std::bind_front(&BedHeight::top, &bed),
+                           scene.seafloor.penetration_m);
 }
 
-std::shared_ptr<const PreparedSonar> Simulator::Ready::prepare(
+std::shared_ptr<const PreparedSonar> Simulator::SharedState::prepare(
     std::size_t number, const Sonar& settings, const std::vector<std::string>& materials,
     std::vector<std::string>& its_warnings) const {
   memory.require(
@@ -129,21 +122,21 @@ std::shared_ptr<const PreparedSonar> Simulator::Ready::prepare(
   return prepare_sonar(scene, water, usual_ping, number, settings, materials, its_warnings);
 }
 
-Refraction Simulator::Ready::refraction(const PreparedSonar& sonar) const {
+Refraction Simulator::SharedState::refraction(const PreparedSonar& sonar) const {
   return {scene.sea.refraction, sonar.profile ? &*sonar.profile : nullptr, bounds.highest.z(),
           -double(bounds.lowest.z()), intersector_kind(parts.intersector).takes_lists};
 }
 
-Simulator::Worker::Worker(const Ready& ready)
-    : face_source(face_source_kind(ready.prepared->surface).make(ready.parts),
-                  static_cast<std::uint32_t>(ready.seafloor.faces), ready.parts),
-      objects(ready.seafloor, face_source),
-      warnings(ready.warnings) {
-  if (ready.seafloor.progressive) plumb_line.emplace(ready.seafloor);
-  use(ready.sonars, ready);
+Simulator::ThreadState::ThreadState(const SharedState& shared)
+    : face_source(face_source_kind(shared.prepared->surface).make(shared.parts),
+                  static_cast<std::uint32_t>(shared.seafloor.faces), shared.parts),
+      bed(*shared.prepared),
+      objects(shared.seafloor, face_source),
+      warnings(shared.warnings) {
+  use(shared.sonars, shared);
 }
 
-void Simulator::Worker::use(PreparedSonars others, const Ready& ready) {
+void Simulator::ThreadState::use(PreparedSonars others, const SharedState& shared) {
   prepared = std::move(others);
   sonars.clear();
   beams.clear();
@@ -153,32 +146,32 @@ void Simulator::Worker::use(PreparedSonars others, const Ready& ready) {
     for (int beam = 0; beam < sonar.beams; ++beam)
       beams.push_back({.sonar = sonars.size(),
                        .mounting = sonar.mounting.ahead(sonar.beam_offset_m(beam)),
-                       .tracer = {sonar, its->medium, ready.seafloor, its->material_tables,
-                                  ready.refraction(*its), &objects.labels(),
-                                  ObjectSurfaces{.fixed = &ready.objects,
+                       .tracer = {sonar, its->medium, shared.seafloor, its->material_tables,
+                                  shared.refraction(*its), &objects.labels(),
+                                  ObjectSurfaces{.fixed = &shared.objects,
                                                  .moving = &objects.surfaces(),
                                                  .smooth_specular = its->smooth_specular,
-                                                 .buried = &ready.buried,
+                                                 .buried = &shared.buried,
                                                  .sediments = its->sediments,
                                                  .mirrors = its->mirrors},
                                   beam}});
     sonars.push_back(sonar);
   }
-  if (!visibility_counters.empty()) count_object_visibility(ready);
+  if (!visibility_counters.empty()) count_object_visibility(shared);
 }
 
-void Simulator::Worker::count_object_visibility(const Ready& ready) {
+void Simulator::ThreadState::count_object_visibility(const SharedState& shared) {
   const bool can =
-      !ready.seafloor.objects.empty() && ready.scene.sea.refraction != RefractionMode::full;
-  visibility_counters.assign(can ? sonars.size() : 0, VisibilityCounter(ready.seafloor));
+      !shared.seafloor.objects.empty() && shared.scene.sea.refraction != RefractionMode::full;
+  visibility_counters.assign(can ? sonars.size() : 0, VisibilityCounter(shared.seafloor));
 }
 
-bool Simulator::Worker::needs_hits() const {
+bool Simulator::ThreadState::needs_hits() const {
   return std::ranges::any_of(beams,
                              [](const BeamTracer& beam) { return beam.tracer.needs_hits(); });
 }
 
-void Simulator::Worker::make_lines() {
+void Simulator::ThreadState::make_lines() {
   for (const BeamTracer& beam : beams)
     for (const Side side : sides_of(sonars[beam.sonar])) {
       EchoLine& line = lines.emplace_back();

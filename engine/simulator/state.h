@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,7 +10,6 @@
 
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/scene/track_poses.h>
-#include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/engine/simulator/prepared_sonar.h>
@@ -28,8 +26,8 @@ namespace ensonify::engine {
 using PreparedSonars = std::vector<std::shared_ptr<const PreparedSonar>>;
 
 /// What all threads share.
-struct Simulator::Ready {
-  Ready(const Scene& of, const Preparation& how);
+struct Simulator::SharedState {
+  SharedState(const Scene& of, const Preparation& how);
 
   /// One of the scene's sonars with these settings; see prepare_sonar(). Throws MemoryError for
   /// more rays than fit.
@@ -37,8 +35,8 @@ struct Simulator::Ready {
                                                const std::vector<std::string>& materials,
                                                std::vector<std::string>& its_warnings) const;
   Refraction refraction(const PreparedSonar& sonar) const;
-  /// The scene's track over a bed of these heights. Throws SceneError.
-  TrackPoses track_over(const std::function<double(double x_m, double y_m)>& bed_height_m) const;
+  /// The scene's track over this bed. Throws SceneError.
+  TrackPoses track_over(BedHeight& bed) const;
   void take_recorded_track();
   void find_buried();
 
@@ -48,7 +46,6 @@ struct Simulator::Ready {
   std::shared_ptr<const PreparedSeafloor> prepared;
   const Seafloor& seafloor;
   refine::Bounds bounds;
-  const BedGrid* bed = nullptr;  ///< unless the bed is in a progressive mesh
   FaceSourceParts parts;
   std::string code_path;
   PreparedWater water;
@@ -60,19 +57,25 @@ struct Simulator::Ready {
   std::vector<BuriedGroup> buried;  ///< of those
 };
 
+/// Where all beams look at a ping.
+struct Simulator::Aim {
+  std::vector<BeamAim> beams;
+  std::vector<RayFan> fans;  // of these, in the order of the lines
+};
+
 /// What one thread owns.
-struct Simulator::Worker {
-  explicit Worker(const Ready& ready);
+struct Simulator::ThreadState {
+  explicit ThreadState(const SharedState& shared);
 
   /// From now on pings with these.
-  void use(PreparedSonars others, const Ready& ready);
-  void count_object_visibility(const Ready& ready);
+  void use(PreparedSonars others, const SharedState& shared);
+  void count_object_visibility(const SharedState& shared);
   void make_lines();
   /// Runs are not enough for its beams.
   bool needs_hits() const;
 
   FacesWithBodies face_source;
-  std::optional<PlumbLine> plumb_line;  // where the bed is in a progressive mesh
+  BedHeight bed;
   SessionObjects objects;
   std::vector<std::string> warnings;
   bool warned_of_distance = false;
@@ -80,17 +83,16 @@ struct Simulator::Worker {
   std::vector<Sonar> sonars;  // of those
   struct BeamTracer {
     std::size_t sonar;
-    Mounting mounting;  // of the beam
+    Mounting mounting;
     PingTracer tracer;
-    double height_m = 0.0;  // over the bed
   };
   std::vector<BeamTracer> beams;                       // of each sonar in turn
   std::vector<VisibilityCounter> visibility_counters;  // one per sonar, or none
-  std::vector<RayFan> fans;                            // as the lines
   std::vector<EchoLine> lines;                         // of each beam in turn
-  SignalChain::Scratch memory;
+  Aim aim, aim_ahead;                                  // of the ping; of an announced one
+  SignalChain::Scratch chain_scratch;
   std::uint64_t next_ping = 0;
-  std::span<const Pose> expected;  // after the next ping
+  std::span<const Pose> announced;  // after the next ping
   refine::SpareThreads* spare = nullptr;
   StageTimes times;
 };
