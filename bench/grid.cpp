@@ -146,7 +146,8 @@ class BedMeasurement {
     cell.faces = seafloor.faces;
     cell.code_path = SimulatorInternals::code_path(*one.simulator);
     if (seafloor.progressive) {
-      const std::filesystem::path& file = SimulatorInternals::prepared(*one.simulator).cache_file;
+      const std::filesystem::path& file =
+          SimulatorInternals::prepared(*one.simulator).origin.cache_file;
       if (!file.empty()) cell.progressive_mb = 1e-6 * static_cast<double>(file_size(file));
     } else if (seafloor.grid) {
       cell.mesh_mb =

@@ -85,8 +85,8 @@ double require_pings(const RunState& run, std::span<const Sonar> sonars, const R
   return bytes;
 }
 
-/// Of the pings that are known before there is a seafloor to fly over; none otherwise. Throws as
-/// require_pings().
+/// The same for the pings that are known before there is a seafloor to fly over; none otherwise.
+/// Throws as require_pings().
 double expected_ping_bytes(const RunState& run) {
   if (run.scene.track.kind != TrackKind::line) return 0.0;
   std::vector<Sonar> sonars = run.scene.sonars;
@@ -123,10 +123,7 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
   RunReport& report = run.report;
   report.prepare_s = seconds_since(start);
   const PreparedSeafloor& prepared = SimulatorInternals::prepared(simulator);
-  report.surface = prepared.surface;
-  report.surface_why = prepared.why;
-  report.cache_file = prepared.cache_file;
-  report.cached = prepared.cached;
+  report.origin = prepared.origin;
   const std::vector<std::string> cache_warnings = prepared.warnings;
   report.extrapolation = {simulator.sonars(), simulator.materials(), scene.materials};
 

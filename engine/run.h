@@ -85,10 +85,8 @@ struct RunReport {
   /// What the comparison with the reference found; empty unless verify_pings was set.
   std::map<std::string, std::uint64_t> verification;
   std::vector<std::string> warnings;
-  Extrapolation extrapolation;               ///< not among the warnings
-  std::string surface, surface_why;          ///< as in PreparedSeafloor
-  std::filesystem::path cache_file;          ///< the same
-  bool cached = false;                       ///< the same
+  Extrapolation extrapolation;  ///< not among the warnings
+  SeafloorOrigin origin;
   std::vector<std::filesystem::path> files;  ///< by name
   std::size_t parts = 1;                     ///< of the whole run
   std::size_t parts_found = 0;               ///< that were finished before

@@ -100,7 +100,7 @@ void make_tiles(const AnalyseArguments& arguments, const Scene& scene, int threa
   std::optional<Progress> progress(std::in_place, arguments.quiet);
   const auto prepared = prepare_seafloor(
       scene, {.cache = arguments.cache, .threads = threads, .memory = arguments.memory});
-  if (prepared->cache_file.empty())
+  if (prepared->origin.cache_file.empty())
     throw UsageError(prepared->warnings.empty() ? "there is no cache to keep the tiles in; name "
                                                   "one with --cache"
                                                 : prepared->warnings.front());
@@ -116,13 +116,13 @@ void make_tiles(const AnalyseArguments& arguments, const Scene& scene, int threa
         "{:.2f} GB\n{}\n",
         prepared->seafloor.vertices, prepared->seafloor.faces, of_tiles.all, of_tiles.before,
         of_tiles.seconds, threads, threads == 1 ? "" : "s",
-        1e-9 * static_cast<double>(tiles.file_bytes()), prepared->cache_file.string());
+        1e-9 * static_cast<double>(tiles.file_bytes()), prepared->origin.cache_file.string());
     if (prepared->clusters)
       print_note("{} clusters, {} of them were there, {:.2f} s\n", of_clusters.all,
                  of_clusters.before, of_clusters.seconds);
   }
   if (!arguments.json) return;
-  nlohmann::ordered_json json = {{"file", prepared->cache_file.string()},
+  nlohmann::ordered_json json = {{"file", prepared->origin.cache_file.string()},
                                  {"bytes", tiles.file_bytes()},
                                  {"vertices", prepared->seafloor.vertices},
                                  {"faces", prepared->seafloor.faces},

@@ -1,5 +1,6 @@
 #include <ensonify/engine/output/exr.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/trace/face_source.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/parallel_for.h>
 
@@ -50,12 +51,12 @@ void print_size(const RunSize& size) {
 void print_report(const RunReport& report, const std::string& intersector, const fs::path& folder,
                   int threads) {
   const StageTimes& stages = report.stages;
-  if (!report.surface_why.empty())
-    print_note("surface: {}, because {}\n", report.surface, report.surface_why);
-  if (report.cached)
-    print_note("analysed seafloor: read from {}\n", report.cache_file.string());
-  else if (!report.cache_file.empty() && report.surface != "static")
-    print_note("analysed seafloor: kept in {}\n", report.cache_file.string());
+  const SeafloorOrigin& origin = report.origin;
+  if (!origin.why.empty()) print_note("surface: {}, because {}\n", origin.surface, origin.why);
+  if (origin.cached)
+    print_note("analysed seafloor: read from {}\n", origin.cache_file.string());
+  else if (!origin.cache_file.empty() && origin.surface != static_surface)
+    print_note("analysed seafloor: kept in {}\n", origin.cache_file.string());
   // Parts that were found took no time in this run.
   const std::string rate = report.parts_found > 0
                                ? fmt::format(" for the missing ones of {} parts", report.parts)
@@ -108,8 +109,8 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
        {{"of_run", report.parts}, {"found", report.parts_found}, {"complete", report.complete}}},
       {"counts", report.counts},
       {"warnings", report.extrapolation.appended_to(report.warnings)},
-      {"surface", {{"name", report.surface}, {"why", report.surface_why}}},
-      {"cache", {{"file", report.cache_file.string()}, {"hit", report.cached}}},
+      {"surface", {{"name", report.origin.surface}, {"why", report.origin.why}}},
+      {"cache", {{"file", report.origin.cache_file.string()}, {"hit", report.origin.cached}}},
       {"pings_per_s", report.parts_found > 0 || report.counts.at("pings") == 0
                           ? nlohmann::ordered_json(nullptr)
                           : nlohmann::ordered_json(pings_per_s(report))},

@@ -1,6 +1,6 @@
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/session_keys.h>
+#include <ensonify/engine/simulator/prepare.h>
 
 #include <unistd.h>
 
@@ -49,7 +49,7 @@ class PoseSession {
       : arguments_(arguments),
         source_(SessionScene::of_file(arguments.scene.file, arguments.scene.overrides,
                                       arguments.scene.data_folder)),
-        scene_(for_stream(source_.with())),
+        scene_(with_session_surface(source_.with())),
         simulator_(make_simulator(scene_, arguments)) {
     BinLayers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
     for (std::string& name : arguments_.layers) {
@@ -89,13 +89,6 @@ class PoseSession {
   void answer_error(const std::string& error) { write_json({{"error", error}}); }
 
  private:
-  static Scene for_stream(Scene scene) {
-    // The number of pings is unknown, so the analysis may not pay off; with a static tree a ping
-    // costs least.
-    if (scene.run.surface == "auto" && !needs_tiles(scene.seafloor)) scene.run.surface = "static";
-    return scene;
-  }
-
   static Simulator make_simulator(const Scene& scene, const StreamArguments& arguments) {
     Progress progress(arguments.quiet);
     return Simulator(scene,

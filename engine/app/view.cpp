@@ -12,6 +12,7 @@
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/internals.h>
+#include <ensonify/engine/trace/face_source.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/atomic_file.h>
@@ -40,7 +41,7 @@ void view_scene(const ViewArguments& arguments) {
   Scene scene = arguments.scene.read();
   require_at_once(scene.seafloor);
   // The simulator only makes the seafloor and aims the fans; this builds no tree to trace with.
-  scene.run.surface = "static";
+  scene.run.surface = static_surface;
   scene.run.intersector = "fan_scan";
 
   const SignalWatch signals;

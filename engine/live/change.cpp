@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/json_text.h>
-#include <ensonify/engine/live/live_scene.h>
+#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
@@ -45,14 +45,15 @@ SceneChange scene_change(const Json& keys, const SessionScene& now, const Vehicl
   for (const auto& [key, value] : keys.items()) {
     all.push_back({key, text_of(value)});
     const bool flies = key == altitude_key || key == speed_key;
-    if (!flies) to.keys.push_back(all.back());  // these two would move the track
+    // Altitude and speed change the vehicle, not the scene's track.
+    if (!flies) to.keys.push_back(all.back());
     display = display || key.starts_with("display.");
     to.seabed = to.seabed || !(flies || is_sonar_key(key) || key.starts_with("display."));
   }
   const Scene checked = now.with(all);
   if (keys.contains(altitude_key)) to.vehicle.altitude_m = checked.track.altitude_m;
   if (keys.contains(speed_key)) to.vehicle.speed_mps = checked.track.speed_mps;
-  to.scene = as_watched(now.with(to.keys));
+  to.scene = with_session_surface(now.with(to.keys));
   if (!to.seabed)
     for (const std::size_t i : changed_sonars(to.scene, to.keys))
       to.sonars.emplace_back(i, to.scene.sonars[i]);

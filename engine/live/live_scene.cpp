@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include <ensonify/engine/live/frames.h>
-#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 
 namespace ensonify::engine {
 namespace {
@@ -68,12 +67,6 @@ Pose LiveScene::pose_at(double along) const {
   pose.heading_rad = turn(pose.heading_rad, next.heading_rad);
   pose.t_s = mix(pose.t_s, next.t_s);
   return pose;
-}
-
-Scene as_watched(Scene scene) {
-  // With a static tree a ping costs least; the drawn mesh is separate (mesh_preview.h).
-  if (scene.run.surface == "auto" && !needs_tiles(scene.seafloor)) scene.run.surface = "static";
-  return scene;
 }
 
 }  // namespace ensonify::engine

@@ -22,7 +22,4 @@ struct LiveScene {
   Pose pose_at(double along) const;
 };
 
-/// The scene with `run.surface` chosen for watching, if it is "auto".
-Scene as_watched(Scene scene);
-
 }  // namespace ensonify::engine

@@ -13,6 +13,7 @@
 #include <ensonify/engine/live/mailbox.h>
 #include <ensonify/engine/live/ping_loop.h>
 #include <ensonify/engine/session_keys.h>
+#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
@@ -25,7 +26,7 @@ struct LiveSession::Inner {
                                                  its_options.data_folder)) {}
 
   Inner(const LiveOptions& its_options, const SessionScene& source)
-      : Inner(its_options, source, as_watched(source.with())) {}
+      : Inner(its_options, source, with_session_surface(source.with())) {}
 
   Inner(const LiveOptions& its_options, const SessionScene& source, const Scene& scene)
       : memory(its_options.memory),

@@ -1,8 +1,6 @@
 #include <ensonify/engine/run/one_part.h>
 
-#include <optional>
 #include <span>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -20,34 +18,14 @@ void grow_pictures(RunState& run, OutputFolder& output, const Simulator& simulat
   run.picture.written(start);
 }
 
-ScenePings ping_track(RunState& run, OutputFolder& output, Simulator& simulator,
-                      const TrackPings& track) {
-  ScenePings pings;
-  bool taken = false;
-  ping_parts(run.scene, simulator, track, run.threads,
-             {.next_part = [&]() -> std::optional<PingRange> {
-                if (std::exchange(taken, true)) return std::nullopt;
-                return PingRange{0, track.count()};
-              },
-              .finished = [&](const PingRange&, ScenePings all,
-                              const Simulator&) { pings = std::move(all); },
-              .after_block =
-                  [&](std::span<const Waterfall> images, std::size_t done) {
-                    run.report_stage("pings", done, track.count());
-                    if (done > 0) grow_pictures(run, output, simulator, images);
-                  },
-              .verify_pings = run.control.verify_pings});
-  return pings;
-}
-
 PartRecord write_run(const RunState& run, OutputFolder& output, const Simulator& simulator,
                      ScenePings& pings, const RunPlan& plan) {
   run.report_stage("files", 0, 1);
   PartRecord record =
-      run.record_files(pings, simulator, "", run.threads,
-                       [&](const std::string& name, const refine::WriteContent& write_content) {
-                         output.write(name, write_content);
-                       });
+      write_files(run, pings, simulator, "", run.threads,
+                  [&](const std::string& name, const refine::WriteContent& write_content) {
+                    output.write(name, write_content);
+                  });
   if (run.control.on_outputs)
     run.control.on_outputs({simulator, pings.images, pings.object_visibility});
   std::vector<std::string> warnings = run.warnings;
@@ -76,7 +54,13 @@ PartRecord make_one_part(RunState& run, OutputFolder& output, Simulator& simulat
                     run.folder.string()));
   output.require_own(file_names(run.scene, ""));
   Clock::time_point start = Clock::now();
-  ScenePings pings = ping_track(run, output, simulator, track);
+  ScenePings pings = ping_as_one(
+      run.scene, simulator, track, run.threads,
+      [&](std::span<const Waterfall> images, std::size_t done, std::size_t of) {
+        run.report_stage("pings", done, of);
+        if (done > 0) grow_pictures(run, output, simulator, images);
+      },
+      run.control.verify_pings);
   run.report.stages = pings.stages;
   run.report.pings_s = seconds_since(start);
 

@@ -17,7 +17,7 @@ namespace ensonify::engine {
 struct PartRecord {
   std::string run_xxh128;  ///< hash_of() the plan of its run
   PingRange pings;
-  std::string surface;    ///< as in PreparedSeafloor
+  std::string surface;    ///< as in SeafloorOrigin
   std::string code_path;  ///< as SimulatorInternals::code_path()
   LabelNames names;       ///< of the labels in the files
   /// Of the seafloor: vertices, faces, repairs. The same for all parts.

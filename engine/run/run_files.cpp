@@ -21,6 +21,7 @@
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/recording.h>
 #include <ensonify/engine/output/targets_json.h>
+#include <ensonify/engine/run/run_state.h>
 #include <ensonify/engine/scene/output_formats.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/refine/parallel_for.h>
@@ -28,7 +29,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// How many sonars have a lower frequency, or the same and come before.
+/// How many sonars have a lower frequency, or the same frequency and a lower number.
 int frequency_rank(std::span<const Sonar> sonars, std::size_t sonar) {
   int rank = 0;
   for (std::size_t other = 0; other < sonars.size(); ++other) {
@@ -159,19 +160,22 @@ double most_file_bytes(const Scene& scene, std::span<const Sonar> sonars, std::s
   return bytes;
 }
 
-PartRecord write_files(const Scene& scene, const std::string& scene_hash, const WorldOnEarth& world,
-                       ScenePings& pings, const Simulator& simulator, const std::string& ending,
-                       int threads, const WriteFile& write) {
+PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& simulator,
+                       const std::string& ending, int threads, const WriteFile& write) {
+  const Scene& scene = run.scene;
   const Seafloor& seafloor = simulator.seafloor();
   const OutputOptions& output = scene.output;
   PartRecord record{.pings = pings.pings,
+                    .surface = run.report.origin.surface,
                     .code_path = std::string(SimulatorInternals::code_path(simulator)),
                     .names = renumber({seafloor.classes, seafloor.materials},
                                       {output.class_names, output.sediment_names}, pings.images),
                     .seafloor = {{"vertices", seafloor.vertices},
                                  {"faces", seafloor.faces},
-                                 {"repairs", seafloor.repairs}}};
-  const ImageOrigin origin{seafloor.mesh.world_origin, scene_hash, record.names, output.encoding};
+                                 {"repairs", seafloor.repairs}},
+                    .warnings = run.report.extrapolation.appended_to(run.warnings)};
+  const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(run.scene_toml), record.names,
+                           output.encoding};
 
   const auto write_bytes = [&](const std::string& name, std::span<const std::byte> bytes) {
     write(name, refine::content_of(bytes));
@@ -189,7 +193,7 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, const 
     tasks.emplace_back([&, first, end, name, formats] {
       std::vector<Recording> sonars;
       for (std::size_t i = first; i < end; ++i)
-        sonars.push_back(recording_of(scene, world, pings.images[i], simulator, i));
+        sonars.push_back(recording_of(scene, run.world, pings.images[i], simulator, i));
       for (const OutputFormat* format : formats)
         write_bytes(fmt::format("{}.{}", name, format->name),
                     std::get<EncodeRecording>(format->encode)(sonars));

@@ -15,6 +15,8 @@
 
 namespace ensonify::engine {
 
+struct RunState;  // run_state.h
+
 /// Writes a file. Several threads may call it at once.
 using WriteFile =
     std::function<void(const std::string& name, const refine::WriteContent& write_content)>;
@@ -28,11 +30,10 @@ struct WorldOnEarth {
 /// Encodes the files of the pings of a run or of one of its parts, on several threads: for each
 /// sonar NAME the picture, the layers and recordings that the scene asks for, the table of pings
 /// and the targets. The recordings may also be of all sonars together. `ending` follows NAME in all
-/// file names. Renumbers the labels as the scene asks. Returns the names and counts of these pings,
-/// without files and warnings.
-PartRecord write_files(const Scene& scene, const std::string& scene_hash, const WorldOnEarth& world,
-                       ScenePings& pings, const Simulator& simulator, const std::string& ending,
-                       int threads, const WriteFile& write);
+/// file names. Renumbers the labels as the scene asks. Returns the record of these pings, without
+/// their files.
+PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& simulator,
+                       const std::string& ending, int threads, const WriteFile& write);
 
 /// The names of the files that write_files() may write.
 std::vector<std::string> file_names(const Scene& scene, const std::string& ending);

@@ -13,15 +13,4 @@ std::size_t RunState::pings_in_memory(const RunParts& parts) const {
   return std::min(parts.pings(), parts.longest() * (static_cast<std::size_t>(threads) + 1));
 }
 
-PartRecord RunState::record_files(ScenePings& pings, const Simulator& simulator,
-                                  const std::string& ending, int file_threads,
-                                  const WriteFile& write) const {
-  PartRecord record =
-      write_files(scene, xxh128(scene_toml), world, pings, simulator, ending, file_threads, write);
-  if (control.verify_pings == 0) record.verification.clear();
-  record.surface = report.surface;
-  record.warnings = report.extrapolation.appended_to(warnings);
-  return record;
-}
-
 }  // namespace ensonify::engine

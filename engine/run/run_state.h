@@ -49,9 +49,6 @@ struct RunState {
   bool picture_is_due() const { return control.growing_picture && picture.is_due(); }
   /// While one part is written by each thread, another one is pinged.
   std::size_t pings_in_memory(const RunParts& parts) const;
-  /// Writes the files of these pings, as write_files() does.
-  PartRecord record_files(ScenePings& pings, const Simulator& simulator, const std::string& ending,
-                          int file_threads, const WriteFile& write) const;
 };
 
 }  // namespace ensonify::engine

@@ -93,7 +93,8 @@ class SeveralParts {
         run_.folder.string(), fmt::join(changes, ", ")));
   }
 
-  /// In a folder without a plan nothing is of this run, except whole parts of it.
+  /// Throws SceneError if the folder has files in the way. Without a plan file, only complete parts
+  /// can belong to this run.
   void require_empty_places() const {
     std::vector<std::string> names;
     for (const Sonar& sonar : run_.scene.sonars)
@@ -222,8 +223,8 @@ class SeveralParts {
   void write_part(const Simulator& simulator, ScenePings& pings, std::size_t part) {
     StagingFolder staging(run_.folder / parts_.folder(part));
     std::vector<FileRecord> files;
-    PartRecord record = run_.record_files(
-        pings, simulator, fmt::format("_{}", parts_.number(part)), 1,
+    PartRecord record = write_files(
+        run_, pings, simulator, fmt::format("_{}", parts_.number(part)), 1,
         [&](const std::string& name, const refine::WriteContent& write_content) {
           refine::write_staged(
               staging.path() / name, write_content,

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/image/display_options.h>
@@ -41,9 +42,12 @@ struct Sea {
   SeaState state;
 };
 
+/// The value of RunOptions::surface for which prepare_seafloor() chooses a face source.
+inline constexpr std::string_view auto_surface = "auto";
+
 /// How a run is computed. It does not change the result, except for the intersector's last bits.
 struct RunOptions {
-  std::string surface = "auto";  ///< a face source's name, or auto: prepare_seafloor() chooses
+  std::string surface{auto_surface};  ///< a face source's name, or auto
   std::string intersector = "fan_scan";
   IntersectorOptions intersection;
   int tree_pings = 6;    ///< for how many pings one tree of exact faces is used

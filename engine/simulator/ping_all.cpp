@@ -262,10 +262,8 @@ void ping_parts(const Scene& scene, Simulator& simulator, const TrackPings& trac
   with_memory_for("the pings", [&] { Pings(scene, simulator, track, work).make(threads); });
 }
 
-ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
-                    const AfterBlock& after_block, const MemoryLimit& memory) {
-  const TrackPings track(scene, simulator);
-  require_images(memory, simulator.sonars(), track.count());
+ScenePings ping_as_one(const Scene& scene, Simulator& simulator, const TrackPings& track,
+                       int threads, const AfterBlock& after_block, std::size_t verify_pings) {
   ScenePings all;
   bool taken = false;
   ping_parts(scene, simulator, track, threads,
@@ -278,8 +276,16 @@ ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
               .after_block =
                   [&](std::span<const Waterfall> images, std::size_t pings) {
                     if (after_block) after_block(images, pings, track.count());
-                  }});
+                  },
+              .verify_pings = verify_pings});
   return all;
+}
+
+ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
+                    const AfterBlock& after_block, const MemoryLimit& memory) {
+  const TrackPings track(scene, simulator);
+  require_images(memory, simulator.sonars(), track.count());
+  return ping_as_one(scene, simulator, track, threads, after_block);
 }
 
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings) {
@@ -305,8 +311,8 @@ double rays_of(std::span<const Sonar> sonars) {
 }
 
 double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector) {
-  constexpr double with_tree = 43.0, without_tree = 130.0;  // measured
-  return rays_of(sonars) * (intersector_kind(intersector).builds_tree ? with_tree : without_tree);
+  // Bytes per ray, measured.
+  return rays_of(sonars) * (intersector_kind(intersector).builds_tree ? 43.0 : 130.0);
 }
 
 }  // namespace ensonify::engine

@@ -42,7 +42,7 @@ class TrackPings {
 
   std::size_t count() const { return poses_.size(); }
   std::span<const Pose> poses() const { return poses_; }
-  /// As TrackPoses.
+  /// As in TrackPoses.
   std::span<const std::size_t> leg_starts() const { return leg_starts_; }
   const std::optional<GeographicPlace>& middle() const { return middle_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
@@ -100,9 +100,13 @@ struct PartWork {
 void ping_parts(const Scene& scene, Simulator& simulator, const TrackPings& track, int threads,
                 const PartWork& work);
 
-/// As PartWork::after_block, with the number of all pings.
+/// PartWork::after_block, with the number of all pings in addition.
 using AfterBlock =
     std::function<void(std::span<const Waterfall> images, std::size_t pings, std::size_t of)>;
+
+/// Every ping of the track, as one part. Throws as ping_parts().
+ScenePings ping_as_one(const Scene& scene, Simulator& simulator, const TrackPings& track,
+                       int threads, const AfterBlock& after_block, std::size_t verify_pings = 0);
 
 /// Every ping of a scene's track. Throws SceneError for a track that leaves the seafloor,
 /// MemoryError for images that do not fit, and as ping_parts().

@@ -58,8 +58,9 @@ auto with_places(const Scene& scene, Make&& make) {
 
 /// Bytes per face that a surface needs in addition to the mesh; for `auto` the smaller one.
 double bytes_per_face(std::string_view surface, std::string_view intersector) {
-  if (surface == "auto")
-    return std::min(bytes_per_face("static", intersector), bytes_per_face("refined", intersector));
+  if (surface == auto_surface)
+    return std::min(bytes_per_face(static_surface, intersector),
+                    bytes_per_face(refined_surface, intersector));
   const double bytes =
       build_bytes_per_face(face_source_kind(surface), intersector_kind(intersector));
   return face_source_kind(surface).needs_progressive_mesh ? bytes : bytes + BedGrid::bytes_per_face;
@@ -67,7 +68,7 @@ double bytes_per_face(std::string_view surface, std::string_view intersector) {
 
 /// Throws for what a bed that is made in tiles cannot be used with.
 void refuse_for_tiles(const Scene& scene) {
-  if (scene.run.surface == "static")
+  if (scene.run.surface == static_surface)
     throw SceneError(
         "run: the surface 'static' needs the whole bed at once, and this one is made in tiles; take "
         "footprint, or refined");
@@ -80,7 +81,7 @@ void refuse_for_tiles(const Scene& scene) {
 class Preparing {
  public:
   Preparing(const Scene& scene, const Preparation& how) : scene_(scene), how_(how) {
-    result_->surface = scene.run.surface;
+    origin_.surface = scene.run.surface;
   }
 
   std::shared_ptr<const PreparedSeafloor> result() {
@@ -96,22 +97,22 @@ class Preparing {
       return result_;
     }
     if (scene_.seafloor.is_grid() &&
-        (scene_.run.surface == "auto" || face_source_kind(scene_.run.surface).takes_grid)) {
+        (scene_.run.surface == auto_surface || face_source_kind(scene_.run.surface).takes_grid)) {
       make_seafloor_of_scene(BedForm::grid);
       choose_for_grid();
       return result_;
     }
-    if (scene_.run.surface != "auto" && !needs_progressive()) {
+    if (scene_.run.surface != auto_surface && !needs_progressive()) {
       make_seafloor_of_scene();
       return result_;
     }
     find_cached();
-    if (!result_->cached) make_seafloor_of_scene();
+    if (!origin_.cached) make_seafloor_of_scene();
     choose_by_length();
     if (!needs_progressive()) {
-      if (result_->cached) make_seafloor_of_scene();
-      result_->cache_file.clear();
-    } else if (!result_->cached) {
+      if (origin_.cached) make_seafloor_of_scene();
+      origin_.cache_file.clear();
+    } else if (!origin_.cached) {
       make_progressive();
     }
     return result_;
@@ -131,13 +132,13 @@ class Preparing {
     };
   }
   bool needs_progressive() const {
-    return face_source_kind(result_->surface).needs_progressive_mesh;
+    return face_source_kind(origin_.surface).needs_progressive_mesh;
   }
 
   void make_seafloor_of_scene(BedForm form = BedForm::mesh) {
     report("seafloor");
     result_->seafloor = seafloor_of(scene_, plan(), form, still_in("seafloor"));
-    result_->cached = false;
+    origin_.cached = false;
   }
 
   /// A bed whose tiles are made when a ping needs them.
@@ -149,11 +150,11 @@ class Preparing {
         return make_seafloor_in_tiles(scene_.seafloor, scene_.bed_seed(), scene_.objects,
                                       scene_.materials, {file, key_});
       });
-      if (!face_source_kind(result_->surface).takes_grid) make_clusters(file);
+      if (!face_source_kind(origin_.surface).takes_grid) make_clusters(file);
     };
-    if (scene_.run.surface == "auto") {
-      result_->surface = "footprint";
-      result_->why = "the bed is made in tiles where pings need it";
+    if (scene_.run.surface == auto_surface) {
+      origin_.surface = footprint_surface;
+      origin_.why = "the bed is made in tiles where pings need it";
     }
     if (how_.cache.empty()) return make({});
     key_ = seafloor_key(scene_);
@@ -162,15 +163,15 @@ class Preparing {
       fs::create_directories(how_.cache);
       if (!is_tile_file(file)) remove_with_warning(file);
       std::error_code unreadable;  // is as good as not there
-      result_->cached = fs::exists(file, unreadable);
+      origin_.cached = fs::exists(file, unreadable);
       make(file);
-      result_->cache_file = file;
+      origin_.cache_file = file;
       fs::last_write_time(file, fs::file_time_type::clock::now(), unreadable);
       trim_cache(how_.cache, how_.cache_limit_bytes, key_);
     } catch (const std::system_error& error) {
       result_->warnings.push_back(fmt::format(
           "the bed's tiles cannot be kept: {}; --cache names another folder", error.what()));
-      result_->cached = false;
+      origin_.cached = false;
       make({});
     }
   }
@@ -185,7 +186,7 @@ class Preparing {
     fs::last_write_time(folder, fs::file_time_type::clock::now(), not_there_yet);
   }
 
-  /// Whether a file, if there is one, is what its name says.
+  /// Whether the file does not exist, or has the tiles of this key.
   bool is_tile_file(const fs::path& file) {
     std::error_code unreadable;
     if (!fs::exists(file, unreadable)) return true;
@@ -210,7 +211,7 @@ class Preparing {
   void restore() {
     const auto faces = static_cast<double>(result_->seafloor.faces);
     how_.memory.require(faces * (refine::mesh_bytes_per_face +
-                                 bytes_per_face(result_->surface, scene_.run.intersector)) +
+                                 bytes_per_face(origin_.surface, scene_.run.intersector)) +
                             how_.more_bytes,
                         fmt::format("the {:.0f} faces of {} and a tree over them", faces,
                                     scene_.seafloor.progressive.path.string()),
@@ -219,58 +220,59 @@ class Preparing {
   }
 
   void choose(std::string_view why) {
-    if (scene_.run.surface != "auto") return;
-    result_->surface = "refined";
-    result_->why = why;
+    if (scene_.run.surface != auto_surface) return;
+    origin_.surface = refined_surface;
+    origin_.why = why;
   }
 
-  /// By the scene alone: hits are the same, except for Embree's.
+  /// Chooses the face source from the scene only. All give the same hits, except with Embree.
   void choose_for_grid() {
-    if (scene_.run.surface != "auto") return;
+    if (scene_.run.surface != auto_surface) return;
     const std::size_t faces = result_->seafloor.faces;
     const auto pings = static_cast<std::size_t>(scene_.track.pings);
     const bool for_a_tree = intersector_kind(scene_.run.intersector).builds_tree &&
                             scene_.track.kind == TrackKind::line && faces <= most_static_faces &&
                             pings >= faces / faces_per_static_ping;
-    result_->surface = for_a_tree ? "static" : "footprint";
-    result_->why =
+    origin_.surface = for_a_tree ? static_surface : footprint_surface;
+    origin_.why =
         for_a_tree
             ? fmt::format("{} pings are enough to pay for a tree over {} faces", pings, faces)
             : "the bed is a grid of heights, and a tree over all of it would not pay";
     if (!for_a_tree) return;
     how_.memory.require(
-        static_cast<double>(faces) *
-                (refine::mesh_bytes_per_face + bytes_per_face("static", scene_.run.intersector)) +
+        static_cast<double>(faces) * (refine::mesh_bytes_per_face +
+                                      bytes_per_face(static_surface, scene_.run.intersector)) +
             how_.more_bytes,
         fmt::format("the {} faces of the seafloor and a tree over them", faces),
         "take --surface footprint");
     with_memory_for("the seafloor", [&] { take_bed_to_mesh(result_->seafloor); });
   }
 
-  // By the scene alone: whether the cache has it changes no byte.
+  // The choice depends on the scene only, not on the cache, so the output does not depend on the
+  // cache.
   void choose_by_length() {
-    if (scene_.run.surface != "auto") return;
+    if (scene_.run.surface != auto_surface) return;
     if (scene_.track.kind != TrackKind::line) return choose("the track is no single line");
     const std::size_t faces = result_->seafloor.faces;
     const auto pings = static_cast<std::size_t>(scene_.track.pings);
     const bool long_enough = pings >= faces / faces_per_ping;
-    result_->surface = long_enough ? "refined" : "static";
-    result_->why = fmt::format("{} pings are {} to pay for the analysis of {} faces", pings,
-                               long_enough ? "enough" : "too few", faces);
+    origin_.surface = long_enough ? refined_surface : static_surface;
+    origin_.why = fmt::format("{} pings are {} to pay for the analysis of {} faces", pings,
+                              long_enough ? "enough" : "too few", faces);
   }
 
   void find_cached() {
     if (how_.cache.empty()) return;
     report("seafloor");
     key_ = seafloor_key(scene_);
-    result_->cache_file = file_of(how_.cache, key_, cached_extension);
+    origin_.cache_file = file_of(how_.cache, key_, cached_extension);
     std::error_code unreadable;  // is as good as not there
-    if (!fs::exists(result_->cache_file, unreadable)) return;
+    if (!fs::exists(origin_.cache_file, unreadable)) return;
     try {
-      result_->seafloor = open_analysed(result_->cache_file, key_);
-      result_->cached = true;
+      result_->seafloor = open_analysed(origin_.cache_file, key_);
+      origin_.cached = true;
       std::error_code ignored;  // it was used now
-      fs::last_write_time(result_->cache_file, fs::file_time_type::clock::now(), ignored);
+      fs::last_write_time(origin_.cache_file, fs::file_time_type::clock::now(), ignored);
     } catch (const refine::MeshError& error) {
       result_->warnings.push_back(fmt::format("{}; it is made again", error.what()));
     }
@@ -284,19 +286,20 @@ class Preparing {
     if (how_.cache.empty()) return;
     try {
       fs::create_directories(how_.cache);
-      save_analysed(result_->seafloor, key_, result_->cache_file);
+      save_analysed(result_->seafloor, key_, origin_.cache_file);
       trim_cache(how_.cache, how_.cache_limit_bytes, key_);
     } catch (const std::system_error& error) {
       result_->warnings.push_back(
           fmt::format("the analysed seafloor could not be kept: {}; --cache names another folder",
                       error.what()));
-      result_->cache_file.clear();
+      origin_.cache_file.clear();
     }
   }
 
   const Scene& scene_;
   const Preparation& how_;
   std::shared_ptr<PreparedSeafloor> result_ = std::make_shared<PreparedSeafloor>();
+  SeafloorOrigin& origin_ = result_->origin;
   std::string key_;
   std::mutex reporting_;
   Clock::time_point reported_;
@@ -328,6 +331,12 @@ std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
                                                          const Preparation& how) {
   refine::thread_count(how.threads);  // refuses a wrong number before any work
   return how.seafloor ? how.seafloor : Preparing(scene, how).result();
+}
+
+Scene with_session_surface(Scene scene) {
+  if (scene.run.surface == auto_surface && !needs_tiles(scene.seafloor))
+    scene.run.surface = static_surface;
+  return scene;
 }
 
 Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan, BedForm form,

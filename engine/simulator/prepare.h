@@ -1,6 +1,6 @@
 #pragma once
 
-#include <filesystem>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -26,10 +26,7 @@ struct PreparedSeafloor {
   Seafloor seafloor;
   /// The same bed and objects for `refined`, where the bed is made in tiles.
   std::shared_ptr<refine::MeshClusters> clusters;
-  std::string surface;  ///< the scene's, or the one that `auto` chose
-  std::string why;      ///< why `auto` chose it; empty where the scene names the surface
-  std::filesystem::path cache_file;   ///< where it was read from, or is kept; empty: nowhere
-  bool cached = false;                ///< whether it was read from there
+  SeafloorOrigin origin;
   std::vector<std::string> warnings;  ///< of the cache
 
   /// Finds the height of the bed, for a seafloor without a progressive mesh. The first call
@@ -61,6 +58,10 @@ class BedHeight {
 /// the seafloor throws, SceneError, and MemoryError before it allocates memory that is not there.
 std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
                                                          const Preparation& how);
+
+/// The scene for a session, whose number of pings is unknown: `auto` becomes `static`, with which a
+/// ping costs least, because the analysis may not pay off. Not for a bed that is made in tiles.
+Scene with_session_surface(Scene scene);
 
 /// Makes the scene's seafloor. Throws what make_seafloor does; a fault that names a layer or an
 /// object becomes a SceneError with its place in the scene's file; MemoryError for a mesh that does

@@ -128,7 +128,7 @@ Refraction Simulator::SharedState::refraction(const PreparedSonar& sonar) const 
 }
 
 Simulator::ThreadState::ThreadState(const SharedState& shared)
-    : face_source(face_source_kind(shared.prepared->surface).make(shared.parts),
+    : face_source(face_source_kind(shared.prepared->origin.surface).make(shared.parts),
                   static_cast<std::uint32_t>(shared.seafloor.faces), shared.parts),
       bed(*shared.prepared),
       objects(shared.seafloor, face_source),

@@ -113,10 +113,10 @@ TEST_CASE("a run's bytes are the same without a cache, with a cold one and with 
     const auto expected = run_into(folder / (name + "-none"), scene, "");
     RunReport cold, warm;
     CHECK((run_into(folder / (name + "-cold"), scene, cache, &cold) == expected));
-    CHECK(!cold.cached);
-    CHECK(cold.cache_file == cache / (seafloor_key(scene) + ".mesh"));
+    CHECK(!cold.origin.cached);
+    CHECK(cold.origin.cache_file == cache / (seafloor_key(scene) + ".mesh"));
     CHECK((run_into(folder / (name + "-warm"), scene, cache, &warm) == expected));
-    CHECK(warm.cached);
+    CHECK(warm.origin.cached);
     CHECK(warm.warnings == cold.warnings);
     CHECK(contents(cache).size() == 1);
 
@@ -136,7 +136,7 @@ TEST_CASE(
   const fs::path cache = folder / "cache";
   RunReport report;
   const auto expected = run_into(folder / "first", scene, cache, &report);
-  const fs::path file = report.cache_file;
+  const fs::path file = report.origin.cache_file;
   const std::string good = read_text(file);
 
   const auto check_rebuilt = [&](const std::string& bad) {
@@ -180,7 +180,7 @@ TEST_CASE("a cache that cannot be written is a warning") {
   CHECK((run_into(folder / "run", scene, folder / "file/cache", &report) == expected));
   REQUIRE(!report.warnings.empty());
   CHECK(report.warnings.back().find("--cache names another folder") != std::string::npos);
-  CHECK(report.cache_file.empty());
+  CHECK(report.origin.cache_file.empty());
 }
 
 TEST_CASE("trimming the cache keeps what was just saved") {
@@ -198,7 +198,7 @@ TEST_CASE("trimming the cache keeps what was just saved") {
   const auto prepared =
       prepare_seafloor(small_scene(), {.cache = cache, .cache_limit_bytes = 16 << 20});
   CHECK(prepared->warnings.empty());
-  CHECK(fs::exists(prepared->cache_file));
+  CHECK(fs::exists(prepared->origin.cache_file));
   CHECK(!fs::exists(cache / "huge.mesh"));
   CHECK(fs::exists(cache / "holes.mesh"));
 }
@@ -211,23 +211,23 @@ TEST_CASE("surface auto means footprint for a bed of heights, which is not analy
     scene.run.surface = surface;
     scene.track.pings = 37;
     const auto prepared = prepare_seafloor(scene, {.cache = folder / "cache"});
-    CHECK(prepared->surface == "footprint");
-    CHECK(prepared->why.empty() == (scene.run.surface != "auto"));
+    CHECK(prepared->origin.surface == "footprint");
+    CHECK(prepared->origin.why.empty() == (scene.run.surface != "auto"));
     CHECK(prepared->seafloor.grid);
     CHECK(!prepared->seafloor.progressive);
     CHECK(prepared->seafloor.mesh.faces.empty());
-    CHECK(prepared->cache_file.empty());
+    CHECK(prepared->origin.cache_file.empty());
   }
   scene.run.surface = "auto";
   scene.track.pings = 38;
   auto prepared = prepare_seafloor(scene, {.cache = folder / "cache"});
-  CHECK(prepared->surface == "static");
-  CHECK(prepared->why == "38 pings are enough to pay for a tree over 57600 faces");
+  CHECK(prepared->origin.surface == "static");
+  CHECK(prepared->origin.why == "38 pings are enough to pay for a tree over 57600 faces");
   CHECK(!prepared->seafloor.grid);
   CHECK(prepared->seafloor.mesh.faces.size() == prepared->seafloor.faces);
   scene.run.intersector = "fan_scan";  // has no tree
   prepared = prepare_seafloor(scene, {.cache = folder / "cache"});
-  CHECK(prepared->surface == "footprint");
+  CHECK(prepared->origin.surface == "footprint");
   CHECK(!fs::exists(folder / "cache"));
 }
 
@@ -241,21 +241,21 @@ TEST_CASE("surface auto of a mesh means refined unless the run is too short, and
   scene.seafloor.mesh = {"bed.ply", folder / "bed.ply"};
   scene.track.pings = 100;
   auto prepared = prepare_seafloor(scene, {});
-  CHECK(prepared->surface == "refined");
+  CHECK(prepared->origin.surface == "refined");
   CHECK(prepared->seafloor.progressive);
   CHECK(prepared->seafloor.mesh.faces.empty());
-  CHECK(prepared->why == "100 pings are enough to pay for the analysis of 360000 faces");
+  CHECK(prepared->origin.why == "100 pings are enough to pay for the analysis of 360000 faces");
   scene.track.pings = 3;
   prepared = prepare_seafloor(scene, {});
-  CHECK(prepared->surface == "static");
+  CHECK(prepared->origin.surface == "static");
   CHECK(!prepared->seafloor.progressive);
   CHECK(prepared->seafloor.mesh.faces.size() == 360000);
-  CHECK(prepared->why == "3 pings are too few to pay for the analysis of 360000 faces");
+  CHECK(prepared->origin.why == "3 pings are too few to pay for the analysis of 360000 faces");
   scene.run.surface = "footprint";
   prepared = prepare_seafloor(scene, {});
   CHECK(prepare_seafloor(scene, {.seafloor = prepared}) == prepared);
-  CHECK(prepared->surface == "footprint");
-  CHECK(prepared->why.empty());
+  CHECK(prepared->origin.surface == "footprint");
+  CHECK(prepared->origin.why.empty());
   CHECK(prepared->seafloor.progressive);
 }
 

@@ -73,7 +73,7 @@ std::vector<float> pings(const Scene& scene, Seafloor seafloor, const std::vecto
                          const std::string& surface = "footprint") {
   auto prepared = std::make_shared<PreparedSeafloor>();
   prepared->seafloor = std::move(seafloor);
-  prepared->surface = surface;
+  prepared->origin.surface = surface;
   if (surface == "refined")
     prepared->clusters = std::make_shared<ensonify::refine::MeshClusters>(
         *prepared->seafloor.grid, prepared->seafloor.mesh, std::filesystem::path(), "");

@@ -421,7 +421,7 @@ TEST_CASE("However far from the seafloor's middle, Embree hits what the referenc
     bed.materials = {"none", "medium sand"};
     bed.classes = {"none", "seabed"};
     bed.mean_bed_m = -20.0;
-    prepared->surface = "static";
+    prepared->origin.surface = "static";
 
     Scene scene;
     scene.sonars.front().range_m = 40.0;

@@ -189,7 +189,7 @@ TEST_CASE("a cliff of the bed that is nearer than the bed below has the width of
   bed.materials = {"none", "lambert wall"};
   bed.classes = {"none", "seabed"};
   bed.mean_bed_m = -60.0;
-  prepared->surface = "static";
+  prepared->origin.surface = "static";
   Scene scene;
   scene.speckle = scene.texture = false;
   scene.sea.sound_speed_mps = 1500.0;

@@ -15,7 +15,7 @@ std::vector<std::string_view> intersector_names() {
 
 std::vector<std::string_view> surface_choices() {
   std::vector<std::string_view> names = face_source_names();
-  names.insert(names.begin(), "auto");
+  names.insert(names.begin(), auto_surface);
   return names;
 }
 

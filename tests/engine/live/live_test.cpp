@@ -18,6 +18,7 @@
 #include <ensonify/engine/live/ping_loop.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/ping_all.h>
+#include <ensonify/engine/simulator/prepare.h>
 
 #include "support/catch.h"
 #include "support/program.h"
@@ -339,8 +340,8 @@ TEST_CASE("Only addresses that no other machine can reach are loopback") {
 
 TEST_CASE("a watched bed is static, and one in tiles has the surface that tiles take") {
   Scene scene;
-  CHECK(as_watched(scene).run.surface == "static");
+  CHECK(with_session_surface(scene).run.surface == "static");
   scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 1300.0;
   scene.seafloor.cell_m = 0.1;
-  CHECK(as_watched(scene).run.surface == "auto");
+  CHECK(with_session_surface(scene).run.surface == "auto");
 }
