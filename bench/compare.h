@@ -12,7 +12,7 @@ namespace ensonify::bench {
 struct Change {
   std::string name;
   double before = 0.0, now = 0.0;
-  /// Of now / before: both reports' spreads, half and relative, added as independent ones.
+  /// Relative noise of now / before: half the spreads of both reports, added as independent errors.
   double noise = 0.0;
   bool fell() const { return now < before * (1.0 - noise); }
 };

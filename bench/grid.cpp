@@ -34,7 +34,7 @@ constexpr int turns_of_quick = 8;
 struct Scheme {
   const char *surface, *intersector;
   int query_pings = 1;
-  // Of Embree: the machine's best, not those pinned for the same bits on all machines.
+  // Embree with the machine's best instructions, not with those that give the same bits everywhere.
   bool best_instructions = false;
   double max_faces = 1e9;  // a larger cell takes too long
 };

@@ -20,12 +20,12 @@ double turn_s(const Ping& ping) {
 
 /// The time that measuring itself adds.
 struct Harness {
-  /// Of an empty turn: the loop, its clock calls, and those of the stages.
+  /// Time of an empty turn: the loop, its clock calls, and those of the stages.
   double ping_us = 0.0;
   double fastest_ping_us = 0.0;  ///< of the grid's cells
   double share() const { return ping_us / fastest_ping_us; }
   static constexpr double max_share = 0.01;
-  /// Of the cells: which share of their pings the stages' times account for.
+  /// The share of the cells' ping times that the times of the stages add up to.
   Spread stages_over_ping;
 };
 

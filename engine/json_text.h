@@ -4,8 +4,8 @@
 
 namespace ensonify::engine {
 
-/// nlohmann's JSON as UTF-8 text: on one line, or with this indent of each level. What is not valid
-/// UTF-8 in it, such as a file's name, becomes U+FFFD instead of an exception.
+/// JSON as UTF-8 text, on one line or indented. Invalid UTF-8 (for example in file names) becomes
+/// U+FFFD; dump() alone would throw.
 template <typename Json>
 std::string json_text(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);

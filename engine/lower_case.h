@@ -6,7 +6,7 @@
 
 namespace ensonify::engine {
 
-/// A text whose ASCII letters are small.
+/// The text in lower case; only ASCII letters change.
 inline std::string lower_case(std::string text) {
   std::ranges::transform(text, text.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

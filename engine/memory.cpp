@@ -40,8 +40,8 @@ double available_in_machine_bytes() {
   return available > 0.0 ? 1024.0 * (available + number_in(file, "SwapFree:")) : infinite;
 }
 
-/// The smallest rest that a control group and its parents have. Cached file pages count as used
-/// there, but can be freed, so they are added.
+/// Free memory of the tightest control group, of this one and its parents. Cached file pages count
+/// as used but can be freed, so they are added.
 double available_in_group_bytes(const fs::path& root, fs::path group, const char* limit,
                                 const char* used, const char* prefix) {
   double least = infinite;

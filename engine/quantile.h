@@ -7,8 +7,7 @@
 
 namespace ensonify::engine {
 
-/// The quantile of `values` for a `share` from 0 to 1: that one of them at the rank share (n - 1),
-/// rounded down. 0 if there are none.
+/// The `share` quantile (0 to 1) of `values`: the element of rank floor(share (n - 1)); 0 if empty.
 inline double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));

@@ -85,8 +85,8 @@ double require_pings(const RunState& run, std::span<const Sonar> sonars, const R
   return bytes;
 }
 
-/// The same for the pings that are known before there is a seafloor to fly over; none otherwise.
-/// Throws as require_pings().
+/// Bytes of the pings, if their number is known before the seafloor is made; otherwise 0. Throws as
+/// require_pings().
 double expected_ping_bytes(const RunState& run) {
   if (run.scene.track.kind != TrackKind::line) return 0.0;
   std::vector<Sonar> sonars = run.scene.sonars;

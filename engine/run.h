@@ -33,7 +33,7 @@ struct StoppedBetweenParts : Stopped {
 struct Shard {
   std::size_t index = 0, count = 1;
 
-  /// Of that many samples or parts, the share is those from begin() until end().
+  /// The share of `all` samples or parts: from begin() until end().
   std::size_t begin(std::size_t all) const { return all * index / count; }
   std::size_t end(std::size_t all) const { return all * (index + 1) / count; }
 };

@@ -34,7 +34,7 @@ Scene SessionScene::with(std::span<const KeyValue> changes) const {
   try {
     return parse_scene(*text_, name_, all, paths_);
   } catch (const SceneError& error) {
-    // The user of a session gave a key, not an option of the command line.
+    // Remove "-D " from the message: the key did not come from the command line.
     if (changes.empty()) throw;
     std::string message = fmt::format(" {}", error.what());
     for (std::size_t at = 0; (at = message.find(" -D ", at)) != message.npos;) message.erase(at, 3);
@@ -98,7 +98,8 @@ void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyVa
 
 MovingObject object_of(std::span<const KeyValue> keys, std::string_view name,
                        const ScenePaths& paths) {
-  // What the pose says instead, and what only the seabed's objects have.
+  // Keys that add() refuses: the pose gives place and attitude, and only objects of the scene have
+  // the others.
   static constexpr std::array of_place{
       "east_m",    "north_m",       "height_m", "burial",    "follow_slope",       "heading_deg",
       "pitch_deg", "roll_deg",      "path",     "path_file", "sag_radius_m",       "count",

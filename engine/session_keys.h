@@ -24,8 +24,7 @@ struct KeyValue {
 };
 
 /// The scene of a session: its text, which is read once, and the keys that were changed since then.
-/// Of each key the last value counts, so that a session's length costs nothing. Copies share the
-/// text.
+/// Only the last value of a key is kept, so a long session is no slower. Copies share the text.
 class SessionScene {
  public:
   /// The arguments are those of parse_scene().

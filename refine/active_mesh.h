@@ -154,7 +154,7 @@ class ActiveMesh {
 
   std::vector<Face> exact_faces_, next_exact_faces_;
   std::vector<std::uint32_t> exact_sources_, next_exact_sources_;
-  // Of the exact faces: source face, then slot or none.
+  // Changes of the exact faces: source face, then slot or none.
   std::vector<std::uint64_t> changes_, spare_changes_;
 
   // Buffers of one change.

@@ -260,7 +260,7 @@ std::vector<std::filesystem::path> make_folder(const std::filesystem::path& fold
     else if (error)
       give_up("make this folder", error.value());
   if (!std::filesystem::is_directory(folder, error)) give_up("make this folder", ENOTDIR);
-  // As under a umask that forbids writing.
+  // The umask may forbid writing.
   if (::access(folder.c_str(), W_OK) != 0) give_up("write into this folder", errno);
   return made;
 }

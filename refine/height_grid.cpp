@@ -201,7 +201,7 @@ TriangleMesh HeightGrid::mesh(int first_column, int end_column, int first_row, i
   if (all) mesh.positions.reserve(counts_.vertices);
   if (all) mesh.faces.reserve(counts_.faces);
   const auto points = static_cast<std::size_t>(std::max(0, end_column - first_column)) + 1;
-  // Of the two rows of points about a row of cells.
+  // Vertices of the rows of points south and north of a row of cells.
   std::vector<std::uint32_t> south(points), north(points, 0);
   std::vector<std::uint8_t> used;
   // Numbers the points of a row that faces use.

@@ -41,7 +41,7 @@ class HeightGrid {
   struct Range {
     float lowest = std::numeric_limits<float>::infinity();
     float highest = -std::numeric_limits<float>::infinity();
-    /// Of cells that were not made yet.
+    /// The range of cells that were not made yet.
     static constexpr Range not_known() {
       return {-std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity()};
     }
@@ -96,7 +96,7 @@ class HeightGrid {
   std::size_t vertices() const { return counts_.vertices; }
   /// The mean over all corners of all faces.
   double mean_height_m() const { return counts_.mean_height_m; }
-  /// Of the vertices; both corners are zero without faces.
+  /// Bounds of the vertices; both corners are zero without faces.
   const Bounds& bounds() const { return counts_.bounds; }
   /// Bounds on the slope of every face (rise over run), eastwards and northwards; infinite if tiles
   /// are in a file.
@@ -133,8 +133,8 @@ class HeightGrid {
 
   /// The cell north-east of a point.
   Cell cell(int column, int row) const;
-  /// Of a face of a grid whose tiles have kinds (HeightTiles): that of most of its corners, or of
-  /// the first of three different ones.
+  /// The kind of a face, for a grid whose tiles have kinds (HeightTiles): that of most of its
+  /// corners, or of the first corner if all three differ.
   std::uint8_t kind_of(std::uint32_t face) const;
   /// The position of a grid point; z is NaN where there is no height.
   Eigen::Vector3f point(int column, int row) const;
@@ -228,7 +228,7 @@ class HeightGridBuilder {
   std::vector<double> south_;                  // the row before
   std::vector<std::uint64_t> whole_, before_;  // of the last two rows of cells, a bit per cell
   double sum_m_ = 0.0;                         // of all corners of all faces
-  // Of the points that faces use.
+  // Extent of the points that faces use.
   int west_ = 0, east_ = -1, first_row_ = 0, last_row_ = -1;
   std::uint64_t vertices_ = 0;
 };

@@ -29,9 +29,9 @@ class HeightTiles {
   static constexpr int chunk_cells = chunk_tiles * HeightGrid::tile_cells;
 
   /// The heights (m, local; NaN for a hole) of the grid's points from (first_column, first_row) on,
-  /// row by row from the south, and their kinds: numbers that mean something to who makes them;
-  /// none are wanted of a grid without kinds. The same for a point on each call, whatever the
-  /// window. It is called by several threads at once.
+  /// row by row from the south, and their kinds: numbers that the caller defines; not for a grid
+  /// without kinds. A point must have the same values in every call, whatever the window. Several
+  /// threads call it at once.
   using Heights = std::function<void(int first_column, int first_row, int columns, int rows,
                                      std::span<double> z_m, std::span<std::uint8_t> kinds)>;
 
@@ -55,7 +55,7 @@ class HeightTiles {
   HeightTiles(std::vector<float> x_m, std::vector<float> y_m, const Eigen::Vector3d& world_origin,
               const Describe& describe, Heights heights, const std::filesystem::path& file,
               const std::string& key, bool with_kinds = false);
-  /// Opens a file to look at what it has. Its tiles must not be required.
+  /// Opens a file for inspection only: require() must not be called.
   explicit HeightTiles(const std::filesystem::path& file);
   ~HeightTiles();
   HeightTiles(const HeightTiles&) = delete;
@@ -67,7 +67,7 @@ class HeightTiles {
   const Shape& shape() const { return shape_; }
   const std::string& key() const { return key_; }
   std::size_t tiles() const { return count_; }
-  /// That are in the file, as far as this process knows.
+  /// Tiles that are in the file, as far as this process knows.
   std::size_t tiles_made() const { return made_.load(std::memory_order_relaxed); }
   /// Chunks are the tiles that are made together.
   std::size_t chunks() const { return chunk_locks_.size(); }
@@ -76,7 +76,7 @@ class HeightTiles {
 
   /// All tiles. One that require() was not called for may be anything.
   std::span<const HeightGrid::Tile> mapped() const { return {tiles_, count_}; }
-  /// Of a tile's points, if the grid has kinds; as for mapped().
+  /// Kinds of a tile's points, if the grid has kinds; as for mapped().
   const Kinds& kinds(std::size_t tile) const { return kinds_[tile]; }
   /// Makes sure that a tile is there and whole. Throws what the heights throw, MeshError for
   /// heights that do not fit a float, and std::system_error if the file cannot be written.
@@ -85,7 +85,7 @@ class HeightTiles {
   }
   /// The same for all tiles of a chunk.
   void require_chunk(std::size_t chunk);
-  /// Of a tile, if it was made.
+  /// Range of a tile's heights, if it was made.
   HeightGrid::Range range(std::size_t tile) const {
     return states_[tile].load(std::memory_order_acquire) == State::absent
                ? HeightGrid::Range::not_known()

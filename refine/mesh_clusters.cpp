@@ -58,7 +58,7 @@ fs::path MeshClusters::file_of(const fs::path& folder, std::size_t cluster) {
   return folder / fmt::format("{}.mesh", cluster);
 }
 
-/// A square that is in memory, if it is.
+/// The cluster if it is in memory, else null.
 std::shared_ptr<const ProgressiveMesh> MeshClusters::known(std::size_t cluster) {
   const std::lock_guard lock(mutex_);
   return in_use_[cluster].lock();

@@ -322,7 +322,8 @@ class TileCollapser {
     }
     const auto [kept, removed, left_face, right_face] = collapses_.emplace_back(found);
 
-    // Where the new fan begins: where an open one of the two did, or after a face that vanishes.
+    // The half-edge where the merged fan begins: where an open fan of the two began, or after a
+    // face that vanishes.
     Index first = mesh_.opposite[previous(half_edge)];
     for (const Index v : {kept, removed}) {
       const Index h = mesh_.vertices[v].half_edge;

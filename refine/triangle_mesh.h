@@ -19,7 +19,7 @@ struct MeshError : Error {
 
 using Face = std::array<std::uint32_t, 3>;  ///< three vertices, counter-clockwise seen from outside
 
-/// Of a large mesh: faces, and half as many vertices.
+/// For a large mesh: faces, and half as many vertices.
 inline constexpr double mesh_bytes_per_face = sizeof(Face) + 0.5 * sizeof(Eigen::Vector3f);
 
 /// A view of triangles, in local metres.

@@ -12,7 +12,7 @@ namespace ensonify::scatter {
 double forward_lobe(const Sediment& sediment, double k_per_cm, double grazing_in_rad,
                     double grazing_out_rad, double turned_rad) {
   constexpr double vertical_rad = 0.5 * std::numbers::pi;
-  // Of q / 2 k. The half sine keeps small differences of angles.
+  // Components of q / 2 k. The sines of half angles keep small differences exact.
   const double sum_rad = 0.5 * (grazing_in_rad + grazing_out_rad);
   const double difference_rad = 0.5 * (grazing_in_rad - grazing_out_rad);
   const double vertical = std::sin(sum_rad) * std::cos(difference_rad);

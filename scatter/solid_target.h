@@ -31,9 +31,9 @@ struct NamedSolid {
   Solid solid;
 };
 
-/// Typical values, in the order of the impedances, not measured. Clean metals are mirrors whose
-/// bodies are dark off their glints, and rust and growth make them rough. Clean rubber reflects
-/// next to nothing; a tyre that has lain in the sea is seen by what grows on it.
+/// Typical values, not measured, ordered by impedance. Clean metal reflects like a mirror and
+/// scatters little; rust and growth make it rough. Clean rubber reflects almost nothing; the echo
+/// of an old tyre comes from its growth.
 std::vector<NamedSolid> named_solids();
 
 /// Their names, with commas between them.

@@ -33,7 +33,7 @@ double time_s(const SoundSpeedLayer& layer, double from_m, double to_m) {
 using AbsorptionLaw = std::function<double(double depth_m, double sound_speed_mps)>;
 
 /// Between two samples the sound speed is linear. Adds samples there until the absorption is nearly
-/// linear, too. A cast may say with two rows what another says with a hundred.
+/// linear, too: a cast may have few rows.
 void add_between(const SoundSpeedSample& a, const SoundSpeedSample& b,
                  const AbsorptionLaw& db_per_m, std::vector<SoundSpeedSample>& samples) {
   constexpr double bend = 1e-3, thinnest_m = 0.1;

@@ -18,7 +18,8 @@ nlohmann::ordered_json to_json(const AgreementRow& row);
 std::string report_limits(const std::vector<AgreementRow>& rows);
 
 /// Prints to stderr what is needed to reproduce each difference: `ensonify seafloor` writes the
-/// mesh, `ensonify trace` traces the ray, if it is straight. Of a bent ray it prints the launch.
+/// mesh, and `ensonify trace` traces the ray, if it is straight. For a bent ray it prints the
+/// launch.
 void print_unexplained(const AgreementRow& row, const Eigen::Vector3d& world_origin);
 
 }  // namespace ensonify::engine::app

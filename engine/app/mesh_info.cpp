@@ -14,7 +14,7 @@
 namespace ensonify::engine::app {
 namespace {
 
-/// Of a file with the tiles of a bed: what its header and its table have.
+/// Prints the header and the table of a file with the tiles of a bed.
 void print_tiles(const refine::HeightTiles& tiles) {
   const refine::HeightTiles::Shape& shape = tiles.shape();
   const std::size_t cells = (shape.x_m.size() - 1) * (shape.y_m.size() - 1);
@@ -43,7 +43,7 @@ void print_tiles(const refine::HeightTiles& tiles) {
   print(out);
 }
 
-/// Of a file that `analyse` wrote.
+/// Prints the sizes of a file that `analyse` wrote.
 void print_progressive(const refine::ProgressiveMesh& mesh) {
   std::string out;
   const auto line = [&](std::string_view name, auto value) {

@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-/// Of requests and answers. A program that reads it knows whether it can talk to this one.
+/// Version of the requests and answers: a client can check whether it fits.
 constexpr int protocol = 1;
 
 struct StreamArguments {
@@ -188,7 +188,7 @@ class PoseSession {
 };
 
 /// The lines of stdin. They end with the input, or at a signal. A line that is too long for a
-/// request comes as soon as that is known, without its rest.
+/// request is returned at once, without its end.
 class InputLines {
  public:
   bool next(std::string& line) {

@@ -13,7 +13,7 @@ constexpr double peak = 3.0;                                  // over the mean; 
 constexpr double alike = 0.04;                                // correlation of a clear peak
 constexpr std::size_t shifts = 2 * most_shift + 1;
 
-/// A row over its local mean, less 1. Where the bed has not begun, 0.
+/// A row divided by its local mean, less 1; 0 before the bed begins.
 class Texture {
  public:
   Texture(const RecordedLine& line, Side side, std::size_t first, std::size_t end)
@@ -78,8 +78,9 @@ std::optional<double> bed_drift_m(const RecordedLine& line, Side side,
   if (!(sample_m > 0.0) || !(*best > alike * power) || best - products.begin() < 2 ||
       products.end() - best < 3)
     return std::nullopt;
-  // The centre of the three products over what lies around them: an object is alike over many
-  // shifts, and a parabola would lean to whole samples.
+  // The peak between samples: the centre of gravity of the three largest products, less the larger
+  // of the two next to them (an object correlates at many shifts). A parabola through the three
+  // would be biased to whole samples.
   const double around = std::max(best[-2], best[2]), below = std::max(best[-1] - around, 0.0),
                above = std::max(best[1] - around, 0.0);
   const double off = (above - below) / (below + (*best - around) + above);

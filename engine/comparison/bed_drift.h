@@ -16,8 +16,8 @@ std::optional<double> bed_drift_m(const RecordedLine& line, Side side,
                                   std::span<const std::size_t> bed, std::size_t first,
                                   std::size_t end);
 
-/// Of both sides: how far the bed moves from port to starboard per ping, in range, as seen from a
-/// vehicle that does not move along its heading.
+/// From the drifts of both sides: how far the bed moves from port to starboard per ping, in range,
+/// as seen from a vehicle that does not move along its heading.
 std::optional<double> sideways_drift_m(std::optional<double> port_m,
                                        std::optional<double> starboard_m);
 

@@ -50,10 +50,11 @@ struct Rise {
   double echo_before = 0.0;  ///< share of the samples before it that are as bright as the bed
 };
 
-/// Those of a ping from near to far, at most 8 because the others are patterns of the bed; unset if
-/// it is silent.
+/// The first 8 rises of a ping, from near to far (later ones are texture of the bed); unset if the
+/// ping is silent.
 std::optional<std::vector<Rise>> rises_of(std::span<const double> row) {
-  // The darkest tenth before the far half is water, unless there is none: then all is bed.
+  // The darkest tenth of the near half is taken as water. Without a water column the whole row
+  // counts as bed.
   const double water = level_below(row.first(row.size() / 2), 0.1);
   const double level = level_below(row.subspan(row.size() / 4), 0.5);
   if (!(level > 0.0)) return std::nullopt;

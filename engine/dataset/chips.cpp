@@ -155,8 +155,8 @@ class Chooser {
     chips_.push_back({about(box, size), "chip", record.class_name});
   }
 
-  /// Whether a chip shows no pixel of a target that chips without one must not show: of any target
-  /// or, for hard negatives, of one that has chips.
+  /// Whether the rectangle contains no pixel of a target. of_any: of any target; otherwise only
+  /// targets of the chosen classes count.
   bool is_free(const Rectangle& part, bool of_any) const {
     const BinLayers& layers = line_.labels.pixels;
     const auto matters = [&](std::uint32_t instance) {
@@ -229,7 +229,7 @@ class Chooser {
     return about(there, size);
   }
 
-  /// Of each class, or of shadows, the largest ones.
+  /// The largest lookalikes of each class, and of shadows.
   std::map<std::string, std::vector<Lookalike>> lookalikes(std::size_t most) const {
     std::map<std::string, std::vector<Lookalike>> kinds;
     const std::size_t least =

@@ -16,7 +16,7 @@ namespace ensonify::engine {
 struct Chip {
   Rectangle part;
   std::string kind;  ///< chip, background or hard_negative
-  std::string of;    ///< the class of what it is about, or "shadow"; empty for a background
+  std::string of;    ///< class of its target or lookalike, or "shadow"; empty for a background
 };
 
 /// Which of a sample's images: these numbers choose the random streams.

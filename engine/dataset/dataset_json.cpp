@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 
 std::string text_of(const Json& json) { return json_text(json, 1) + "\n"; }
 
-/// Of two texts, the first line that differs.
+/// The first line of the written text that differs from the wanted one, for a message.
 std::string first_difference(const std::string& written, const std::string& wanted) {
   std::istringstream old_lines(written), new_lines(wanted);
   std::string old_line, new_line;

@@ -256,7 +256,8 @@ class Generator {
     });
   }
 
-  /// Makes the samples that another process claimed, unless it finishes them.
+  /// Waits for the samples that other processes have claimed, and makes those that they do not
+  /// finish.
   void wait_for_others() {
     using namespace std::chrono_literals;
     while (!others_.empty()) {

@@ -13,7 +13,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Neighbouring pixels of a row that are copied to neighbouring pixels of a row.
+/// `count` pixels of one source row, from `from` on, are copied to one target row, from `to` on.
 struct Run {
   std::size_t to, from, count;
 };
@@ -22,7 +22,8 @@ struct Run {
 class PixelMap {
  public:
   void start_row() { in_row_ = false; }
-  /// The next pixel of a row, which has its pixels from one row.
+  /// Adds a target pixel and the source pixel it copies. A target row must take all its pixels from
+  /// one source row.
   void add(std::size_t to, std::size_t from) {
     if (in_row_ && runs_.back().to + runs_.back().count == to &&
         runs_.back().from + runs_.back().count == from)

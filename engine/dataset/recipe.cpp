@@ -248,8 +248,8 @@ void add_override(const std::string& key, std::string value, DrawnValues& values
   if (!value.empty()) values.overrides.push_back(key + "=" + value);
 }
 
-/// The names of all files that the samples can have: of the keys of a scene with every table, what
-/// they are or can be drawn as.
+/// Collects the names of all files that the samples can use. `scene` has every optional table; a
+/// key that is drawn gives all its values.
 void collect_files(const RecipeText& text, Scene& scene, std::set<std::string>& names) {
   for_each_file(scene, [&](const std::string& key, const InputFile& file) {
     std::vector<std::string> values{file.name};
@@ -447,7 +447,7 @@ Scene Recipe::with_every_table() const {
       if (!key.ends_with(".present")) whole.values[key] = draws.value(key, name_);
     for (const std::string& key : drawn_keys_->overridden)
       add_override(key, whole.values.at(key), whole);
-    // Absent tables need not fit the rest.
+    // Unchecked: this scene has all optional tables at once, and they may contradict each other.
     return parse_recipe_unchecked(text_, name_, whole);
   });
 }

@@ -134,7 +134,7 @@ class RecipeReader {
 
   std::vector<std::string> files_like(const toml::node& node, const std::string& pattern) {
     const std::string_view path = std::string_view(pattern).substr(data_prefix.size());
-    // Of the folder before the first *: its length, with the slash.
+    // Length of the folder before the first *, with its slash.
     const std::size_t fixed = path.substr(0, path.find('*')).rfind('/') + 1;
     const std::filesystem::path folder = data_folder_ / path.substr(0, fixed);
     const auto depth = static_cast<int>(std::ranges::count(path.substr(fixed), '/'));

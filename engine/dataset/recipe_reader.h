@@ -18,7 +18,7 @@ struct RecipeText {
   std::uint64_t seed = 1;
   bool has_seafloor_seed = false;
   std::map<std::string, Distribution, std::less<>> distributions;  ///< by the key's whole name
-  /// Of the other keys: numbers, words, true and false.
+  /// Values of the other keys: numbers, words, true and false.
   std::map<std::string, std::string, std::less<>> values;
   std::map<std::string, std::size_t, std::less<>> lists;  ///< length of each list of tables
   std::set<std::string, std::less<>> overridden;          ///< keys of scenes among the overrides

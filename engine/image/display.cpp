@@ -74,7 +74,7 @@ class Levels {
     return (column < ports_ ? 0 : depressions) + cell;
   }
   /// The inverse of each cell's median level, which glints do not change; 1 for a cell without bed.
-  /// Of an image with very many pixels every second row, or third and so on, counts.
+  /// In an image with very many pixels, only every second row (or third, and so on) is used.
   template <class Cell>
   std::vector<double> inverse_medians(std::size_t cells, Cell&& cell) const {
     std::vector<std::vector<float>> levels(cells);

@@ -62,7 +62,7 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
   return some_pings(line, usable);
 }
 
-/// What the altitude rests on, where that is not the bottom line alone.
+/// Notes doubts about the altitude.
 void note_altitudes(const RecordedLine& line, const VehiclePath& path,
                     std::vector<std::string>& unknown) {
   if (path.altitude.how == Confidence::stated)

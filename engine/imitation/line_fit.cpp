@@ -97,9 +97,8 @@ class Fit {
     model_.range_law =
         corrected_law(model_.range_law, model_.range_slope_db, range_slope_db(ours, unscaled),
                       model_.absorption_db_per_m, model_.range_m);
-    // The path has the altitudes that the whole recording shows. What remains is how much too early
-    // or too late find_bed() finds the bed. That is little: a larger difference comes from another
-    // beam or floor.
+    // The path has the altitudes that the whole recording shows. The rest is the error of
+    // find_bed(), which is small: a larger difference comes from another beam or noise floor.
     if (model_.path.altitude.how == Confidence::stated) return;
     std::vector<double> off_m = first_bed_echoes_m(ours);
     for (std::size_t i = 0; i < off_m.size(); ++i)
@@ -185,9 +184,9 @@ class Fit {
     return strength(before.material) - strength(model_.material);
   }
 
-  /// Where the altitude does not show the gain over range: of the usual ones that with which a
-  /// sediment comes nearest to the level over the angle, under the stated beam. Returns how much
-  /// more that amplifies than the gain so far.
+  /// Chooses the gain over range where the altitude does not show it: the usual one with which some
+  /// sediment comes nearest to the level over the angle, with the stated beam. Returns by how much
+  /// it amplifies more than the gain so far.
   GrazingLevels choose_range_law(const GrazingLevels& excess_db) {
     constexpr std::array<double, 3> usual{30.0, 20.0, 40.0};
     const double before = model_.range_law.spreading, altitude_m = mean_of(model_.path.altitude_m);
@@ -298,8 +297,8 @@ class Fit {
                                                           "correlation over 2 and 4 samples"};
   }
 
-  /// What is more uneven at low angles than the bed without texture is texture. The contrast shows
-  /// the shape of its patches: the variance that they add goes with 1 / shape
+  /// Contrast at low grazing angles above that of the bed without texture is attributed to texture.
+  /// The contrast shows the shape of its patches: the variance that they add goes with 1 / shape
   /// (scatter::GroundTexture). The kurtosis shows the share of single points, on which it depends
   /// far more than on the shape. It hardly depends on the points' number per area, which stays the
   /// sediment's.

@@ -27,7 +27,7 @@ class Keys {
   void section(std::string_view name) { section_ = name; }
   void add(std::string_view key, std::string value, Evidence evidence) {
     FoundKey found{section_, std::string(key), std::move(value), std::move(evidence)};
-    // What the fit changed says so itself.
+    // A key that the fit has changed keeps the evidence that the fit recorded.
     if (const auto fitted = model_.evidence.find(found.name()); fitted != model_.evidence.end())
       found.evidence = fitted->second;
     keys.push_back(std::move(found));

@@ -26,7 +26,7 @@ struct LineModel {
   VehiclePath path;
   RecorderSigns recorder;
   RangeLaw range_law;
-  /// Of the recording: range_slope_db() and grazing_levels_of_sides().
+  /// From the recording: range_slope_db() and grazing_levels_of_sides().
   double range_slope_db = std::numeric_limits<double>::quiet_NaN();
   std::array<GrazingLevels, 2> levels_db{};
   double sound_speed_mps = 1500.0, absorption_db_per_m = 0.0;
@@ -70,7 +70,7 @@ std::vector<FoundKey> found_keys(const LineModel& model);
 
 std::string scene_text(const LineModel& model);
 std::string navigation_csv(const LineModel& model);
-/// The picture of the tones: 0 where there is none, else most_steps + 1 + the step.
+/// The picture of the tones: 0 where there is none, else max_steps + 1 + the step.
 std::vector<std::byte> tones_png(const LineModel& model);
 /// The vertical beam, one way.
 std::string beam_csv(const LineModel& model);

@@ -88,7 +88,7 @@ std::vector<Spread> spreads(const RecordedLine& line, double full_scale) {
 
 /// Where the spread of the samples stays the same while their mean grows, and they are skewed to
 /// the low side, the curve is logarithmic; Rayleigh amplitudes are skewed to the high side. Relief,
-/// shadows and texture only add to the spread, so the quietest blocks tell.
+/// shadows and texture only increase the spread, so the blocks with the smallest spread are used.
 void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
   constexpr double quietest = 0.2;
   signs.curve_from = {Confidence::assumed, "too few unclipped samples of the bed"};
@@ -298,8 +298,8 @@ std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
 }
 
 double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder) {
-  // Where each ping is scaled, its level is taken over the water column's, which was scaled with
-  // it.
+  // If the recorder scaled each ping, levels are relative to the water column of the same ping,
+  // which has the same scale.
   constexpr std::size_t block = 24, low_cell = 5, high_cell = 36;  // 10 to 72 degrees
   double covariance = 0.0, variance = 0.0;
   for (const Side side : {Side::port, Side::starboard}) {

@@ -43,7 +43,7 @@ using GrazingLevels = std::array<double, grazing_cells>;
 GrazingLevels grazing_levels(const RecordedLine& line, Side side, const RecorderSigns& recorder,
                              std::size_t first, std::size_t end, std::size_t enough = 60);
 
-/// Of all pings, to port and to starboard; NaN for a side that is not there.
+/// grazing_levels() of all pings, port and starboard; NaN for a side that is missing.
 std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
                                                      const RecorderSigns& recorder);
 
@@ -57,8 +57,8 @@ struct RangeLaw {
   bool absorption = true;
   Evidence from{Confidence::assumed, "the altitude changes too little to tell"};
 };
-/// That of a line with this slope over a line of gain `law`, which has the slope `ours_db`. A gain
-/// of less than spreading alone is taken for one without a part for the absorption.
+/// The gain over range of a line with this slope, from a simulated line with the gain `law` and the
+/// slope `ours_db`. A gain of less than spreading alone is taken as one without absorption.
 RangeLaw corrected_law(const RangeLaw& law, double slope_db, double ours_db,
                        double absorption_db_per_m, double range_m);
 

@@ -68,8 +68,9 @@ std::optional<double> mean_around(const ToneMap& map, const std::vector<double>&
   return number > 0.0 ? std::optional(sum / number) : std::nullopt;
 }
 
-/// Pixels of a quarter of a tile, whose tones are interpolated between the tiles' middles. What
-/// lies between two steps gets either of them by chance, so that a slow change has no borders.
+/// Pixels of a quarter of a tile, whose tones are interpolated between the tiles' middles. A tone
+/// between two steps is dithered: each pixel randomly gets one of them, so slow changes show no
+/// edges.
 void draw_steps(const std::vector<double>& tones, ToneMap& map) {
   constexpr std::size_t finer = 4;
   const std::size_t tile_columns = map.columns, tile_rows = map.rows;
@@ -114,7 +115,7 @@ ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const Record
       std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(extent_north_m / side_m)));
   const double north_side_m = extent_north_m / static_cast<double>(map.rows);
   std::vector<double> sums(map.columns * map.rows, 0.0), counts(sums.size(), 0.0);
-  // Where the altitude changes, the gain over range changes the level at an angle; that is no tone.
+  // Remove the part of the level change that the gain over range causes when the altitude changes.
   const double slope_db =
       recorder.ping_mean == 0.0 && std::isfinite(range_slope_db) ? range_slope_db : 0.0;
   for (const Side side : {Side::port, Side::starboard}) {

@@ -19,8 +19,9 @@ struct ToneMap {
 };
 
 /// From some pings of a line and their path; tiles between them are filled from their neighbours.
-/// What the altitude changes by way of the gain over range, see range_slope_db(), is taken off.
-/// There is one tone all over if fewer than a twentieth of the tiles differ by 2 dB from the mean.
+/// The level changes that the altitude causes through the gain over range (range_slope_db()) are
+/// removed. There is one tone all over if fewer than a twentieth of the tiles differ by 2 dB from
+/// the mean.
 ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const RecorderSigns& recorder,
                  double range_slope_db, double extent_east_m, double extent_north_m);
 

@@ -41,7 +41,8 @@ double course_rad(const VehiclePath& path, std::size_t ping);
 /// The heading of a ping; without one, the course.
 double heading_rad(const VehiclePath& path, std::size_t ping);
 
-/// As find_bed(), at the edge itself.
+/// By ping, the first sample of the bed as find_bed() has it, but at the edge itself (without
+/// bed_found_early).
 std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side);
 
 /// The periodic part of a series: what it does about its mean over 10 s. The period is the time

@@ -19,7 +19,7 @@ struct ShownSide {
   std::vector<bool> lit;      ///< by bin: whether it is seabed or an object
 };
 
-/// Of the sides that the sonar has, port first.
+/// One per side that the sonar has, port first.
 using ShownPing = std::vector<ShownSide>;
 
 /// Reads pings of runs from their images and places them. It keeps one image open.

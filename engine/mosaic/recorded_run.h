@@ -16,8 +16,8 @@ enum class Positions { truth, navigation };
 
 /// What a mosaic needs of one ping of a sonar.
 struct MosaicPing {
-  /// Of the sonar: east and north of the run's world origin. With Positions::navigation they follow
-  /// from the reported pose; reports that repeat are interpolated to the next one.
+  /// Position of the sonar, east and north of the run's world origin. With Positions::navigation it
+  /// follows from the reported pose; repeated reports are interpolated to the next one.
   Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
   double heading_rad = 0.0;  ///< of the sonar's x axis
   double height_m = 0.0;     ///< of the sonar above the bed; 0: unknown

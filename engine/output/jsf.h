@@ -19,7 +19,7 @@ constexpr std::size_t most_sonars_of_jsf = 20;
 /// annotation has the received levels (dB re 1 uPa) at full scale in the nearest and in the
 /// farthest sample, the times have the interval, and the number of pulses in the water follows
 /// from it. The recordings must have the same pings. Throws std::invalid_argument for none or more
-/// than most_sonars_of_jsf.
+/// than max_sonars_of_jsf.
 std::vector<std::byte> encode_jsf(std::span<const Recording> sonars);
 
 }  // namespace ensonify::engine

@@ -85,7 +85,7 @@ std::string xxh128_of_file(const std::filesystem::path& file) {
     stream.read(reinterpret_cast<char*>(block.data()), std::ssize(block));
     return static_cast<std::size_t>(stream.gcount());
   });
-  // What is the file's own fault is reported by those who use its content.
+  // Faults of the file itself are reported where its content is used.
   if (stream.is_open() ? stream.bad() && errno != EISDIR
                        : errno == ENOMEM || errno == EMFILE || errno == ENFILE || errno == EIO)
     throw std::system_error(errno, std::generic_category(), file.string() + ": cannot be read");

@@ -50,7 +50,7 @@ struct ImageLabels {
   std::string image;                  ///< name of its files, without extension
   std::vector<std::string> pictures;  ///< names of its pictures' files
   std::string kind;                   ///< line, tile, chip, background or hard_negative
-  std::string of = {};                ///< of a chip: the class of what it is about
+  std::string of = {};                ///< of a chip: class of its target or lookalike
   std::string geometry;               ///< slant or ground
   std::string sonar;
   std::size_t column = 0, row = 0, columns = 0, rows = 0;  ///< of the line: what it shows

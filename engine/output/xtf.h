@@ -20,7 +20,7 @@ constexpr std::size_t most_sonars_of_xtf = 3;
 /// other recorders write them; FixedVSOP is the distance between pings, cm; InitialGainCode and
 /// GainCode are the received levels (dB re 1 uPa) at full scale in the nearest and in the farthest
 /// sample; BandWidth is in kHz. The recordings must have the same pings. Throws
-/// std::invalid_argument for none or more than most_sonars_of_xtf.
+/// std::invalid_argument for none or more than max_sonars_of_xtf.
 std::vector<std::byte> encode_xtf(std::span<const Recording> sonars);
 
 }  // namespace ensonify::engine

@@ -62,7 +62,7 @@ Pose pose_of(const PoseNumbers& n) {
           .heading_rate_radps = n[12]};
 }
 
-/// As it would be written, without what is 0.
+/// The Python expression of a pose, without the values that are 0.
 std::string text_of(const Pose& pose) {
   // Twelve digits hide the rounding between degrees and radians.
   const auto joined = [](const Triple& t) {

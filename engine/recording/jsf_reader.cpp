@@ -22,7 +22,7 @@ enum Valid : unsigned {
   depth = 1u << 9
 };
 
-/// Of the bits 16 to 19 of three values, at 16.
+/// Adds bits 16 to 19 to a value; the word at offset 16 has those of three values.
 std::uint32_t with_more_bits(const RecordingBytes& header, std::size_t offset, int shift) {
   const std::uint32_t more = header.at<std::uint16_t>(16) >> shift & 0xfu;
   return more << 16 | header.at<std::uint16_t>(offset);

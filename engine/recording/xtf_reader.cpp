@@ -266,7 +266,7 @@ class XtfReader {
     return std::isfinite(range_m) && range_m > 0.0 ? range_m : 0.0;
   }
 
-  /// Of the ping's samples: an amplitude is sample x 2^-weight.
+  /// The weight of the ping's samples: an amplitude is sample x 2^-weight.
   static int weight_of(const RecordingBytes& header) {
     constexpr int most = 31;  // beyond, the field holds something else
     const int weight = header.at<std::int16_t>(58);

@@ -39,7 +39,8 @@ void use_conditions(Scene& scene) {
     scene.arrivals.surface = true;
     scene.arrivals.burst_m = 0.3;
     for (Sonar& sonar : scene.sonars) use_survey_recorder(sonar.receiver);
-    // As displays at sea: beds get darker with range. By Lambert's law they would need 50.
+    // As on displays at sea: beds get darker with range. An even bed would need 50 by Lambert's
+    // law.
     scene.display.spreading = 30.0;
     scene.display.track_smoothing_px = 0.5;  // rows at even distances
   } else if (scene.conditions == Conditions::ideal) {

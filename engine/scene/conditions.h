@@ -4,7 +4,7 @@
 
 namespace ensonify::engine {
 
-/// Changes the options of a scene that has default values to what its conditions stand for.
+/// Sets the options that `scene.conditions` implies. All others must still have their defaults.
 /// Conditions::survey: motion (unless the track is from a file), other arrivals, the recorder of
 /// each sonar and the display's gain over range, as they are at sea. Conditions::ideal: no texture.
 /// Conditions::by_preset: survey if a sonar has a preset; otherwise no change.

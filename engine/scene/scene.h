@@ -60,13 +60,13 @@ struct OutputOptions {
   int png_bits = 8;                                        ///< of NAME.png, 8 or 16
   bool truth = false;  ///< the truth drawn over the image, NAME_truth.png
   std::vector<std::string> class_names, sediment_names;  ///< numbers 1, 2, ... of the layers
-  std::string start_time;     ///< of the recordings, when t_s is 0; empty: see the key's help
-  int pings_per_file = 0;     ///< 0: one part for short runs, see RunParts
-  bool file_per_leg = false;  ///< a part for each leg of a lawn-mower
+  std::string start_time;      ///< of the recordings, when t_s is 0; empty: see the key's help
+  int pings_per_file = 0;      ///< 0: one part for short runs, see RunParts
+  bool file_per_leg = false;   ///< a part for each leg of a lawn-mower
   bool one_recording = false;  ///< all sonars in one XTF or JSF, instead of one file each
 };
 
-/// What the defaults of a scene's other keys stand for; see use_conditions().
+/// Which set of defaults the scene's other keys have; see use_conditions().
 enum class Conditions { by_preset, ideal, survey };
 
 /// Every option of a run. The defaults make a scene with a good image.
@@ -92,7 +92,7 @@ struct Scene {
   /// Where the file has its keys, "file:line:column", for errors that are found later. Not an
   /// option.
   std::map<std::string, std::string, std::less<>> places;
-  /// Of keys without effect (scene/checks/unused_keys.h). Not an option.
+  /// Warnings of keys without effect (scene/checks/unused_keys.h). Not an option.
   std::vector<std::string> warnings;
 
   std::uint64_t bed_seed() const { return seafloor_seed.value_or(seed); }

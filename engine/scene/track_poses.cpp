@@ -137,8 +137,8 @@ class TrackBuilder {
     return recorded_ ? recorded_->altitude_m(flight_.poses[ping].t_s) : std::nullopt;
   }
 
-  /// A first-order servo on the altitude, whose climb is limited; straight from ping to ping. Over
-  /// a hole it follows the last known bed, before the first known bed that one.
+  /// A first-order servo on the altitude with a limited climb; straight lines between pings. Over a
+  /// hole it follows the last known bed, and before the first known bed that first one.
   void follow_bed() {
     std::vector<Pose>& poses = flight_.poses;
     double bed_m = *std::ranges::find_if(bed_m_, [](double z) { return !std::isnan(z); });

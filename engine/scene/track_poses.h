@@ -24,7 +24,7 @@ struct Ground {
 struct TrackPoses {
   std::vector<Pose> poses;
   std::vector<std::size_t> leg_starts;  ///< as GeneratedPings; none of a recorded track
-  /// Of the seabed: what the scene gives, or the place that a track in latitudes puts there.
+  /// The middle of the seabed on the earth: from the scene, or from a track in latitudes.
   std::optional<GeographicPlace> middle;
   std::vector<std::string> warnings;
 };

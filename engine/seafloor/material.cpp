@@ -39,7 +39,7 @@ constexpr std::array covers = {
           -14.0,
           {.shape = 0.4, .glint_share = 0.3, .glints_per_m2 = 30.0, .variation_db = 2.5}}};
 
-/// What grows and lies on a rough solid, its plates and its edges are uneven at all angles. Typical
+/// Texture of a rough solid (growth, plates, edges), the same at all grazing angles. Typical
 /// values.
 constexpr scatter::GroundTexture of_rough_solids{
     .patch_m = 0.1, .shape = 0.3, .exponent = 0.0, .variation_db = 5.0, .variation_m = 5.0};

@@ -18,7 +18,7 @@ namespace ensonify::engine {
 class Extrapolation {
  public:
   Extrapolation() = default;
-  /// Of a simulator's sonars and materials; `own` are the materials that its scene defines.
+  /// For a simulator's sonars and materials; `own` are the materials that its scene defines.
   Extrapolation(std::span<const Sonar> sonars, std::span<const std::string> materials,
                 std::span<const Material> own);
   Extrapolation& operator+=(const Extrapolation& other);

@@ -66,7 +66,8 @@ class Check {
     ordered(area.gentlest_rad, area.steepest_rad, name + ".steepest_deg", "gentlest_deg");
   }
 
-  /// Of a box that holds an area; nothing is known yet of a survey's extent.
+  /// Requires that a box around an area overlaps the seabed. The extent of a survey is not known
+  /// yet.
   void on_the_seabed(const Vector2d& low, const Vector2d& high, const std::string& key) const {
     if (bed_.kind != SeafloorKind::fractal) return;
     const Vector2d half = 0.5 * Vector2d(bed_.extent_east_m, bed_.extent_north_m);

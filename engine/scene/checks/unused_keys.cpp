@@ -207,7 +207,7 @@ const std::vector<Rule<ObjectOptions>>& object_rules() {
   return rules;
 }
 
-/// Of a patch or a layer of relief.
+/// Rules for a patch or a layer of relief.
 template <class Layer>
 const std::vector<Rule<Layer>>& area_rules() {
   using L = const Layer&;
@@ -256,7 +256,7 @@ class UnusedKeys {
   std::vector<std::string> warnings;
 
  private:
-  /// Not for the usual value, which a scene that was written out in full has.
+  /// No warning for a default value: dumped scenes contain all keys.
   template <class Owner>
   void add_key(const Key<Owner>& key, const Owner& owner, const std::string& name,
                std::string_view why) {

@@ -68,7 +68,7 @@ std::optional<double> middle_value(const PingColumn& column, const RecordedPing&
   return *from + 0.5 * (is_angle ? std::remainder(*to - *from, 360.0) : *to - *from);
 }
 
-/// The navigation of a recording's first line: its pings with a place and a time that is after all
+/// The navigation of a recording's first line: its pings with a place and a time later than all
 /// before. A column that one of them lacks is left out.
 CsvTable navigation_table(const std::filesystem::path& file, std::vector<std::string>& warnings) {
   RecordedLine line;
@@ -238,7 +238,7 @@ class TrackReader {
     }
   }
 
-  /// Of columns that go by another name, where the track lacks that column.
+  /// Warns of columns that may be a missing column under another name.
   void warn_of_other_names() {
     struct Name {
       std::string_view begin;

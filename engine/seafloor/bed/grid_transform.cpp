@@ -33,7 +33,7 @@ void GridTransform::Free::operator()(double* values) const { fftw_free(values); 
 
 GridTransform::GridTransform(int rows, int columns, Ways ways)
     : rows_(rows), columns_(columns), plans_(std::make_unique<Plans>()) {
-  // An estimate does not touch the array, but wants one with the alignment of those to come.
+  // FFTW_ESTIMATE does not touch the array, but needs one with the alignment of the later ones.
   const Values example(fftw_alloc_real(16));
   if (!example) throw std::bad_alloc();
   double* const values = example.get();

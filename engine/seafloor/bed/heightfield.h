@@ -21,7 +21,7 @@ struct Heightfield {
   int utm_zone = 0;       ///< of the world, 1 to 60, negative in the south; 0: unknown
   std::string reference;  ///< the world's coordinate reference system as WKT; empty: unknown
 
-  // A window of a larger grid has that one's places: the origin is the middle of the whole.
+  // A window keeps the coordinates of its larger grid: the origin is the middle of the whole grid.
   int whole_columns = 0, whole_rows = 0;  ///< of the larger grid; 0: this is whole
   int first_column = 0, first_row = 0;    ///< of the window in it
 

@@ -26,7 +26,7 @@ std::string attribute_of(const GDALMDArray& array, const char* name) {
   return lower_case(text ? text : "");
 }
 
-/// 'x' or 'y', as standard_name, axis or the name says; 0: none says.
+/// 'x' or 'y' by standard_name, axis or the name; 0: unknown.
 char direction_of(const GDALMDArray& coordinate) {
   const std::string standard = attribute_of(coordinate, "standard_name");
   const std::string name = lower_case(coordinate.GetName());
@@ -51,7 +51,7 @@ bool is_in_degrees(const GDALMDArray& coordinate) {
          name == "longitude" || name == "latitude";
 }
 
-/// Where the steps are not equal: the coordinate before the largest.
+/// If the steps are not equal: the coordinate before the largest step.
 std::optional<double> unequal_after(const GDALMDArray& coordinate, std::size_t count) {
   std::vector<double> at(count);
   const GUInt64 first = 0;

@@ -131,7 +131,7 @@ std::optional<Columns> columns_of(std::string_view header) {
   return Columns{};
 }
 
-/// Lines that say something, without a byte-order mark.
+/// The lines that are neither empty nor comments, without a byte-order mark.
 class Lines {
  public:
   explicit Lines(const std::filesystem::path& file) : in_(file, std::ios::binary) {}

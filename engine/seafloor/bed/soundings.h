@@ -24,7 +24,7 @@ class Soundings {
   /// Reads lines of x (east), y (north) and z (up) in metres, separated by blanks, commas or
   /// semicolons; further columns are ignored. A first line may name the columns, in any order
   /// (easting, northing, depth ...). Throws refine::MeshError for a line that is none or
-  /// whose height is beyond most_height_m or marks a missing one, for names or decimal commas that
+  /// whose height is beyond max_height_m or marks a missing one, for names or decimal commas that
   /// leave the columns unknown, and if the grid would have fewer than 2 x 2 cells or
   /// more than 1000 for each sounding.
   Soundings(const std::filesystem::path& file, double cell_m);

@@ -40,14 +40,14 @@ Lengths lengths_of(const Heightfield& field, const SpectralField& what) {
   return {along(field.columns, field.cell_east_m), along(field.rows, field.cell_north_m)};
 }
 
-/// Of the transform whose period the field has.
+/// Size of the transform whose period is the field's.
 Size size_of(const Heightfield& field, const SpectralField& what) {
   const auto [columns, rows] = lengths_of(field, what);
   return {fast_length(columns), fast_length(rows)};
 }
 
-/// Of the transform for short waves. What kept_share() leaves of them has a correlation of less
-/// than 5e-4 over the margin.
+/// Size of the transform for short waves. The waves that kept_share() keeps have a correlation
+/// below 5e-4 over the margin.
 Size size_of_short_waves(const Heightfield& field, const SpectralField& what) {
   const auto along = [&](int points, double cell_m) {
     constexpr double least_margin = 96.0;

@@ -38,7 +38,7 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Ran
 /// integral as a sum over the longest waves, then over wider and wider steps of wavenumber.
 SpectralField calibrated(SpectralField what, const Heightfield& field);
 
-// Of the heightfield only the size is used, of the field only its lengths.
+// The functions below use only the size of the heightfield and the lengths of the field.
 
 /// Whether a period has at most 2^29 cells.
 bool fits_one_transform(const Heightfield& field, const SpectralField& what);

@@ -164,7 +164,7 @@ double second_difference_m2(std::span<const Heightfield> parts, int lag, bool ea
   return count > 0.0 ? sum / count : 0.0;
 }
 
-/// What the detail says, and where it says nothing, what the survey has.
+/// The scale that the options give; what they leave unset is estimated from the survey.
 FractalScale scale_of(std::span<const Heightfield> parts, const SurveyDetail& detail) {
   FractalScale scale = fractal_scale(parts);
   scale.hurst = detail.hurst.value_or(scale.hurst);

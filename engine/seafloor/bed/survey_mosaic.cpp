@@ -61,7 +61,7 @@ class SurveyMosaic {
     if (named.empty() || !std::filesystem::is_regular_file(place, error))
       fail(fmt::format("names '{}', which is no local file; only mosaics of local files are read",
                        named.string()));
-    // As a scene names files only below its own folder.
+    // A mosaic may only name files in its own folder or below, like a scene.
     const std::filesystem::path folder =
         std::filesystem::canonical(std::filesystem::absolute(file_).parent_path());
     if (std::ranges::mismatch(folder, std::filesystem::canonical(place)).in1 != folder.end())

@@ -38,7 +38,8 @@ TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_
   const double side_m =
       std::max({what_.period_m, 2.0 * grid.columns * cell_m_, 2.0 * grid.rows * cell_m_});
   while (std::pow(side_m / spacing_m(band_count_), 2) > coarse_cells) ++band_count_;
-  // All blocks have the same place on the next five lattices, and within a point on others.
+  // All blocks have the same offset on the next five lattices; on coarser ones offsets differ by up
+  // to one point.
   LatticeWindow window{0, 0, block_points, block_points};
   for (std::size_t band = 0; band < band_count_; ++band) {
     // One more, because on a coarser lattice the number of points depends on the place.
@@ -67,7 +68,7 @@ double TiledField::spacing_m(std::size_t band) const {
   return cell_m_ * std::pow(double{band_ratio}, static_cast<double>(band));
 }
 
-/// Of the waves that belong to a band, or, after the last one, to the rest.
+/// Amplitude of the waves of a band; after the last band, of the rest.
 double TiledField::amplitude(std::size_t band, double kx, double ky) const {
   const double length_m = 2.0 * pi / std::hypot(kx, ky);
   double share = 1.0;
@@ -184,7 +185,8 @@ std::vector<double> TiledField::waves(std::size_t band, const LatticeWindow& win
   return heights;
 }
 
-/// The heights of one band. The transform goes round, and what comes round stays in the margin.
+/// The heights of one band. The convolution is cyclic; wrapped values fall into the margin and are
+/// not used.
 std::vector<double> TiledField::waves_of(std::size_t number, const LatticeWindow& window) const {
   const Band& band = bands_[number];
   const auto length = static_cast<std::size_t>(band.transform.columns());

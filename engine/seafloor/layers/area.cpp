@@ -61,8 +61,8 @@ struct KnownSum {
     sum += known ? times * value : 0.0;
     count += known ? times : 0.0;
   }
-  /// The mean; `otherwise` if nothing is known. In steps of 2^-30, of which sums are exact: nothing
-  /// of a mask is left where it has ended.
+  /// The mean, rounded to a multiple of 2^-30 so that running sums are exact and a mask is exactly
+  /// 0 outside; `otherwise` without values.
   double mean_or(double otherwise) const {
     // To this magnitude a sum is rounded to the step.
     constexpr double rounding = 1.5 * 0x1p22;

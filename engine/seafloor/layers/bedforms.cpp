@@ -47,8 +47,8 @@ Heightfield with_border(const Heightfield& field) {
   return grid;
 }
 
-/// Pairs of places where a crest ends or forks: about the first the phase turns once to one side,
-/// about the second once to the other, so that between them there is a crest more or less.
+/// Pairs of places where a crest ends or forks. The phase turns once about each, in opposite
+/// directions, so there is one crest more or less between the two.
 class Forks {
  public:
   Forks(const Heightfield& grid, const Bedforms& relief, const LayerDraws& draws)
@@ -85,7 +85,8 @@ class Forks {
       }
       turns_[point] +=
           sign * window * std::atan2(ax * by - ay * bx, ax * bx + ay * by) / (2.0 * pi);
-      // The profile has no value at the turning points themselves: a saddle of a crest's width.
+      // At the two points the phase is undefined. The height goes smoothly to zero there, over the
+      // width of a crest.
       for (const double r2 : {ax * ax + ay * ay, bx * bx + by * by})
         if (r2 < 16.0 * core_m_ * core_m_)
           height_[point] *= 1.0 - std::exp(-r2 / (core_m_ * core_m_));

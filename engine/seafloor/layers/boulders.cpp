@@ -18,7 +18,7 @@ constexpr double farthest_top = 1.6;  // in halves of a diameter from a stone's 
 // Gaussians beyond this, of 5e-22, change no height.
 constexpr double faint = 7.0;
 
-// The lower bits of a random number are another one.
+// A second uniform number, from the low bits of the first.
 double lower_bits(double random) { return 1024.0 * random - std::floor(1024.0 * random); }
 
 /// One stone: a rounded block with a leaning top, longer one way than the other.
@@ -40,7 +40,8 @@ class Boulder {
   }
   double diameter_m() const { return diameter_m_; }
   double height_m() const { return height_m_; }
-  /// What the sand about it has of the field's current, moat and tail: no two stones have the same.
+  /// Random variation per stone: turn of the current (rad), and factors on the depth of the moat
+  /// and the height of the tail.
   double current_turn_rad() const { return current_turn_rad_; }
   double moat_share() const { return moat_share_; }
   double tail_share() const { return tail_share_; }

@@ -50,7 +50,8 @@ class LayerStack {
   void lay_patch(const Patch& patch, const Mask& mask, const LayerDraws& draws) {
     const std::vector<double> weight = softened(mask, field_, patch.area.border_m);
     for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += patch.rise_m * weight[i];
-    // Within the border, both beds lie point by point among each other.
+    // In the border each point is randomly one of the two sediments, with a probability equal to
+    // the weight.
     paint(patch.material, patch.class_name, [&](std::size_t i) {
       if (weight[i] == 0.0 || weight[i] == 1.0) return weight[i] == 1.0;
       const auto columns = static_cast<std::size_t>(field_.columns);

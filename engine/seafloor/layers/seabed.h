@@ -26,8 +26,7 @@ struct Patch {
   double rise_m = 0.0;  ///< height of its surface over the bed around it, as of a canopy
 };
 
-/// A layer of relief: where, which, and what it is called. An empty class or material leaves the
-/// map's.
+/// A layer of relief with its area and its names. An empty class or material keeps the map's.
 template <class Relief>
 struct ReliefLayer {
   Area area{kind_of(Relief{}).area};

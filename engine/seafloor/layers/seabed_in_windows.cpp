@@ -122,7 +122,7 @@ std::string obstacle_to_windows(const Heightfield& grid, const SeabedOptions& op
 void require_windows(const Heightfield& grid, const SeabedOptions& options) {
   if (const std::string obstacle = obstacle_to_windows(grid, options); !obstacle.empty())
     throw std::invalid_argument(obstacle);
-  // What lay_seabed() refuses, it refuses in a corner too.
+  // lay_seabed() refuses the same options for a corner as for the whole bed.
   Heightfield corner = window_of(bare(grid), 0, 0, 4, 4);
   lay_seabed(corner, options, {}, 0);
 }

@@ -95,8 +95,8 @@ struct Sum {
     const double ratio = std::sqrt(std::max(along.dot(spread * along), shortest) /
                                    std::max(across.dot(spread * across), shortest));
     const double length_m = std::sqrt(area_m2 * ratio);
-    // Of all shapes of one area ellipses have the least product of the moments, (A / 4 pi)^2; a
-    // rectangle has (A / 12)^2.
+    // Among shapes of one area, an ellipse has the smallest product of the moments, (A / 4 pi)^2; a
+    // rectangle has (A / 12)^2. The limit is halfway between them.
     const bool round =
         std::sqrt(std::max(xx * yy - xy * xy, 0.0)) < 0.5 * (0.25 / pi + 1.0 / 12.0) * area_m2;
     return {.middle = origin + middle,

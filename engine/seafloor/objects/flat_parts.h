@@ -62,7 +62,8 @@ struct RightCorner {
   std::uint32_t surface;  ///< another number than those of the object's flat parts
 };
 
-/// Those between flat parts, within a degree: not of curved surfaces, nor of over 4000 flat parts.
+/// The right corners between flat parts, within a degree. None for curved surfaces, or for more
+/// than 4000 flat parts.
 std::vector<RightCorner> right_corners(std::span<const FlatPart> flat_parts);
 
 /// The flat parts of an object, or of those of its parts that have one label.

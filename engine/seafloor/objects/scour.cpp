@@ -128,7 +128,7 @@ class Scour {
       }
   }
 
-  /// As wide as the object is across the current.
+  /// Adds a tail that is as wide as the object across the current.
   template <class Share>
   void leave_tail(double tail_m, const Vector2d& down, const Share& share, Heightfield& bed) const {
     const Vector2d across(down.y(), -down.x());

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-// Of a common link, in units of its rod's thickness (ISO 1704: 6 long, 3.6 wide outside).
+// Size of a common link over its rod's thickness (ISO 1704: 6 long, 3.6 wide outside).
 constexpr double link_pitch = 4.0, link_half_width = 1.3;
 
 /// Adds one link with its length along `way`: two straight sides and two half circles of the rod.

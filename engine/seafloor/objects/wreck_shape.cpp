@@ -232,14 +232,14 @@ class Wreck {
         .rows = rows + 1, .columns = across_cells + 1, .front = {}, .back = {}, .cut = {}};
     for (int r = 0; r <= rows; ++r)
       for (int c = 0; c <= across_cells; ++c) {
-        // Not in rows, which would show.
+        // Random shifts, because regular rows would be visible.
         const bool at_end = r == 0 || r == rows, at_side = c == 0 || c == across_cells;
         const double along = draws_.between(-0.3, 0.3), aside = draws_.between(-0.3, 0.3);
         const double s = first + (last - first) * (r + (at_end ? 0.0 : along)) / rows;
         const double across = 1.0 - 2.0 * (c + (at_side ? 0.0 : aside)) / across_cells;
         const double up = std::min(
             0.95, level + 0.1 * noise(0.6 * s, 2.0 * across) + draws_.between(-0.04, 0.04));
-        // As wide as the hull is where the floor is lowest.
+        // The hull's half breadth where the floor is lowest.
         const double keel = lines_.keel_m(s), deep = lines_.top_m(s) - keel;
         const double half = 0.97 * lines_.half_breadth_m(s, (1.0 - level + 0.16) * deep);
         const Vector3d at(half * across, length_m_ * (s - 0.5), keel + up * deep);

@@ -57,7 +57,8 @@ void fill_row(const Shading& shading, double nearness, double step, std::span<fl
   }
 }
 
-/// That of most sonars is made once: its 33,000 integrals take as long as several pings.
+/// The table of most sonars (no shading, no side lobes) is made once: its 33,000 integrals take as
+/// long as several pings.
 std::shared_ptr<const ArrayTable> array_table(int side_lobes, const Shading& shading) {
   if (side_lobes > 0 || shading != Shading())
     return std::make_shared<const ArrayTable>(side_lobes, shading);
@@ -164,7 +165,7 @@ Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& recei
     zones_per_m_.push_back(static_cast<float>(1.0 / zone_m));
 }
 
-// As the kernel has it; LineArray::nearness() with Sonar::defocus() without its sign.
+// LineArray::nearness() with |Sonar::defocus()|, in the kernel's form.
 double Beam::nearness_at(const Array& array, double range_m) const {
   double defocus = 1.0;
   if (array.in_zones) {

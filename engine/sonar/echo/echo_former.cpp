@@ -261,7 +261,7 @@ void EchoFormer::correct_bent_rays() {
       pieces_.answers[i] = 0;
       continue;
     }
-    // For the middle ray: what it has, over what the kernel had for it.
+    // Replaces the kernel's straight-ray factors of the middle ray by those of the bent ray.
     const RayIncidence& incidence = incidences_[i];
     const std::uint32_t begin = pieces_.begin[i], end = pieces_.end[i];
     const std::size_t ray = (begin + end - 1) / 2;
@@ -273,7 +273,8 @@ void EchoFormer::correct_bent_rays() {
         bottom.sigma_over_sine(sine) / bottom.sigma_over_sine(std::min(-facing, 1.0)) * range_m *
         range_m / incidence.spreading_m2 *
         scatter::from_db(-2.0 * (incidence.absorption_db - absorption_db_per_m_ * range_m));
-    // From that ray to the middle of the piece it is nothing, or half a step.
+    // Distance from the middle ray to the piece's middle, as a share of the piece: 0 for an odd
+    // number of rays, else half a ray step.
     const double on = (begin + end - 1) % 2 == 0 ? 0.0 : 0.5 / (end - begin);
     Eigen::Map<Eigen::Array4d> middle(&pieces_.middles[4 * i]);
     middle.head<3>() = incidence.place - view_.fan->origin;
@@ -282,7 +283,8 @@ void EchoFormer::correct_bent_rays() {
   }
 }
 
-/// What ObjectEchoes sums, rays must not: they only tell where it is.
+/// ObjectEchoes adds the energy of small objects. Their pieces keep almost none; they only give the
+/// labels and places.
 void EchoFormer::leave_out_small_objects() {
   constexpr double almost_nothing = 1e-9;
   if (!objects_.any_small()) return;
@@ -305,7 +307,7 @@ double EchoFormer::nearer_m(double range_m, double drift) const {
   return (0.5 * range_m + closing_shift_m_) * drift;
 }
 
-/// What the water leaves of a sweep's echo, over what gain_ has: that goes by the bin, which is
+/// Correction of the absorption of a sweep's echo. gain_ has the absorption up to the bin, which is
 /// nearer than half the path out and back by closing_shift_m_ times the drift.
 double EchoFormer::absorbed_beyond_bin(double drift) const {
   constexpr double nepers_per_db = 0.1 * std::numbers::ln10;
@@ -341,7 +343,7 @@ void EchoFormer::lay_shifted(std::size_t plane) {
   }
 }
 
-/// An object's echo where that of a moving sonar appears, as lay_shifted() lays those of rays.
+/// Moves an object's echo to where a moving sonar receives it, as lay_shifted() does for rays.
 ObjectEcho EchoFormer::shifted(ObjectEcho echo) const {
   const double drift = view_.motion->drift.dot(echo.place.normalized());
   echo.range_m -= nearer_m(echo.range_m, drift);

@@ -389,7 +389,8 @@ HWY_INLINE void put(EchoBins& to, std::size_t index, double energy, double along
   constexpr int bits = EchoBin::branch_bits;
   const bool first = bin.visit >> bits != piece.visit >> bits;
   bin.lit += first ? piece.weight : 0.0f;
-  // Two branches of a plane in one bin are layover, except where one turns into the other.
+  // A bin with two branches of one plane is layover, except the bin where one branch changes into
+  // the next.
   if (HWY_UNLIKELY(!first && bin.visit != piece.visit && index != to.turning))
     to.layover[index] = 1;
   bin.visit = piece.visit;
@@ -472,7 +473,7 @@ void limit_runs(const RunLimitArgs& in, std::uint32_t* max_rays) {
     const VJ end = hn::IfThenElse(within, load(j32, in.end + i), hn::Set(j32, 1));
     const auto [cosine, sine, width] = middle_of(in.rays, begin, end);
     const V level = hn::LoadU(d, in.level + i), pole = hn::LoadU(d, in.pole + i);
-    // As in places_of: the range goes as 1 / facing.
+    // As in places_of: the range is proportional to 1 / facing.
     const V facing = fma(level, cosine, pole * sine);
     const V turning = pole * cosine - level * sine;
     const V growth = hn::Abs(turning * width);

@@ -83,8 +83,8 @@ struct PieceEchoes {
   double* range_m;    ///< at the middle of the piece
   double* to_last_m;  ///< how much the range grows from the middle to the last ray
   double* to_end_m;   ///< how much it grows from the middle to the end of the piece
-  /// Of the whole piece, without absorption and source level:
-  /// beam_weight * sigma / sin(grazing) / range^2 * width_rad.
+  /// Energy of the whole piece, without absorption and source level: beam_weight * sigma /
+  /// sin(grazing) / range^2 * width_rad.
   double* energy;
   /// What the middle of the piece sees: x, y, z from the sonar and the grazing angle, four values
   /// per piece; and how much they change from end to end.
@@ -94,7 +94,7 @@ struct PieceEchoes {
   /// How much the energy's density over range changes from end to end, as a share of its mean.
   float* energy_slope;
   float* width_rad;     ///< the elevation that the piece stands for
-  float* ray_step_rad;  ///< the part of it that one ray stands for
+  float* ray_step_rad;  ///< the part of width_rad that belongs to one ray
   /// The ranges between which a piece is laid: halfway to those of its neighbours. Not final for
   /// pieces in `breaks`, nor for those before them.
   double *from_m, *until_m;

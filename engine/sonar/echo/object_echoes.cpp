@@ -121,10 +121,10 @@ std::array<ObjectEchoes::FirstHit, 2> ObjectEchoes::first_hits(std::size_t plane
   return ends;
 }
 
-/// How much of the sound reaches a place: of the four rays that surround it, the share that goes at
-/// least so far. What has own_label (-1: there is none) and is less than own_m nearer hides nothing
-/// if the tangent plane at the place, of which own_slope is the range over the distance across, may
-/// be as near: no convex body is before it.
+/// The share of the sound that reaches a place: of the four rays around it, those that go at least
+/// as far. A hit with own_label (-1: none) that is nearer by less than own_m does not hide the
+/// place if the tangent plane there can be as near (own_slope: its range over the distance across),
+/// because no convex body lies before its tangent plane.
 double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_label, double own_m,
                                 double own_slope) const {
   const FanGrid& grid = *view_->fan->grid;
@@ -164,7 +164,8 @@ bool ObjectEchoes::may_see(const Vector3d& middle, double radius_m) const {
          may_be_in_beam(middle, radius_m);
 }
 
-/// The same at any range: what is a little beyond the fan's still counts in its last bin.
+/// The same at any range: an echo from a little beyond the fan's range still counts in the last
+/// bin.
 bool ObjectEchoes::may_be_in_beam(const Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
   const Vector3d away = middle - fan.origin;
@@ -318,8 +319,7 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   const Vector3d to = corner.middle - view_->fan->origin;
   const std::optional<RayToPlace> ray_to_middle = ray_to(to);
   if (!ray_to_middle) return;
-  // As of a flat part that is as long as the edge: its place nearest to the foot of the line of
-  // sight.
+  // The point of the edge that is nearest to the sonar.
   const Vector3d& apparent = ray_to_middle->apparent;
   const double along_m = -apparent.dot(edge), half_m = 0.5 * double(corner.length_m);
   const Vector3d offset = std::clamp(along_m, -half_m, half_m) * edge;
@@ -374,7 +374,7 @@ void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
     if (!two_sided) return;
     normal = -normal;
   }
-  // Of its rectangle, the extents in the level direction and across it, by second moments.
+  // The extents of its rectangle in the level direction and across it, by second moments.
   const Vector3d level = normal.cross(Vector3d::UnitZ()).normalized(), up = level.cross(normal);
   const auto extent = [&](const Vector3d& direction) {
     return std::hypot(double(flat_part.length_m) * flat_part.along.cast<double>().dot(direction),
@@ -473,8 +473,8 @@ std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d
   }
 }
 
-/// What 1 m^2 of cross-section returns that way; 0 energy if nothing. near_is_counted: what lies
-/// behind less than half a bin of sediment is seen through it by add_facets() or add_glint().
+/// The echo of 1 m^2 of cross-section by that way; energy 0 if there is none. near_is_counted:
+/// add_facets() or add_glint() count what lies behind less than half a bin of sediment.
 ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way,
                                                    bool near_is_counted) const {
   if (near_is_counted && way.path.sediment_m < tolerance_m_) return {};

@@ -32,7 +32,7 @@ std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
     for (std::size_t i = 0; i < poses.size(); i += stride)
       own.push_back(mounted(poses[i], sonar.mounting));
     for (const FeatureRecord& feature : seafloor.features) {
-      // The longest it can be along any track.
+      // No heading makes it shorter along the track than its shorter side.
       if (feature.size_m.head<2>().minCoeff() > apart_rad * sonar.range_m) continue;
       const Pose* nearest = nullptr;
       double range_m = sonar.range_m;

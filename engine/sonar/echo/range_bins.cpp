@@ -168,7 +168,7 @@ void RangeBins::write(const FaceLabels& labels, const Eigen::Vector3d& sonar,
       ++line.starved;
     out.region[i] = static_cast<std::uint32_t>(region);
   }
-  if (line.first_return < 0)  // no echo at all, so there is no water column that one ends
+  if (line.first_return < 0)  // no echo at all, so no end of the water column is known
     std::fill(out.region.begin(), out.region.end(), static_cast<std::uint32_t>(Region::no_data));
   else
     line.starved -= fill_with_water(out.region);

@@ -197,13 +197,15 @@ std::shared_ptr<const RayLayout> RayLayouts::at(double altitude_m, double neares
   };
   const int step = step_of(altitude_m), nearest_step = step_of(nearest_m);
   const int roll_tilt_step = static_cast<int>(std::lround(roll_tilt_rad / roll_tilt_step_rad));
-  // A receiver that is as wide as the transmitter hears what that one sounds.
+  // A receiver that is as wide as the transmitter receives all that the transmitter insonifies, so
+  // no extra planes are needed.
   const bool narrower = sonar_.beams > 1 || sonar_.receive_length_m() > sonar_.array_length_m;
   const int drift_step = narrower ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
   const double height_m = std::exp2(step / steps_per_octave);
   const double rise_step_rad = 0.5 * height_m / sonar_.range_m;
   const int rise_step = rise_rad > 0.0 ? static_cast<int>(std::ceil(rise_rad / rise_step_rad)) : 0;
-  // Rays that nearly turn meet the bed tens of metres farther for a change of some centimetres.
+  // Near the turning point, a depth change of centimetres moves a ray's hit by tens of metres, so
+  // the steps are finer.
   constexpr double bent_steps_per_octave = 16.0, bent_depth_share = 0.02;
   const int bent_step =
       profile_ ? static_cast<int>(

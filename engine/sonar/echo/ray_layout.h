@@ -33,7 +33,7 @@ struct RayLayout {
   std::uint64_t rays = 0;                    ///< all rays within the beam
   /// By elevation: halfway to the one before it; then the last elevation itself.
   std::vector<double> edge_rad;
-  /// Of each elevation (2 j), and halfway to the next (2 j + 1).
+  /// At each elevation (2 j), and halfway to the next (2 j + 1).
   std::vector<double> cosines, sines;
   /// By elevation: how many rays from it on may form one piece if all hit one face.
   std::vector<std::uint8_t> max_rays_per_piece;

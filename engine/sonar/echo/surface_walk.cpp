@@ -38,9 +38,9 @@ bool SurfaceWalk::continues(std::size_t a, std::size_t b) const {
   return pieces_->end[a] == pieces_->begin[b] && pieces_->answers[b] && meet(a, b);
 }
 
-// As in find_breaks (echo_kernel.cpp); and two facets that are farther apart than that do not meet
-// if they are farther apart than they are long. But where rays step over facets even on level
-// ground, that says nothing of the bed between.
+// Whether two pieces belong to one surface. If the gap between them is no longer than their facets,
+// as in find_breaks() (echo_kernel.cpp). If it is longer: leads_to() in one direction where rays
+// skip facets even on level ground, otherwise in both.
 bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
   const PieceTable& pieces = *pieces_;
   const RayFan& fan = *view_->fan;
@@ -65,7 +65,8 @@ bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
              b_leads = bent ? has_in_plane(b, a, apart_m) : leads_to(b, before, a_m, apart_m);
   if (!(down > 0.0)) return a_leads && b_leads;  // level ground is never there
   if (!(next_down > 0.0 && std::hypot(level_m, across_m) <= reach_m)) return a_leads || b_leads;
-  if (bent) return a_leads && b_leads;  // of two rays that nearly turn one may go far beyond
+  // Near the turning point of bent rays, a neighbouring ray can hit much farther away.
+  if (bent) return a_leads && b_leads;
   // On a slope that falls away rays step farther. A crest that is seen edge-on has a long step as
   // well, but the bed behind it does not lead back to it.
   const double longest_m =
@@ -83,8 +84,8 @@ bool SurfaceWalk::leads_to(std::size_t piece, std::size_t ray, double there_m,
   return std::abs(on_plane_m(piece, ray) - there_m) <= std::max(0.5 * apart_m, 2.0 * bin_m_);
 }
 
-// The same for bent rays, whose steps say little of the bed: whether another piece lies in the
-// plane of a piece, no farther off than a straight ray's range allows.
+// The same for bent rays, whose spacing is irregular: whether `other` lies near the plane of
+// `piece`, as near as leads_to() demands along a straight ray.
 bool SurfaceWalk::has_in_plane(std::size_t piece, std::size_t other, double apart_m) const {
   const refine::Triangles& triangles = view_->triangles;
   const std::uint32_t index = pieces_->index[piece];
@@ -168,8 +169,8 @@ Eigen::Vector3d SurfaceWalk::last_ray(std::size_t piece) const {
   return fan.direction(fan.plane_direction(plane_), pieces_->end[piece] - 1);
 }
 
-// How far a piece continues from its middle where nothing joins it. A single ray keeps to its
-// range: it does not know how far its face goes.
+// How far a piece continues from its middle where nothing joins it. A single ray keeps its range,
+// because the extent of its face is not known.
 double SurfaceWalk::half_m(std::size_t piece) const {
   return pieces_->end[piece] - pieces_->begin[piece] > 1 ? pieces_->to_end_m[piece] : 0.0;
 }

@@ -21,7 +21,7 @@ class Shading {
   static Shading hann();
   /// Taylor, IRE Trans. Antennas Propag. 3, 16 (1955): the first nbar - 1 side lobes are nearly at
   /// side_lobe_db, those beyond fall as 1 / x. Throws std::invalid_argument if nbar is below
-  /// least_nbar().
+  /// min_nbar().
   static Shading taylor(double side_lobe_db, int nbar);
   /// Dolph, Proc. IRE 34, 335 (1946): an array of chebyshev_elements equal elements, which together
   /// have all side lobes at side_lobe_db. Each element is an even piece of the array, and its own

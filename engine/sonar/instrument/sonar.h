@@ -64,7 +64,7 @@ struct Sonar {
   /// Its arrays, with their shading. Throws std::invalid_argument as Shading does.
   LineArray transmit_array(double wavelength_m) const;
   LineArray receive_array(double wavelength_m) const;
-  /// Of a beam, from 0 at the array's rear end: how far ahead of the array's middle it lies.
+  /// How far ahead of the array's middle a beam lies; beam 0 is at the rear end.
   double beam_offset_m(int beam) const { return (beam - 0.5 * (beams - 1)) * beam_spacing_m; }
   /// How far out of focus the receiver and, of a single beam, the transmitter are at a range r: 1 -
   /// r / z, with the z of focus_zones_m for which it is nearest to 0; 1 if unfocused, 0 if focused
@@ -72,7 +72,7 @@ struct Sonar {
   /// diffraction.
   double defocus(double at_m) const;
   double transmit_defocus(double at_m) const { return beams > 1 ? 1.0 : defocus(at_m); }
-  /// Of all ranges r from nearest_m to range_m the one where |defocus(r)| / r is largest.
+  /// The range r from nearest_m to range_m at which |defocus(r)| / r is largest.
   double most_defocused_m(double nearest_m) const;
   double bin_m() const { return range_m / bins; }
   /// A copy. If the digitiser's rate is given, its bins are c / (2 rate) long for the sound speed

@@ -197,7 +197,7 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
 void OtherPaths::add(const PingContext& context, const EchoLine& line,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const {
-  // As travel times give them: volume and multiples are computed in a water of one sound speed.
+  // In ranges by travel time: volume and multiples are computed in water of one sound speed.
   const double depth_m = context.range_per_m_up * context.depth_m(),
                altitude_m = context.range_per_m_down * context.altitude_m;
   const BeamPlane plane(context, line.side);
@@ -224,7 +224,7 @@ void OtherPaths::add_earlier_pings(const PingContext& context, Side side, const 
     const double first = std::max(per_m * slant_m - pings * ping_m_, 0.0) / law_.bin_m();
     if (!(first < static_cast<double>(power.size()))) continue;
     const auto begin = static_cast<std::size_t>(first);
-    // It falls with the range, so that its first bin tells whether it is heard at all.
+    // The intensity falls with range: if the first bin is far below the noise, so are all others.
     if (intensity(begin) < inaudible * noise) return;
     over_bins(begin, power.size(), intensity,
               [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });
@@ -576,7 +576,7 @@ void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& l
                                     (image_m - to_wall_m))});
       const double to_bed = law_.vertical(line.side, plane, x_m - before_m, height_m);
       const double to_wall = law_.vertical(line.side, plane, x_m, height_m - z_m);
-      // Of a path over the wall: its energy over the direct echo of the same place.
+      // Energy of the path over the wall, relative to the direct echo of the same place.
       const double gain = forwards / direct_strength *
                           std::sqrt(law_.per_m2_at(image_m) / law_.per_m2_at(range_m)) * to_wall /
                           to_bed * mirrored / beams_->overlap_m(range_m, range_m);

@@ -133,7 +133,7 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArr
   for (const std::size_t i : {0u, 1u}) {
     const LineArray& array = arrays[i];
     const Shading& shading = array.shading;
-    // Of the main lobe a shaded array shows as much as a shorter one without shading.
+    // The main lobe of a shaded array is as wide as that of a shorter array without shading.
     const double widening = shading.beam_width_x() / Shading().beam_width_x();
     const double inner = shading.null_x(sonar.side_lobes);
     const double lobes = sonar.side_lobes == 0
@@ -301,8 +301,8 @@ void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Scratc
   }
 }
 
-/// A bin that has only side-lobe energy, and so no place, gets the cells that follow those of the
-/// last bin with a place.
+/// A bin with only side-lobe energy has no position; it gets the cells after those of the last bin
+/// that has one.
 void Scatterers::place_side_lobes(const BinLayers& bins, Scratch& scratch) const {
   if (std::ranges::all_of(scratch.placeless, [](std::uint32_t any) { return any == 0; })) return;
   std::optional<std::size_t> last;

@@ -21,8 +21,8 @@ constexpr double least_share = 0.01;  // of the beam, for which the gain makes u
 constexpr int wave_oscillator = 100;  // `number` of the waves' Oscillator; Motion uses 0 to 6
 constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
-/// Of the two-way beam of the array's middle at rest, what is left at the nominal speed of a beam
-/// that lies `ahead_m` of the middle, in each bin.
+/// By bin: how much a beam that lies `ahead_m` of the array's middle receives at the nominal speed,
+/// as a share of the middle's two-way beam at rest.
 std::vector<double> beam_shares(const ChainOptions& options, const SonarEquation& law,
                                 double ahead_m = 0.0) {
   std::vector<double> shares(law.bins(), 1.0);
@@ -132,8 +132,9 @@ std::vector<double> SignalChain::shares_of_beam(int beam) const {
   return shares;
 }
 
-/// The recorder's gain of a beam, in whole groups: that of the array's middle, and what evens out
-/// how much less sound the beam gets from the level bed. Before the first echo, as there.
+/// The recorder's gain of a beam, in whole groups: the gain of the array's middle, times a factor
+/// that compensates the weaker echo of the level bed. Before the first echo the factor is that of
+/// the first echo.
 std::vector<float> SignalChain::gains_of_beam(int beam) const {
   std::vector<float> gains(recorder_.gains().begin(), recorder_.gains().end());
   if (const auto& shares = shares_[static_cast<std::size_t>(beam)]; !shares.empty()) {
@@ -178,7 +179,8 @@ double SignalChain::noise_exceeds_bed_m() const {
   return end < law_.bins() ? law_.range_m(end) : 0.0;
 }
 
-// Of a sum of n exponential intensities (Wilson and Hilferty, PNAS 17, 684, 1931).
+// Median over mean of a sum of exponential intensities, one per look (Wilson and Hilferty, PNAS 17,
+// 684, 1931).
 double SignalChain::median_share() const {
   return options_.speckle ? std::pow(1.0 - 1.0 / (9.0 * sonar_.receiver.looks), 3.0) : 1.0;
 }

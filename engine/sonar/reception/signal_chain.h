@@ -24,7 +24,7 @@ struct ChainOptions {
   bool speckle = true;             ///< false: expected values, also of the noise
   double sound_speed_mps = 1500.0;
   double absorption_db_per_m = 0.0;
-  /// Whose travel times ranges stand for; null: distances. It must outlive the chain.
+  /// Ranges are travel times through this profile; null: distances. It must outlive the chain.
   const scatter::SoundSpeedProfile* profile = nullptr;
   double heading_rad = 0.0;          ///< of the array in most pings, for Scatterers
   double nominal_altitude_m = 10.0;  ///< for the automatic gain and the level bed

@@ -35,8 +35,8 @@ struct CellPlaces {
   double skew;           ///< by how much that line goes across, per length along
   double across_cells_per_m, turns, rise, columns_per_cell;
   // Out, one value per bin:
-  // Of the first cell along the line: its number across, the line's place within it in 2^-32 of its
-  // length, and its number along.
+  // The first cell along the line: its number across, the line's place within it (in 2^-32 of its
+  // length), and its number along.
   std::uint32_t* across_cell;
   std::uint32_t* across_within;
   std::uint32_t* first_cell;

@@ -24,7 +24,7 @@ constexpr int even_log2 = 6;
 constexpr float even_patch_row =
     (even_log2 - GammaTable::lowest_log2) * GammaTable::rows_per_octave;
 
-/// As a row of GammaTable, without rounding.
+/// The row of GammaTable for a shape, not rounded.
 float row_of(double shape) {
   const double log2_shape = std::clamp(std::log2(shape), -1e3, 1e3);
   return static_cast<float>((log2_shape - GammaTable::lowest_log2) * GammaTable::rows_per_octave);

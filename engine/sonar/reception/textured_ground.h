@@ -33,7 +33,7 @@ class TexturedGround {
 
   /// The patches under the scatterers of each bin, in whole groups (signal_kernel.h).
   struct Places {
-    // Of the bin's first scatterer, and from each to the next, in 4096ths of a patch:
+    // Place of the bin's first scatterer, and the step to the next one, in 4096ths of a patch:
     std::vector<std::uint32_t> x, y, step_x, step_y;
     std::vector<std::uint32_t> row, glint_row;  ///< where rows begin in quantiles()
     std::vector<float> glint_share;
@@ -51,7 +51,7 @@ class TexturedGround {
   /// Finds the patches of bin n, whose echo comes from `material` at that grazing angle.
   void place(std::size_t n, std::uint32_t material, float grazing_rad, const Scatterer& first,
              Places& places) const;
-  /// Those of a bin that has none.
+  /// For a bin without patches: it scatters evenly.
   static void leave_even(std::size_t n, Places& places);
 
   /// Multiplies the expected echo of each bin by the slow variation of its material's strength

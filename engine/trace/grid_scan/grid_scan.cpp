@@ -119,7 +119,7 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
     }
     if (below < elevations && !begin_walk(fan, line, plane, true, below)) return false;
   }
-  // After all others, since they are short: walks that continue together should end together.
+  // Start these short walks last, so that the walks of one SIMD group have similar lengths.
   for (std::size_t plane = 0; plane < planes; ++plane)
     if (below_nadir_[plane] > 0 &&
         !begin_walk(fan, Line(fan, plane), plane, false, below_nadir_[plane]))
@@ -155,7 +155,8 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
   return true;
 }
 
-/// Where a walk left the grid, its plane must not come back.
+/// Whether the plane of a walk that left the grid stays outside; if it may come back, the grid
+/// cannot be used.
 bool GridScan::left_at_border(const Line& line, std::size_t walk) const {
   const auto lanes = static_cast<std::size_t>(walks_together());
   const GridWalks& walks = walks_[walk / lanes];
@@ -175,7 +176,8 @@ bool GridScan::begin_walk(const RayFan& fan, const Line& line, std::size_t plane
   const Vector2d ray0(fan.grid->cos_elevation.front(), fan.grid->sin_elevation.front());
   const double sign = outwards ? 1.0 : -1.0;
   const double ray0_ahead = sign * ray0.dot(line.ahead), ray0_up = ray0.dot(line.up);
-  // Along the walk, from the origin: the lowest ray hits nothing nearer, and nothing farther.
+  // Distances along the walk from the origin: the lowest ray hits nothing nearer than start_m or
+  // farther than reach_m.
   double start_m = 0.0, reach_m = fan.range_m;
   if (outwards && ray0_ahead > 0.0 && fan.origin.z() > highest) {
     if (ray0_up >= 0.0) return true;  // there is nothing to hit

@@ -35,7 +35,7 @@ class GridScan {
   /// Finds the runs of these fans. Returns false, without runs, if it cannot be used for one.
   bool take(std::span<const RayFan> fans);
 
-  /// Of the fan with this number.
+  /// The runs of the fan with this number.
   FanRuns& runs(std::size_t fan) { return runs_[fan]; }
   /// The faces that the last fans hit; FanRuns::index counts in them.
   refine::Triangles triangles() const;

@@ -312,7 +312,8 @@ void walk_grid(const GridWalkArgs& args) {
     for (bool any = true; any;) {
       for (std::int64_t k = 0; k < some; ++k)
         look_ahead(args.grid, args.walks[first + k], later[k]);
-      // A step waits for the one before; the other group's steps fill the gaps.
+      // Interleave the groups: a step depends on the step before it, so the processor works on
+      // another group meanwhile.
       for (std::int64_t step_number = 0; step_number < chunk_steps; ++step_number)
         for (std::int64_t k = 0; k < some; ++k) {
           // A cell's southern points, then its northern ones.

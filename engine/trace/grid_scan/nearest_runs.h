@@ -6,8 +6,8 @@
 
 namespace ensonify::engine {
 
-/// Of two lists of runs of a fan, what is nearer on each ray, decided as fan_scan does. Both count
-/// in these triangles.
+/// The nearer of two lists of runs on each ray of a fan, decided as fan_scan does. The faces of
+/// both are faces of these triangles.
 void nearest_runs(const RayFan& fan, refine::Triangles triangles, const FanRuns& a,
                   const FanRuns& b, FanRuns& nearest);
 

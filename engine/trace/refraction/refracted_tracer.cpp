@@ -22,8 +22,8 @@ constexpr double fine_sagitta_m = 1e-6;   // below what a tracer in float keeps 
 constexpr double overlap_m = 1e-4;        // of chords, so that no face lies between two
 constexpr std::size_t batch = 256;        // rays followed at a time: they fit the cache
 
-/// The same speeds with one more layer's edge at that depth; or a little above it, where it would
-/// merge with a sample. None above the sea surface.
+/// Adds the edge of a layer at a depth and keeps the speeds. Next to a sample, the edge (and
+/// `depth_m`) moves a little above it. Above the sea surface there is none.
 SoundSpeedProfile with_edge(const SoundSpeedProfile& profile, double& depth_m) {
   constexpr double apart_m = 2e-3;
   std::vector<scatter::SoundSpeedSample> samples;

@@ -243,9 +243,8 @@ bool StraightenedSpace::straighten_faces() {
 
 /// Whether an undecided ray may meet a face within range.
 bool StraightenedSpace::may_hit(double level, double down, double farthest_m) const {
-  // A ray that goes up comes back only from where the water is fast enough to turn it. Then, as one
-  // that goes down, it is farther out at every depth than the flattest known ray, unless it is
-  // steeper than that.
+  // An upward ray returns only if faster water above turns it (Snell). After that, like a downward
+  // ray, it lies beyond the flattest known ray at every depth, unless it is steeper.
   if (down <= 0.0 && fastest_above_mps_ * level <= source_mps_) return false;
   return std::abs(down) * eigenrays_.rays().flattest() > level || min_range_m_ <= farthest_m;
 }

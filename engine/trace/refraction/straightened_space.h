@@ -56,8 +56,8 @@ class StraightenedSpace {
   /// The ray to a point.
   struct RayToPoint {
     double cotangent = std::numeric_limits<double>::infinity();  // at launch; infinite: no ray
-    // Of the map from the sea to straightened space, at the point. The last row is zero: it fills
-    // the vector registers.
+    // Jacobian of the map from the sea to straightened space, at the point. The last row is zero:
+    // it fills the vector registers.
     Eigen::Matrix<float, 4, 3> jacobian = Eigen::Matrix<float, 4, 3>::Zero();
   };
   static constexpr std::size_t group_size = 16, groups_together = 16;
