@@ -88,7 +88,7 @@ struct Temporary {
   }
   /// Removes a temporary file that no process holds: its writer was killed.
   bool remove_abandoned(const std::string& other) const {
-    const Descriptor its{::openat(folder, other.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW)};
+    const Descriptor found{::openat(folder, other.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW)};
     struct stat ours {
     }, there{};
     // Locked, it is removed only if the name is still its own.

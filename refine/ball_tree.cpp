@@ -7,7 +7,7 @@
 namespace ensonify::refine {
 namespace {
 
-constexpr std::uint32_t most_in_leaf = 8;
+constexpr std::uint32_t max_in_leaf = 8;
 
 }  // namespace
 
@@ -46,7 +46,7 @@ void BallTree::grow(std::uint32_t first, std::uint32_t end) {
   }
   const std::size_t number = nodes_.size();
   nodes_.push_back({.ball = ball_around(box)});
-  if (end - first <= most_in_leaf) {
+  if (end - first <= max_in_leaf) {
     nodes_[number].first = first;
     nodes_[number].count = end - first;
   } else {

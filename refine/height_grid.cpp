@@ -15,7 +15,7 @@ namespace {
 using Tile = HeightGrid::Tile;
 using Range = HeightGrid::Range;
 
-constexpr std::uint64_t most_numbers = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint64_t max_numbers = std::numeric_limits<std::uint32_t>::max();
 
 bool bit(std::uint64_t word, int number) { return (word >> number & 1) != 0; }
 
@@ -194,7 +194,7 @@ TriangleMesh HeightGrid::mesh(int first_column, int end_column, int first_row, i
                               std::vector<std::uint32_t>* numbers) const {
   TriangleMesh mesh;
   mesh.world_origin = world_origin_;
-  if (counts_.vertices > most_numbers)
+  if (counts_.vertices > max_numbers)
     throw MeshError(fmt::format("{} vertices are more than a mesh can number", counts_.vertices));
   const bool all =
       first_column == 0 && first_row == 0 && end_column == columns() - 1 && end_row == rows() - 1;
@@ -277,7 +277,7 @@ void HeightGridBuilder::take_cells(std::span<const double> north) {
   const auto line = static_cast<std::size_t>(row);
   std::swap(whole_, before_);
   std::uint64_t& faces = grid_.counts_.faces;
-  if (faces + 2 * static_cast<std::uint64_t>(grid_.columns()) > most_numbers)
+  if (faces + 2 * static_cast<std::uint64_t>(grid_.columns()) > max_numbers)
     throw MeshError(fmt::format(
         "a grid of {} x {} points has more faces than 32 bits can number; make it coarser, or cut "
         "a part out",

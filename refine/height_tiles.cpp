@@ -29,7 +29,7 @@ using Tile = HeightGrid::Tile;
 using Range = HeightGrid::Range;
 
 constexpr std::uint64_t page_bytes = 4096;
-constexpr std::uint64_t most_numbers = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint64_t max_numbers = std::numeric_limits<std::uint32_t>::max();
 // Like PNG's, it reveals a file that was converted as text.
 constexpr std::array<char, 8> magic = {'\x89', 'E', 'H', 'T', '\r', '\n', '\x1a', '\n'};
 constexpr std::uint32_t byte_order = 0x01020304;
@@ -123,7 +123,7 @@ HeightTiles::HeightTiles(std::vector<float> x_m, std::vector<float> y_m,
   if (columns < 2 || rows < 2)
     throw MeshError(fmt::format("a grid of {} x {} points has no cell; at least 2 x 2 are needed",
                                 columns, rows));
-  if (2 * (columns - 1) * (rows - 1) > most_numbers)
+  if (2 * (columns - 1) * (rows - 1) > max_numbers)
     throw MeshError(fmt::format(
         "a grid of {} x {} points has more faces than 32 bits can number; make it coarser, or cut "
         "a part out",
@@ -236,7 +236,7 @@ void HeightTiles::read_header() {
   // Before anything is allocated.
   const auto sound = [](std::uint64_t points) { return points >= 2 && points < 1u << 31; };
   if (!sound(header.columns) || !sound(header.rows) ||
-      2 * (header.columns - 1) > most_numbers / (header.rows - 1))
+      2 * (header.columns - 1) > max_numbers / (header.rows - 1))
     refuse("its header is damaged; remove it");
   shape_.x_m.resize(header.columns);
   shape_.y_m.resize(header.rows);

@@ -72,7 +72,7 @@ std::shared_ptr<const ProgressiveMesh> MeshClusters::get(std::size_t cluster) {
   const std::lock_guard lock(mutex_);
   in_use_[cluster] = made;
   recent_.push_back(made);
-  if (recent_.size() > most_recent) recent_.pop_front();
+  if (recent_.size() > max_recent) recent_.pop_front();
   return made;
 }
 

@@ -66,8 +66,8 @@ class MeshClusters {
   ProgressiveMesh analyse(std::size_t cluster);
   int columns() const { return (grid_->tile_columns() - 1) / cluster_tiles + 1; }
 
-  // Those that were used last stay in memory.
-  static constexpr std::size_t most_recent = 64;
+  // The clusters that were used last stay in memory.
+  static constexpr std::size_t max_recent = 64;
 
   const HeightGrid* grid_;
   std::filesystem::path folder_;

@@ -20,11 +20,11 @@ BuriedPath buried_path(double height_m, double depth_m, double along_m, double s
   // How far the path goes along the bed grows with the cosine, without limit towards the critical
   // angle, and ever faster: Newton's method converges from above. Where it leaves the bracket, the
   // bracket is halved.
-  constexpr int most_steps = 60;
+  constexpr int max_steps = 60;
   const double limit = std::min(1.0, 1.0 / nu);
   double low = 0.0, high = limit;
   double cosine = std::min(along_m / std::hypot(along_m, height_m + depth_m), 0.999 * limit);
-  for (int step = 0; step < most_steps; ++step) {
+  for (int step = 0; step < max_steps; ++step) {
     set(cosine);
     const double reached_m = height_m * path.cos_water / path.sin_water +
                              depth_m * path.cos_sediment / path.sin_sediment;

@@ -39,7 +39,7 @@ constexpr std::array<Parameter, 6> parameters = {
      {"--strength-cm4", &Sediment::strength_cm4,
       "Strength of the roughness spectrum, cm^4, 0 to 1"}}};
 
-constexpr double least_angle_deg = 0.001;  // as the models; at 0 nothing returns
+constexpr double min_angle_deg = 0.001;  // as the models; at 0 nothing returns
 
 struct BackscatterArguments {
   double frequency_hz = 0.0;
@@ -142,7 +142,7 @@ void print_backscatter(const BackscatterArguments& arguments) {
     if (!(angle_deg >= 0.0 && angle_deg <= 90.0))
       throw UsageError(
           fmt::format("--angles-deg: {} is not a grazing angle, expected 0 to 90", angle_deg));
-    const double grazing_rad = std::max(angle_deg, least_angle_deg) * degree;
+    const double grazing_rad = std::max(angle_deg, min_angle_deg) * degree;
     const double strength = seabed.backscatter->cross_section(grazing_rad);
     const scatter::BottomTerms terms =
         bottom ? bottom->terms(grazing_rad) : scatter::BottomTerms{.roughness = strength};

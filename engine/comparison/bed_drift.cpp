@@ -7,11 +7,11 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t most_shift = 24;                        // samples
+constexpr std::size_t max_shift = 24;                         // samples
 constexpr std::size_t around_pings = 4, around_samples = 15;  // of a local mean, either way
 constexpr double peak = 3.0;                                  // over the mean; more is an object
 constexpr double alike = 0.04;                                // correlation of a clear peak
-constexpr std::size_t shifts = 2 * most_shift + 1;
+constexpr std::size_t shifts = 2 * max_shift + 1;
 
 /// A row divided by its local mean, less 1; 0 before the bed begins.
 class Texture {
@@ -60,14 +60,13 @@ std::optional<double> bed_drift_m(const RecordedLine& line, Side side,
   for (std::size_t ping = first; ping < end; ++ping) {
     std::swap(before, now);
     const std::size_t begin = 2 * bed[ping];  // 30 degrees
-    const bool shows = begin > 0 && begin + 4 * most_shift < line.samples;
+    const bool shows = begin > 0 && begin + 4 * max_shift < line.samples;
     if (shows) texture.take(ping, begin, now);
-    const std::size_t from = std::max(begin, last_begin) + most_shift;
-    if (shows && ping > first && last_begin < line.samples &&
-        from + 2 * most_shift < line.samples) {
-      for (std::size_t k = from; k + most_shift < line.samples; ++k) {
+    const std::size_t from = std::max(begin, last_begin) + max_shift;
+    if (shows && ping > first && last_begin < line.samples && from + 2 * max_shift < line.samples) {
+      for (std::size_t k = from; k + max_shift < line.samples; ++k) {
         for (std::size_t shift = 0; shift < shifts; ++shift)
-          products[shift] += double(before[k]) * now[k + shift - most_shift];
+          products[shift] += double(before[k]) * now[k + shift - max_shift];
         power += double(before[k]) * before[k];
       }
       sample_m = line.pings[ping].range_m / static_cast<double>(line.samples);
@@ -84,7 +83,7 @@ std::optional<double> bed_drift_m(const RecordedLine& line, Side side,
   const double around = std::max(best[-2], best[2]), below = std::max(best[-1] - around, 0.0),
                above = std::max(best[1] - around, 0.0);
   const double off = (above - below) / (below + (*best - around) + above);
-  return sample_m * (static_cast<double>(best - products.begin()) + off - double{most_shift});
+  return sample_m * (static_cast<double>(best - products.begin()) + off - double{max_shift});
 }
 
 std::optional<double> sideways_drift_m(std::optional<double> port_m,

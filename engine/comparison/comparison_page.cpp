@@ -14,7 +14,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t most_columns = 1000, most_rows = 1500;
+constexpr std::size_t max_columns = 1000, max_rows = 1500;
 
 /// How many values a pixel covers so that there are at most that many pixels.
 std::size_t covered(std::size_t values, std::size_t most) {
@@ -43,8 +43,8 @@ std::string html_text(const std::string& text) {
 
 Picture picture_of(const RecordedLine& line) {
   const std::size_t sides = !line.port.empty() + !line.starboard.empty();
-  const std::size_t per_column = covered(sides * line.samples, most_columns);
-  const std::size_t per_row = covered(line.pings.size(), most_rows);
+  const std::size_t per_column = covered(sides * line.samples, max_columns);
+  const std::size_t per_row = covered(line.pings.size(), max_rows);
   const std::size_t half = (line.samples + per_column - 1) / per_column;
   const std::size_t width = sides * half, height = (line.pings.size() + per_row - 1) / per_row;
   std::vector<float> largest(width * height, 0.0f);

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double most_pixels = 268435456.0;  // 2^28, of all pictures
+constexpr double max_pixels = 268435456.0;  // 2^28, of all pictures
 
 std::vector<fs::path> pictures_of(const fs::path& folder) {
   std::vector<fs::path> files;
@@ -46,7 +46,7 @@ void add_picture(const fs::path& file, RecordedLine& line) {
   const int columns = picture->GetRasterXSize(), rows = picture->GetRasterYSize();
   const std::size_t half = static_cast<std::size_t>(columns) / 2;
   const double pixels = static_cast<double>(columns) * (rows + double(line.pings.size()));
-  if (half < 1 || pixels > most_pixels) fail("expected 2 columns or more, 2^28 pixels at most");
+  if (half < 1 || pixels > max_pixels) fail("expected 2 columns or more, 2^28 pixels at most");
   if (line.samples != 0 && half != line.samples)
     fail(fmt::format("is {} pixels wide, and those before it {}; expected pictures of one width",
                      columns, 2 * line.samples));

@@ -224,9 +224,9 @@ class Chooser {
     const bool larger = alike.box.columns() > size.columns || alike.box.rows() > size.rows;
     if (!fixed_ || !larger || alike.pixels.empty()) return about(alike.box, size);
     const std::size_t pixel = alike.pixels[index(share, alike.pixels.size())];
-    Box there;
-    there.extend(pixel % columns_, pixel / columns_);
-    return about(there, size);
+    Box one_pixel;
+    one_pixel.extend(pixel % columns_, pixel / columns_);
+    return about(one_pixel, size);
   }
 
   /// The largest lookalikes of each class, and of shadows.

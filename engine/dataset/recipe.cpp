@@ -101,11 +101,11 @@ class Draws {
     const std::string& text = value(key, d.place);
     const std::optional number = number_in<double>(text);
     if (!number) {
-      const auto its = text_.distributions.find(key);
-      const bool overridden =
-          its != text_.distributions.end() && its->second.place.starts_with("-D ");
+      const auto distribution = text_.distributions.find(key);
+      const bool overridden = distribution != text_.distributions.end() &&
+                              distribution->second.place.starts_with("-D ");
       throw SceneError(fmt::format("{}: '{}' is {}, expected a number here",
-                                   overridden ? its->second.place : d.place, key,
+                                   overridden ? distribution->second.place : d.place, key,
                                    text.empty() ? "left out" : text));
     }
     return *number;

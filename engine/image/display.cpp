@@ -181,15 +181,15 @@ void smooth(Picture& grey, double track_sigma_px, double range_sigma_px) {
   };
   // Plain loops, which compilers turn into vectors.
   const auto load = [&](Eigen::Index row) {
-    Row& its = values(row);
-    its.resize(columns);
+    Row& cells = values(row);
+    cells.resize(columns);
     const std::uint8_t* from =
         &grey.pixels[static_cast<std::size_t>(row * columns * grey.bits / 8)];
     if (grey.bits == 8)
-      for (Eigen::Index i = 0; i < columns; ++i) its[i] = static_cast<float>(from[i]);
+      for (Eigen::Index i = 0; i < columns; ++i) cells[i] = static_cast<float>(from[i]);
     else
       for (Eigen::Index i = 0; i < columns; ++i)
-        its[i] = static_cast<float>(from[2 * i] << 8 | from[2 * i + 1]);
+        cells[i] = static_cast<float>(from[2 * i] << 8 | from[2 * i + 1]);
   };
   for (Eigen::Index row = 0; row < std::min(reach, rows); ++row) load(row);
   Row beyond(columns + 2 * side);
@@ -308,11 +308,11 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
     const double median = calibration.level_bed[column] * calibration.median_share;
     std::uint32_t sample = 0;
     if (recorder_) {
-      const double its = recorder_->gain(bin);
-      gains_.back() /= its * its;
+      const double recorder_gain = recorder_->gain(bin);
+      gains_.back() /= recorder_gain * recorder_gain;
       const double automatic =
           calibration.automatic_gain.empty() ? 1.0 : calibration.automatic_gain[column];
-      sample = recorder_->sample(static_cast<float>(std::sqrt(median) * its * automatic));
+      sample = recorder_->sample(static_cast<float>(std::sqrt(median) * recorder_gain * automatic));
     }
     bed.push_back(level(column, median, sample));
   }
@@ -330,18 +330,18 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
   };
   if (!scale_to(0.0)) throw std::invalid_argument("Renderer: the level bed has no echo");
   if (!(calibration.noise > 0.0)) return;
-  // Where noise would be brighter than the bed's median, the gain ends, and only what is stronger
-  // than the noise counts as the bed.
-  const auto most_gain = [&](std::size_t column) {
-    const double its = recorder_ ? double{recorder_->gain(bin_of(column, ports_))} : 1.0;
-    return 1.0 / (scale_ * calibration.noise * its * its);
+  // The gain is limited where the noise would be brighter than the bed's median. Then only levels
+  // above the noise count as bed.
+  const auto max_gain = [&](std::size_t column) {
+    const double recorder_gain = recorder_ ? double{recorder_->gain(bin_of(column, ports_))} : 1.0;
+    return 1.0 / (scale_ * calibration.noise * recorder_gain * recorder_gain);
   };
   std::size_t column = 0;
-  while (column < columns_ && gains_[column] <= most_gain(column)) ++column;
+  while (column < columns_ && gains_[column] <= max_gain(column)) ++column;
   if (column == columns_) return;
   scale_to(2.0 * calibration.noise);
   for (column = 0; column < columns_; ++column)
-    gains_[column] = std::min(gains_[column], most_gain(column));
+    gains_[column] = std::min(gains_[column], max_gain(column));
 }
 
 double Renderer::level(std::size_t column, double intensity, std::uint32_t sample) const {

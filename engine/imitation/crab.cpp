@@ -17,9 +17,9 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t window = 64;            // pings that show one angle
-constexpr double least_off_rad = 4 * degree;  // that is corrected
-constexpr double least_off_samples = 0.25;    // the same, as a drift per ping
+constexpr std::size_t window = 64;          // pings that show one angle
+constexpr double min_off_rad = 4 * degree;  // that is corrected
+constexpr double min_off_samples = 0.25;    // the same, as a drift per ping
 
 /// The crab angle in the middle of a window of pings: by heading and course, and by the samples.
 struct Crab {
@@ -79,7 +79,7 @@ HeadingCheck correct_heading(const RecordedLine& line, VehiclePath& path) {
   }
   const double sample_m = line.pings[0].range_m / static_cast<double>(line.samples);
   const double way_m = path.speed_mps * path.ping_interval_s;
-  const double least = std::max(least_off_rad, std::atan2(least_off_samples * sample_m, way_m));
+  const double least = std::max(min_off_rad, std::atan2(min_off_samples * sample_m, way_m));
   if (!(std::abs(median(off)) > least)) return check;
   check.off_rad = rms(off);
   check.exchanged = rms(mirrored) < least && rms(mirrored) < 0.5 * check.off_rad;

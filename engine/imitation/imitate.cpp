@@ -18,8 +18,8 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t most_pings = 3000, fewest_pings = 64;
-constexpr std::size_t block = 32, most_fit_blocks = 7;
+constexpr std::size_t max_pings = 3000, fewest_pings = 64;
+constexpr std::size_t block = 32, max_fit_blocks = 7;
 constexpr int rounds = 10;
 
 /// The middle of the line, of pings of one range. Throws RecordingError.
@@ -52,12 +52,12 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
         fmt::format("{} of {} pings have another range or length than most and are "
                     "left out",
                     line.pings.size() - usable.size(), line.pings.size()));
-  if (usable.size() > most_pings) {
+  if (usable.size() > max_pings) {
     unknown.push_back(fmt::format("the line has {} pings; the {} in its middle are imitated",
-                                  usable.size(), most_pings));
-    const std::size_t first = (usable.size() - most_pings) / 2;
+                                  usable.size(), max_pings));
+    const std::size_t first = (usable.size() - max_pings) / 2;
     usable = {usable.begin() + static_cast<std::ptrdiff_t>(first),
-              usable.begin() + static_cast<std::ptrdiff_t>(first + most_pings)};
+              usable.begin() + static_cast<std::ptrdiff_t>(first + max_pings)};
   }
   return some_pings(line, usable);
 }
@@ -121,10 +121,10 @@ LineModel first_model(const RecordedLine& line, std::vector<std::string>& unknow
   if (line.bandwidth_hz >= 10.0 && line.bandwidth_hz < line.frequency_hz) {
     model.pulse.bandwidth_hz = line.bandwidth_hz;
     note("sonar.sidescan.bandwidth_hz", Confidence::stated, "of the channel");
-    constexpr double least_sweep = 2.0;  // of bandwidth times length; a CW pulse has 1
+    constexpr double min_sweep = 2.0;  // of bandwidth times length; a CW pulse has 1
     const double longest_s = std::min(1.0, model.range_m / model.sound_speed_mps);
-    if (line.pulse_length_s * line.bandwidth_hz > least_sweep && line.pulse_length_s < longest_s &&
-        line.bandwidth_hz > least_bandwidth * one_sample_hz) {
+    if (line.pulse_length_s * line.bandwidth_hz > min_sweep && line.pulse_length_s < longest_s &&
+        line.bandwidth_hz > min_bandwidth * one_sample_hz) {
       model.pulse.kind = PulseKind::lfm;
       model.pulse.length_s = line.pulse_length_s;
       for (const char* key : {"pulse", "pulse_length_s"})
@@ -174,7 +174,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
     else
       for (std::size_t i = first; i < std::min(first + block, pings); ++i) made.judged.push_back(i);
   // A few blocks of the fit's half, spread over the line.
-  const std::size_t step = (fit_blocks.size() + most_fit_blocks - 1) / most_fit_blocks;
+  const std::size_t step = (fit_blocks.size() + max_fit_blocks - 1) / max_fit_blocks;
   for (std::size_t k = 0; k < fit_blocks.size(); k += step)
     for (std::size_t i = fit_blocks[k]; i < std::min(fit_blocks[k] + block, pings); ++i)
       fitted.push_back(i);

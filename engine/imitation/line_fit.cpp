@@ -13,6 +13,7 @@
 #include <ensonify/engine/quantile.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -113,12 +114,13 @@ class Fit {
   /// where the file does not state it.
   void begin(const RecordedLine& ours, double gain_db, bool beam_is_stated,
              std::vector<NearSediment>& sediments) {
-    const Figures is(ours, model_.recorder);
+    const Figures simulated(ours, model_.recorder);
     GrazingLevels both;
     for (std::size_t i = 0; i < grazing_cells; ++i) {
       std::vector<double> sides;
       for (const std::size_t side : {0u, 1u})
-        if (const double off = model_.levels_db[side][i] - is.levels[side][i]; std::isfinite(off))
+        if (const double off = model_.levels_db[side][i] - simulated.levels[side][i];
+            std::isfinite(off))
           sides.push_back(off);
       both[i] = sides.empty() ? std::numeric_limits<double>::quiet_NaN() : mean_of(sides);
     }
@@ -150,7 +152,7 @@ class Fit {
       std::vector<double>& vertical = model_.vertical_db[side];
       vertical.clear();
       for (std::size_t i = 0; i < grazing_cells; ++i)
-        vertical.push_back(model_.levels_db[side][i] - is.levels[side][i] - by_law[i] +
+        vertical.push_back(model_.levels_db[side][i] - simulated.levels[side][i] - by_law[i] +
                            strength_change_db(before, i) - mean_of(offsets));
       fill(vertical);
       for (std::size_t i = 0; i < grazing_cells; ++i)
@@ -163,23 +165,23 @@ class Fit {
 
   /// After a simulation of the whole chain.
   void correct(const RecordedLine& ours) {
-    const Figures is(ours, model_.recorder);
-    if (model_.has_pattern()) correct_range_law(is);
-    correct_levels(is);
-    correct_floor(is);
-    correct_relief(is);
-    correct_texture(is);
-    correct_bandwidth(is);
-    correct_array(is);
+    const Figures simulated(ours, model_.recorder);
+    if (model_.has_pattern()) correct_range_law(simulated);
+    correct_levels(simulated);
+    correct_floor(simulated);
+    correct_relief(simulated);
+    correct_texture(simulated);
+    correct_bandwidth(simulated);
+    correct_array(simulated);
   }
 
  private:
   /// How much stronger the first material is than the model's, at a cell's angle.
   double strength_change_db(const LineModel& before, std::size_t cell) const {
     const auto strength = [&](const std::string& name) {
-      return 10.0 * std::log10(backscatter_of(material_named(name, {}), model_.frequency_hz,
-                                              model_.sound_speed_mps, 0.0)
-                                   ->cross_section(grazing_cell_rad(cell)));
+      return scatter::to_db(
+          backscatter_of(material_named(name, {}), model_.frequency_hz, model_.sound_speed_mps, 0.0)
+              ->cross_section(grazing_cell_rad(cell)));
     };
     return strength(before.material) - strength(model_.material);
   }
@@ -191,7 +193,7 @@ class Fit {
     constexpr std::array<double, 3> usual{30.0, 20.0, 40.0};
     const double before = model_.range_law.spreading, altitude_m = mean_of(model_.path.altitude_m);
     GrazingLevels chosen_db{};
-    double least_db = std::numeric_limits<double>::infinity();
+    double min_db = std::numeric_limits<double>::infinity();
     for (const double spreading : usual) {
       GrazingLevels more_db, left_db;
       for (std::size_t i = 0; i < grazing_cells; ++i) {
@@ -199,8 +201,8 @@ class Fit {
         left_db[i] = excess_db[i] - more_db[i];
       }
       const std::vector<NearSediment> nearest = nearest_sediments(model_, left_db, true);
-      if (nearest.empty() || !(nearest.front().rms_db < least_db)) continue;
-      least_db = nearest.front().rms_db;
+      if (nearest.empty() || !(nearest.front().rms_db < min_db)) continue;
+      min_db = nearest.front().rms_db;
       chosen_db = more_db;
       model_.range_law.spreading = spreading;
       model_.range_law.from = {Confidence::fitted,
@@ -223,12 +225,12 @@ class Fit {
     model_.gain_db = *model_.gain_db + loudest;
   }
 
-  void correct_levels(const Figures& is) {
+  void correct_levels(const Figures& simulated) {
     std::vector<double> offsets;
     for (const std::size_t side : {0u, 1u}) {
       std::vector<double> off;
       for (std::size_t i = 0; i < grazing_cells; ++i)
-        off.push_back(std::clamp(real_.levels[side][i] - is.levels[side][i], -10.0, 10.0));
+        off.push_back(std::clamp(real_.levels[side][i] - simulated.levels[side][i], -10.0, 10.0));
       for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
         if (std::isfinite(off[i])) offsets.push_back(off[i]);
       if (!model_.has_pattern()) continue;
@@ -245,14 +247,14 @@ class Fit {
     model_.evidence["sonar.sidescan.gain_db"] = {Confidence::fitted, "level of the bed"};
   }
 
-  /// What the level over range leaves when that over the angle is right.
-  void correct_range_law(const Figures& is) {
+  /// Corrects the rest of the level over range after the level over the angle has been fitted.
+  void correct_range_law(const Figures& simulated) {
     // On a constant altitude the level over the angle has all there is.
     if (model_.range_law.from.how == Confidence::assumed || std::isnan(model_.range_slope_db))
       return;
     std::vector<double> x, y;
     for (const auto& [percent, level_db] : real_.level_over_range)
-      if (const double off = level_db - is.level_over_range.at(percent);
+      if (const double off = level_db - simulated.level_over_range.at(percent);
           percent >= 20 && std::isfinite(off)) {
         x.push_back(std::log10(model_.range_m * (0.1 * (percent / 10) + 0.05)));
         y.push_back(off);
@@ -273,9 +275,9 @@ class Fit {
     model_.range_law.from = {Confidence::fitted, "level over range"};
   }
 
-  void correct_floor(const Figures& is) {
-    double off = real_["column_over_bed_db"] - is["column_over_bed_db"];
-    if (!(is["column_over_bed"] > 0.0)) off = 3.0;  // lost between the digitiser's steps
+  void correct_floor(const Figures& simulated) {
+    double off = real_["column_over_bed_db"] - simulated["column_over_bed_db"];
+    if (!(simulated["column_over_bed"] > 0.0)) off = 3.0;  // lost between the digitiser's steps
     if (!std::isfinite(off)) return;
     model_.output_noise_db =
         std::clamp(model_.output_noise_db + std::clamp(off, -20.0, 20.0), -150.0, -3.0);
@@ -284,10 +286,10 @@ class Fit {
   }
 
   /// Relief makes samples alike that are some apart; texture below the cell does not.
-  void correct_relief(const Figures& is) {
+  void correct_relief(const Figures& simulated) {
     double off = 0.0;
     for (const char* name : {"range_correlation_2", "range_correlation_4"})
-      off += 0.5 * (real_[name] - is[name]);
+      off += 0.5 * (real_[name] - simulated[name]);
     if (!std::isfinite(off)) return;
     constexpr double alike = 0.02;
     if (std::abs(off) < alike) return;
@@ -302,13 +304,13 @@ class Fit {
   /// (scatter::GroundTexture). The kurtosis shows the share of single points, on which it depends
   /// far more than on the shape. It hardly depends on the points' number per area, which stays the
   /// sediment's.
-  void correct_texture(const Figures& is) {
-    const double has = real_[low_contrast], now = is[low_contrast];
+  void correct_texture(const Figures& simulated) {
+    const double has = real_[low_contrast], now = simulated[low_contrast];
     double peaked = 1.0;  // how much more than now
     for (const char* name : low_kurtoses) {
       // One more than the kurtosis is nearly proportional to the share.
       const auto raised = [&](const Figures& of) { return std::max(of[name] + 1.0, 0.1); };
-      peaked *= std::sqrt(raised(real_) / raised(is));
+      peaked *= std::sqrt(raised(real_) / raised(simulated));
     }
     if (!std::isfinite(has + now + peaked)) return;
     const bool first = model_.texture_shape == 0.0;
@@ -325,14 +327,14 @@ class Fit {
       return;
     }
     const double uneven = excess(has) / excess(now);
-    constexpr double least_shape = 0.005, most_shape = 20.0, alike = 5.0;
+    constexpr double min_shape = 0.005, max_shape = 20.0, alike = 5.0;
     model_.texture_shape =
-        std::clamp(model_.texture_shape / std::clamp(uneven, 0.2, 5.0), least_shape, most_shape);
-    // Where the patches are alike, the points make the contrast too.
+        std::clamp(model_.texture_shape / std::clamp(uneven, 0.2, 5.0), min_shape, max_shape);
+    // Where the patches hardly differ, the points make the contrast too.
     const double change = model_.texture_shape < alike ? peaked : std::sqrt(peaked * uneven);
-    constexpr double least_share = 0.01, most_share = 0.8;
+    constexpr double min_share = 0.01, max_share = 0.8;
     model_.glint_share =
-        std::clamp(model_.glint_share * std::clamp(change, 0.5, 2.0), least_share, most_share);
+        std::clamp(model_.glint_share * std::clamp(change, 0.5, 2.0), min_share, max_share);
   }
 
   /// The pulse that the correlations of samples show, where the file does not state it.
@@ -342,37 +344,38 @@ class Fit {
     model_.pulse = likely_pulse(over_one, over_two);
     model_.pulse.bandwidth_hz =
         std::clamp(time_times_bandwidth(model_.pulse, over_one) * one_sample_hz(),
-                   least_bandwidth_hz(), most_bandwidth_hz());
+                   min_bandwidth_hz(), max_bandwidth_hz());
     for (const char* key : {"sonar.sidescan.pulse", "sonar.sidescan.window"})
       model_.evidence[key] = {Confidence::fitted, "correlation over 1 and 2 samples"};
   }
 
-  void correct_bandwidth(const Figures& is) {
+  void correct_bandwidth(const Figures& simulated) {
     if (stated(bandwidth_key)) return;
-    const double has = real_["range_correlation_1"], now = is["range_correlation_1"];
+    const double has = real_["range_correlation_1"], now = simulated["range_correlation_1"];
     if (!std::isfinite(has) || !std::isfinite(now)) return;
     const auto apart = [&](double correlation) {
       return time_times_bandwidth(model_.pulse, std::clamp(correlation, 0.0, 0.9));
     };
     model_.pulse.bandwidth_hz =
         std::clamp(model_.pulse.bandwidth_hz * std::clamp(apart(has) / apart(now), 0.6, 1.6),
-                   least_bandwidth_hz(), most_bandwidth_hz());
+                   min_bandwidth_hz(), max_bandwidth_hz());
     model_.evidence[bandwidth_key] = {Confidence::fitted, "correlation of neighbouring samples"};
   }
 
-  /// The length as far as the correlation of pings shows it. That does not follow the length in the
-  /// near field, nor where something else makes pings alike: there the length stays.
-  void correct_array(const Figures& is) {
+  /// Fits the array's length to the correlation of pings. In the near field, or where something
+  /// else correlates the pings, the correlation does not depend on the length; then the length
+  /// stays.
+  void correct_array(const Figures& simulated) {
     if (stated("sonar.sidescan.array_length_m") || !array_shows_) return;
-    const double has = real_["track_correlation_1"], now = is["track_correlation_1"];
+    const double has = real_["track_correlation_1"], now = simulated["track_correlation_1"];
     if (!std::isfinite(has) || !std::isfinite(now)) return;
     const double length_m = model_.array_length_m;
     if (tried_length_m_ > 0.0) {
       const double by_law =
           array_correlation(distance_over_length(tried_correlation_) * tried_length_m_ / length_m) -
           tried_correlation_;
-      constexpr double noticed = 0.01, least_response = 0.25;
-      if (std::abs(by_law) > noticed && (now - tried_correlation_) / by_law < least_response) {
+      constexpr double noticed = 0.01, min_response = 0.25;
+      if (std::abs(by_law) > noticed && (now - tried_correlation_) / by_law < min_response) {
         array_shows_ = false;
         set_array(tried_length_m_);
         return;
@@ -388,14 +391,14 @@ class Fit {
   /// The gain makes up for the smaller area that a longer array's beam sees.
   void set_array(double length_m) {
     if (model_.gain_db)
-      model_.gain_db = *model_.gain_db + 10.0 * std::log10(length_m / model_.array_length_m);
+      model_.gain_db = *model_.gain_db + scatter::to_db(length_m / model_.array_length_m);
     model_.array_length_m = length_m;
   }
 
   double one_sample_hz() const { return 0.5 * model_.sound_speed_mps / bin_m(); }
-  double most_bandwidth_hz() const { return std::min(one_sample_hz(), 0.5 * model_.frequency_hz); }
-  double least_bandwidth_hz() const {
-    return std::min(least_bandwidth * one_sample_hz(), most_bandwidth_hz());
+  double max_bandwidth_hz() const { return std::min(one_sample_hz(), 0.5 * model_.frequency_hz); }
+  double min_bandwidth_hz() const {
+    return std::min(min_bandwidth * one_sample_hz(), max_bandwidth_hz());
   }
   double bin_m() const { return model_.range_m / static_cast<double>(model_.samples); }
 

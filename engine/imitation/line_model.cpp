@@ -14,7 +14,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double most_vertices = 1.5e6;  // of the generated bed
+constexpr double max_vertices = 1.5e6;  // of the generated bed
 constexpr std::string_view sonar_section_name = "sonar.sidescan";
 
 std::string number(double value) { return fmt::format("{:.6g}", value); }
@@ -47,9 +47,9 @@ BedExtent extent_of(const LineModel& model, double east_m, double north_m) {
   const double margin_m = 2.0 * model.range_m + 4.0;
   BedExtent extent{std::ceil(east_m + margin_m), std::ceil(north_m + margin_m), 0.0};
   const double bin_m = model.range_m / static_cast<double>(model.samples);
-  constexpr double most_cells = 8000.0;  // of its longer side
-  extent.cell_m = std::max({0.05, 2.0 * bin_m, std::max(extent.east_m, extent.north_m) / most_cells,
-                            std::sqrt(extent.east_m * extent.north_m / most_vertices)});
+  constexpr double max_cells = 8000.0;  // of its longer side
+  extent.cell_m = std::max({0.05, 2.0 * bin_m, std::max(extent.east_m, extent.north_m) / max_cells,
+                            std::sqrt(extent.east_m * extent.north_m / max_vertices)});
   extent.cell_m = std::ceil(100.0 * extent.cell_m) / 100.0;
   return extent;
 }
@@ -116,7 +116,7 @@ void add_bed(const LineModel& model, const BedExtent& extent, Keys& keys) {
 /// A patch and its material for each step of tone that there is.
 void add_tones(const LineModel& model, Keys& keys) {
   int number = 0;
-  for (int step = -ToneMap::most_steps; step <= ToneMap::most_steps; ++step) {
+  for (int step = -ToneMap::max_steps; step <= ToneMap::max_steps; ++step) {
     if (step == 0 || std::ranges::count(model.tones.steps, step) == 0) continue;
     const std::string name = fmt::format("{}{}", step < 0 ? "darker" : "brighter", std::abs(step));
     const Evidence from{Confidence::measured,
@@ -124,7 +124,7 @@ void add_tones(const LineModel& model, Keys& keys) {
     keys.section(fmt::format("seafloor.patches.{}", number++));
     keys.add("material", toml_string(name), from);
     keys.add("image", "\"tones.png\"", from);
-    keys.add("image_value", fmt::format("{}", step + ToneMap::most_steps + 1), from);
+    keys.add("image_value", fmt::format("{}", step + ToneMap::max_steps + 1), from);
     keys.section(fmt::format("material.{}", name));
     add_strength(model, step, from, keys);
     add_texture(model, keys);
@@ -266,7 +266,7 @@ std::vector<std::byte> tones_png(const LineModel& model) {
   Picture picture{model.tones.columns, model.tones.rows, 1, {}};
   for (const std::int8_t step : model.tones.steps)
     picture.pixels.push_back(
-        static_cast<std::uint8_t>(step == 0 ? 0 : step + ToneMap::most_steps + 1));
+        static_cast<std::uint8_t>(step == 0 ? 0 : step + ToneMap::max_steps + 1));
   return encode_png(picture);
 }
 

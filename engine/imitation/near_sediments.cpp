@@ -26,10 +26,10 @@ std::vector<NearSediment> nearest_sediments(const LineModel& model, const Grazin
     if (!rock_too && !sediment.mean_grain_size_phi) continue;
     const auto its_backscatter = backscatter(sediment.name);
     if (scatter::energy_excess(*its_backscatter)) continue;
-    const GrazingLevels its = strength(*its_backscatter);
+    const GrazingLevels levels = strength(*its_backscatter);
     std::vector<double> off;
     for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
-      if (const double left = excess_db[i] - (its[i] - base[i]); std::isfinite(left))
+      if (const double left = excess_db[i] - (levels[i] - base[i]); std::isfinite(left))
         off.push_back(left);
     if (off.size() < 5) return {};
     double mean = 0.0;

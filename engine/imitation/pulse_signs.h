@@ -6,7 +6,7 @@ namespace ensonify::engine {
 
 /// The least bandwidth of a model, over that of one sample: a sweep's side lobes would span more
 /// bins than a scene allows.
-constexpr double least_bandwidth = 0.07;
+constexpr double min_bandwidth = 0.07;
 
 /// Correlation of two Rayleigh amplitudes of one power whose fields have the correlation rho:
 /// (2F1(-1/2, -1/2; 1; rho^2) - 1) / (4 / pi - 1), from the mean of their product (Middleton, An

@@ -35,10 +35,10 @@ void set_full_scale(const RecordedLine& line, RecorderSigns& signs) {
   signs.clips =
       at_largest >= 20 && 1e5 * static_cast<double>(at_largest) > static_cast<double>(samples);
   signs.full_scale = largest;
-  constexpr int most_bits = 16;
+  constexpr int max_bits = 16;
   const int bits =
       static_cast<int>(std::bit_width(static_cast<unsigned>(std::min(largest, 16777215.0f))));
-  if (whole && bits >= 1 && bits <= most_bits) {
+  if (whole && bits >= 1 && bits <= max_bits) {
     signs.bits = bits;
     if (!signs.clips) signs.full_scale = static_cast<double>((1u << bits) - 1u);
     signs.bits_from = {Confidence::measured,
@@ -353,8 +353,8 @@ RangeLaw corrected_law(const RangeLaw& law, double slope_db, double ours_db,
                    fmt::format("at each angle the level changes by {:.0f} dB per factor of ten in "
                                "range",
                                slope_db)}};
-  constexpr double least_spreading = 10.0;
-  if (better.absorption && better.spreading < least_spreading) {
+  constexpr double min_spreading = 10.0;
+  if (better.absorption && better.spreading < min_spreading) {
     better.absorption = false;  // the slope of 2 a r over log10(r), at half the range
     better.spreading += std::numbers::ln10 * absorption_db_per_m * range_m;
   }

@@ -97,7 +97,7 @@ void draw_steps(const std::vector<double>& tones, ToneMap& map) {
                     std::lerp(second[west], second[east], share), y - static_cast<double>(north));
       const double step = std::ceil(tone_db / ToneMap::step_db - draws[column]);
       map.steps.push_back(static_cast<std::int8_t>(
-          std::clamp<double>(step, -ToneMap::most_steps, ToneMap::most_steps)));
+          std::clamp<double>(step, -ToneMap::max_steps, ToneMap::max_steps)));
     }
   }
 }

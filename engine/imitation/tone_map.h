@@ -13,7 +13,7 @@ namespace ensonify::engine {
 /// pixels over a seabed about the middle of the path, north up.
 struct ToneMap {
   static constexpr double step_db = 2.0;
-  static constexpr int most_steps = 6;  ///< either way
+  static constexpr int max_steps = 6;  ///< either way
   std::size_t columns = 0, rows = 0;
   std::vector<std::int8_t> steps;  ///< by pixel, from the north-west; empty: one tone all over
 };

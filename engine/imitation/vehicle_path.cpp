@@ -168,12 +168,12 @@ void set_places(const RecordedLine& line, VehiclePath& path) {
   }
   const auto [west, east] = std::ranges::minmax(path.x_m);
   const auto [south, north] = std::ranges::minmax(path.y_m);
-  constexpr double most_m = 10e3;
-  if (!(east - west < most_m && north - south < most_m))
+  constexpr double max_m = 10e3;
+  if (!(east - west < max_m && north - south < max_m))
     throw RecordingError(fmt::format(
         "the positions of the pings span {:.3g} x {:.3g} km, expected one line of at most {:.0f} "
         "km; split the recording",
-        1e-3 * (east - west), 1e-3 * (north - south), 1e-3 * most_m));
+        1e-3 * (east - west), 1e-3 * (north - south), 1e-3 * max_m));
   const Eigen::Vector2d middle(0.5 * (west + east), 0.5 * (south + north));
   if (geographic && path.place.how == Confidence::stated)
     path.origin = place_of_tangent(middle, origin).where;
@@ -189,8 +189,8 @@ void set_places(const RecordedLine& line, VehiclePath& path) {
 
 void set_attitude(const RecordedLine& line, VehiclePath& path) {
   // No sidescan sonar works beyond these angles: the values are wrong.
-  const auto within = [](std::optional<double> angle_rad, double most_rad) {
-    return angle_rad && std::abs(*angle_rad) <= most_rad ? angle_rad : std::nullopt;
+  const auto within = [](std::optional<double> angle_rad, double max_rad) {
+    return angle_rad && std::abs(*angle_rad) <= max_rad ? angle_rad : std::nullopt;
   };
   path.roll_rad =
       column(line, [&](const RecordedPing& ping) { return within(ping.roll_rad, 90.0 * degree); });

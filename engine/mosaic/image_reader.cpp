@@ -29,9 +29,9 @@ namespace {
 constexpr const char* cure = "copy the file again, or make the run again";
 constexpr const char* another_kind = "this is not an image of a run";
 constexpr const char* another_cure = "give a folder that `ensonify run` wrote";
-constexpr int most_columns = 1 << 20;       // more than any scene's
-constexpr double most_compression = 2000;   // no method reaches it
-constexpr double most_rows_per_byte = 2.0;  // 32 rows have 16 bytes at least
+constexpr int max_columns = 1 << 20;       // more than any scene's
+constexpr double max_compression = 2000;   // no method reaches it
+constexpr double max_rows_per_byte = 2.0;  // 32 rows have 16 bytes at least
 
 [[noreturn]] void fail(const std::filesystem::path& file, std::string_view what,
                        std::string_view remedy = cure) {
@@ -93,14 +93,13 @@ void check_sizes(const std::filesystem::path& file) {
     if (name == "dataWindow" && size == sizeof window)
       std::memcpy(window.data(), value.data(), sizeof window);
     if (type != "chlist") continue;
-    const std::optional<int> its = channels_of(value);
-    if (!its) fail(file, another_kind, another_cure);
-    channels = std::max(channels, static_cast<double>(*its));
+    const std::optional<int> known_channels = channels_of(value);
+    if (!known_channels) fail(file, another_kind, another_cure);
+    channels = std::max(channels, static_cast<double>(*known_channels));
   }
   const double columns = static_cast<double>(window[2]) - window[0] + 1.0,
                rows = static_cast<double>(window[3]) - window[1] + 1.0;
-  if (rows > most_rows_per_byte * bytes ||
-      2.0 * columns * rows * channels > most_compression * bytes)
+  if (rows > max_rows_per_byte * bytes || 2.0 * columns * rows * channels > max_compression * bytes)
     fail(file, "the file is truncated");
 }
 
@@ -127,7 +126,7 @@ ImageReader::ImageReader(const std::filesystem::path& file) : file_(file) {
     const Imf::Header& header = open_->header();
     const auto& window = header.dataWindow();
     const auto columns = std::int64_t{window.max.x} - window.min.x + 1;
-    if (window.min.x != 0 || window.min.y != 0 || columns > most_columns ||
+    if (window.min.x != 0 || window.min.y != 0 || columns > max_columns ||
         (header.hasType() && header.type() != Imf::SCANLINEIMAGE))
       fail(file, another_kind, another_cure);
     if (!open_->file.partComplete(0)) fail(file, "the file is truncated");

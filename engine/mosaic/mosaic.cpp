@@ -26,11 +26,11 @@ using Box = Eigen::AlignedBox2d;
 
 constexpr std::size_t strip_pings = 64;
 constexpr double joined_spacings = 4.0;  // pings farther apart are not joined
-constexpr std::size_t most_lost = 16;    // pings without data between two that are joined
+constexpr std::size_t max_lost = 16;     // pings without data between two that are joined
 constexpr std::int64_t tile_px = 256;
 constexpr std::int64_t block_cells = 4096;  // along a side of a block
-constexpr std::int64_t most_cells = 4;      // along a side of a pixel
-constexpr double most_pixels = 1e11;
+constexpr std::int64_t max_cells = 4;       // along a side of a pixel
+constexpr double max_pixels = 1e11;
 
 /// One run of the mosaic.
 struct Line {
@@ -159,7 +159,7 @@ class Mosaic {
     report_.pixel_m = options_.pixel_m > 0.0 ? options_.pixel_m : rounded(coarsest_m);
     if (type_ != PixelType::label)
       cells_ = static_cast<std::int64_t>(std::clamp(std::ceil(report_.pixel_m / finest_m - 1e-6),
-                                                    1.0, static_cast<double>(most_cells)));
+                                                    1.0, static_cast<double>(max_cells)));
     block_px_ =
         options_.block_px > 0 ? options_.block_px : block_cells / cells_ / tile_px * tile_px;
   }
@@ -218,7 +218,7 @@ class Mosaic {
   }
 
   static bool joined(const Line& line, std::size_t a, std::size_t b) {
-    return std::max(a, b) - std::min(a, b) <= most_lost + 1 &&
+    return std::max(a, b) - std::min(a, b) <= max_lost + 1 &&
            (line.run.pings[a].place_m - line.run.pings[b].place_m).norm() <=
                joined_spacings * line.spacing_m;
   }
@@ -234,7 +234,7 @@ class Mosaic {
     const Vector2d low = ((extent_.min() + origin) / pixel_m).array().floor();
     const Vector2d high = ((extent_.max() + origin) / pixel_m).array().ceil();
     const Vector2d size = high - low;
-    if (!(size.prod() <= most_pixels && size.maxCoeff() < 1e9))
+    if (!(size.prod() <= max_pixels && size.maxCoeff() < 1e9))
       throw SceneError(fmt::format(
           "a mosaic of {:.3g} x {:.3g} m has too many pixels of {:g} m; give larger ones with "
           "--pixel-m",

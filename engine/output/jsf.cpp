@@ -145,9 +145,9 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
 
 /// Throws std::runtime_error for what the format's fields cannot hold.
 void require_representable(const Recording& recording) {
-  constexpr double most_s = std::numeric_limits<std::int32_t>::max();
+  constexpr double max_s = std::numeric_limits<std::int32_t>::max();
   for (const NavPing& ping : recording.pings)
-    if (!(std::abs(static_cast<double>(ping.unix_ms)) < 1000.0 * most_s))
+    if (!(std::abs(static_cast<double>(ping.unix_ms)) < 1000.0 * max_s))
       throw std::runtime_error(fmt::format(
           "output.jsf: ping {} is at {:.0f} s after 1970, and JSF counts seconds up to 2^31 (in "
           "2038); set output.start_time, or leave JSF out",
@@ -164,8 +164,8 @@ void require_representable(const Recording& recording) {
 
 std::vector<std::byte> encode_jsf(std::span<const Recording> sonars) {
   for (const Recording& recording : sonars) require_representable(recording);
-  if (sonars.empty() || sonars.size() > most_sonars_of_jsf)
-    throw std::invalid_argument(fmt::format("a JSF holds 1 to {} sonars", most_sonars_of_jsf));
+  if (sonars.empty() || sonars.size() > max_sonars_of_jsf)
+    throw std::invalid_argument(fmt::format("a JSF holds 1 to {} sonars", max_sonars_of_jsf));
   std::vector<std::byte> file;
   PackedBytes bytes(file);
   std::vector<std::size_t> all(sonars.size());

@@ -9,7 +9,7 @@
 namespace ensonify::engine {
 
 /// Subsystems 20 to 39 are sidescan sonars.
-constexpr std::size_t most_sonars_of_jsf = 20;
+constexpr std::size_t max_sonars_of_jsf = 20;
 
 /// The recordings of one run's sonars as EdgeTech JSF (EdgeTech, description of the JSF file
 /// format, 990-0000048): one message 80 (envelope data) per ping, sonar and side, near to far on

@@ -161,8 +161,8 @@ void add_packet(PackedBytes& bytes, std::span<const Recording> sonars, const Son
 }  // namespace
 
 std::vector<std::byte> encode_xtf(std::span<const Recording> sonars) {
-  if (sonars.empty() || sonars.size() > most_sonars_of_xtf)
-    throw std::invalid_argument(fmt::format("an XTF holds 1 to {} sonars", most_sonars_of_xtf));
+  if (sonars.empty() || sonars.size() > max_sonars_of_xtf)
+    throw std::invalid_argument(fmt::format("an XTF holds 1 to {} sonars", max_sonars_of_xtf));
   std::vector<std::byte> file;
   PackedBytes bytes(file);
   add_file_header(bytes, sonars);

@@ -9,7 +9,7 @@
 namespace ensonify::engine {
 
 /// A file header without extensions describes six channels.
-constexpr std::size_t most_sonars_of_xtf = 3;
+constexpr std::size_t max_sonars_of_xtf = 3;
 
 /// The recordings of one run's sonars as eXtended Triton Format (Triton Imaging, XTF file format,
 /// rev. 41): the file header, and for each ping a sonar packet with two channels per sonar, port

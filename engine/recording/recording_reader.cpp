@@ -44,16 +44,16 @@ std::vector<std::byte> bytes_of(const fs::path& file, std::uintmax_t most) {
 
 /// Some recorders do not move the date at midnight: where times fall by a day, a day is added.
 void pass_midnight(std::vector<RecordedPing>& pings) {
-  constexpr double day_s = 86400.0, most_step_s = 7200.0;
+  constexpr double day_s = 86400.0, max_step_s = 7200.0;
   double added_s = 0.0;
   std::optional<double> before_s;
   for (RecordedPing& ping : pings) {
     if (!ping.t_s) continue;
     if (before_s) {
       const double step_s = *ping.t_s + added_s - *before_s;
-      if (step_s >= -day_s && step_s <= most_step_s - day_s)
+      if (step_s >= -day_s && step_s <= max_step_s - day_s)
         added_s += day_s;
-      else if (added_s > 0.0 && step_s >= day_s - most_step_s)  // the date has moved at last
+      else if (added_s > 0.0 && step_s >= day_s - max_step_s)  // the date has moved at last
         added_s -= day_s;
     }
     *ping.t_s += added_s;

@@ -135,7 +135,7 @@ RecordedPing ping_of(const RecordingBytes& header, bool geographic) {
 /// Whether positions that the file says are metres can only be longitudes and latitudes: as metres
 /// the vehicle would hardly move.
 bool looks_geographic(const RecordedLine& line) {
-  constexpr double most_moved = 1.0;
+  constexpr double max_moved_m = 1.0;
   Eigen::Vector2d low = Eigen::Vector2d::Constant(INFINITY), high = -low;
   for (const RecordedPing& ping : line.pings)
     if (ping.place_m) {
@@ -143,7 +143,7 @@ bool looks_geographic(const RecordedLine& line) {
       high = high.cwiseMax(*ping.place_m);
     }
   const double moved = (high - low).maxCoeff();
-  return moved > 0.0 && moved < most_moved && low.x() >= -180.0 && high.x() <= 180.0 &&
+  return moved > 0.0 && moved < max_moved_m && low.x() >= -180.0 && high.x() <= 180.0 &&
          low.y() >= -90.0 && high.y() <= 90.0;
 }
 

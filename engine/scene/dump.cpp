@@ -73,7 +73,7 @@ void describe_shapes(std::string& out) {
     for (const Dimension& dimension : kind.dimensions) {
       sizes += fmt::format("{}`{}`", sizes.empty() ? "" : ", ", dimension.key);
       if (dimension.usual_m > 0.0) sizes += fmt::format(" {}", dimension.usual_m);
-      if (dimension.most_m > 0.0) sizes += fmt::format(" to {}", dimension.most_m);
+      if (dimension.max_m > 0.0) sizes += fmt::format(" to {}", dimension.max_m);
     }
     std::string parts;
     for (const ShapePart& part : kind.parts)

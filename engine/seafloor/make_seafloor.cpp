@@ -57,7 +57,7 @@ refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloo
   const refine::TriangleMesh read = refine::read_mesh(options.mesh.path);
   for (const Eigen::Vector3f& p : read.positions)
     if (const double height_m = p.z() + read.world_origin.z();
-        !(std::abs(height_m) <= most_height_m))
+        !(std::abs(height_m) <= max_height_m))
       throw refine::MeshError(fmt::format(
           "{}: has a height of {:.6g} m; is it in millimetres or feet? Scale it to metres",
           options.mesh.path.string(), height_m));

@@ -201,9 +201,9 @@ struct OwnModel {
 constexpr std::array own_models = {
     OwnModel{solid, "a solid: a diffuse part and a specular lobe",
              [](const Material& material, double) -> std::unique_ptr<scatter::Backscatter> {
-               const Solid its = solid_of(material);
-               static_cast<void>(scatter::SolidTarget(its));  // throws
-               return std::make_unique<scatter::SolidTarget>(its.rough());
+               const Solid smooth_solid = solid_of(material);
+               static_cast<void>(scatter::SolidTarget(smooth_solid));  // throws
+               return std::make_unique<scatter::SolidTarget>(smooth_solid.rough());
              }},
     OwnModel{gsab, "the generic model that is fitted to measurements (gsab_ keys)",
              [](const Material& material, double) -> std::unique_ptr<scatter::Backscatter> {

@@ -21,8 +21,8 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double most_survey_points = 67108864.0;        // 2^26, that are read at once
-constexpr double most_points_with_detail = 268435456.0;  // 2^28, that with_detail() makes
+constexpr double max_survey_points = 67108864.0;        // 2^26, that are read at once
+constexpr double max_points_with_detail = 268435456.0;  // 2^28, that with_detail() makes
 
 std::string not_at_once(const SeafloorOptions& options) {
   const Heightfield grid = base_grid(options);
@@ -100,7 +100,7 @@ bool needs_tiles(const SeafloorOptions& options) {
   const Heightfield grid = base_grid(options);
   if (options.kind == SeafloorKind::survey) {
     const bool detail = options.detail.cell_m > 0.0;
-    return grid.points() > (detail ? most_points_with_detail : most_survey_points) &&
+    return grid.points() > (detail ? max_points_with_detail : max_survey_points) &&
            !(detail && grid.cell_east_m != grid.cell_north_m) &&
            obstacle_to_windows(grid, options.seabed).empty();
   }

@@ -195,7 +195,7 @@ TEST_CASE(
   yaws.heading_rate_radps = all.heading_rate_radps = 0.04;
   dives.pitch_rate_radps = all.pitch_rate_radps = -0.05;
   sails.velocity_mps = all.velocity_mps = {0.0, 2.5, 0.0};
-  double most_db = 0.0;
+  double max_db = 0.0;
   for (const Path& path : paths)
     for (const Pose& pose : {rolls, yaws, dives, sails, all})
       for (const Side side : {Side::port, Side::starboard}) {
@@ -214,10 +214,10 @@ TEST_CASE(
           CAPTURE(path.name, static_cast<int>(side), r, pose.roll_rate_radps,
                   pose.heading_rate_radps, pose.pitch_rate_radps, pose.velocity_mps.y());
           CHECK(scatter::to_db(moved[bin] / at_rest[bin]) == Approx(expected_db).margin(0.1));
-          most_db = std::max(most_db, std::abs(expected_db));
+          max_db = std::max(max_db, std::abs(expected_db));
         }
       }
-  CHECK(most_db > 3.0);
+  CHECK(max_db > 3.0);
 }
 
 TEST_CASE("in open water, nearer than surface and bed, roll does not change the reverberation") {
@@ -290,7 +290,7 @@ TEST_CASE("the ping before has the width of the beam beyond the range") {
     std::vector<double> zones_m;
   };
   const double ping_m = 75.0;
-  double most_db = 0.0;
+  double max_db = 0.0;
   for (const Case& of : {Case{1.5, 0.0, 900e3, {}}, Case{1.0, 0.0, 400e3, {30.0}},
                          Case{1.0, 0.3, 400e3, {}}, Case{0.5, 0.0, 400e3, {}}}) {
     Sonar sonar = open_sonar();
@@ -329,10 +329,10 @@ TEST_CASE("the ping before has the width of the beam beyond the range") {
       }
       CAPTURE(of.length_m, of.frequency_hz, r);
       CHECK(scatter::to_db(all[bin] / expected) == Approx(0.0).margin(0.1));
-      most_db = std::max(most_db, std::abs(scatter::to_db(in_proportion / expected)));
+      max_db = std::max(max_db, std::abs(scatter::to_db(in_proportion / expected)));
     }
   }
-  CHECK(most_db > 1.0);
+  CHECK(max_db > 1.0);
 }
 
 TEST_CASE("in water of another sound speed all other paths are at the ranges of their times") {

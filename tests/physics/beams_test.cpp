@@ -268,7 +268,7 @@ TEST_CASE("the recorder evens out how much sound each beam gets, and the intensi
   Simulator simulator(scene);
   const Waterfall image = ping_all(scene, simulator, 1).images[0];
   const double altitude_m = simulator.altitude_m(image.pings[2].pose.position);
-  double most_uneven_db = 0.0, most_db = 0.0;
+  double max_uneven_db = 0.0, max_db = 0.0;
   for (std::size_t bin = 0; bin < 1000; ++bin) {
     if ((static_cast<double>(bin) + 0.5) * 0.05 < 1.1 * altitude_m) continue;
     const auto relative_db = [&](std::size_t row, const auto& layer) {
@@ -277,14 +277,14 @@ TEST_CASE("the recorder evens out how much sound each beam gets, and the intensi
                             double(layer[2 * image.columns() + column]));
     };
     for (const std::size_t row : {0, 1, 3, 4}) {
-      most_uneven_db =
-          std::max(most_uneven_db, std::abs(2.0 * relative_db(row, image.pixels.sample)));
-      most_db = std::max(most_db, -relative_db(row, image.pixels.intensity));
+      max_uneven_db =
+          std::max(max_uneven_db, std::abs(2.0 * relative_db(row, image.pixels.sample)));
+      max_db = std::max(max_db, -relative_db(row, image.pixels.intensity));
     }
   }
   CAPTURE(altitude_m);
-  CHECK(most_uneven_db < 0.3);
-  CHECK(most_db > 1.0);
+  CHECK(max_uneven_db < 0.3);
+  CHECK(max_db > 1.0);
 }
 
 TEST_CASE("water and sea surface get as much less sound from outer beams as a level bed does") {

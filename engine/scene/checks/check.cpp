@@ -303,13 +303,13 @@ void check_artefacts(const Scene& scene, const auto& require) {
 }
 
 void check_recordings(const Scene& scene, const auto& require) {
-  const std::size_t most_sonars = scene.output.xtf ? most_sonars_of_xtf : most_sonars_of_jsf;
-  require(!scene.output.one_recording || scene.sonars.size() <= most_sonars, "output.one_recording",
+  const std::size_t max_sonars = scene.output.xtf ? max_sonars_of_xtf : max_sonars_of_jsf;
+  require(!scene.output.one_recording || scene.sonars.size() <= max_sonars, "output.one_recording",
           [&] {
             return fmt::format(
                 "'output.one_recording' puts {} sonars into one file, and {} holds {}: leave it "
                 "out for a file each",
-                scene.sonars.size(), scene.output.xtf ? "an XTF" : "a JSF", most_sonars);
+                scene.sonars.size(), scene.output.xtf ? "an XTF" : "a JSF", max_sonars);
           });
   require(scene.output.start_time.empty() || unix_time(scene.output.start_time),
           "output.start_time", [&] {

@@ -5,7 +5,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t most_blocks = 24;     // of 4 MB, that are kept whole
+constexpr std::size_t max_blocks = 24;      // of 4 MB, that are kept whole
 constexpr double coarse_cells = 4194304.0;  // of a FieldInWindows: 32 MB
 
 }  // namespace
@@ -15,7 +15,7 @@ HeightBlocks::HeightBlocks(int columns, int rows, Make make)
       make_(std::move(make)),
       has_border_(number_of({(rows - 1) / block, across_ - 1}) + 1, 0) {
   borders_.resize(has_border_.size() * 2 * block);
-  blocks_.reserve(most_blocks);
+  blocks_.reserve(max_blocks);
 }
 
 /// The first row of a block and then its first column, where its neighbours' tiles end; null if
@@ -42,7 +42,7 @@ HeightBlocks::Block& HeightBlocks::block_for(const Place& place) {
   auto found = std::ranges::find(blocks_, place, [](const auto& each) { return each->place; });
   if (found == blocks_.end()) {
     // The one that was used longest ago, unless a thread has it.
-    if (blocks_.size() >= most_blocks)
+    if (blocks_.size() >= max_blocks)
       found = std::ranges::min_element(
           blocks_, {}, [](const auto& each) { return std::pair(each->users > 0, each->used); });
     if (found == blocks_.end() || (*found)->users > 0)

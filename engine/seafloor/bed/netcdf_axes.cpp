@@ -90,8 +90,8 @@ std::string fault_of_netcdf_axes(const std::filesystem::path& file, std::string_
     const auto coordinate = dimension->GetIndexingVariable();
     if (!coordinate || coordinate->GetDimensionCount() != 1) continue;
     const std::string name = coordinate->GetName();
-    const char its = direction_of(*coordinate);
-    if (its != 0 && its != direction)
+    const char axis = direction_of(*coordinate);
+    if (axis != 0 && axis != direction)
       return fmt::format(
           "has '{}' as its {} dimension, expected the order y, x; exchange them (ncpdq -a y,x, or "
           "transpose in xarray)",

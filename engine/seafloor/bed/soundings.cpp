@@ -176,7 +176,7 @@ Soundings::Soundings(const std::filesystem::path& file, double cell_m)
       refuse("has commas inside its fields; write the numbers with points");
     if (const std::optional<Sounding> sounding = sounding_of(lines.line(), place)) {
       const double z_m = (*sounding)[2];
-      if (!(std::abs(z_m) <= most_height_m) || std::abs(z_m) == usual_missing_m)
+      if (!(std::abs(z_m) <= max_height_m) || std::abs(z_m) == usual_missing_m)
         refuse(fmt::format("a height of {} m; if it marks a missing one, remove the line", z_m));
       x_m_.push_back((*sounding)[0]);
       y_m_.push_back((*sounding)[1]);

@@ -8,7 +8,7 @@
 namespace ensonify::engine {
 
 /// Beyond the deepest trench and the highest peak: larger values mark missing heights.
-inline constexpr double most_height_m = 12000.0;
+inline constexpr double max_height_m = 12000.0;
 
 /// Plus or minus, it marks missing heights also where nothing declares it.
 inline constexpr double usual_missing_m = 9999.0;

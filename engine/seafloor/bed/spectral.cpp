@@ -50,8 +50,8 @@ Size size_of(const Heightfield& field, const SpectralField& what) {
 /// below 5e-4 over the margin.
 Size size_of_short_waves(const Heightfield& field, const SpectralField& what) {
   const auto along = [&](int points, double cell_m) {
-    constexpr double least_margin = 96.0;
-    return fast_length(points + std::max(least_margin, std::ceil(what.regular_m / cell_m)));
+    constexpr double min_margin = 96.0;
+    return fast_length(points + std::max(min_margin, std::ceil(what.regular_m / cell_m)));
   };
   return {along(field.columns, field.cell_east_m), along(field.rows, field.cell_north_m)};
 }
@@ -141,7 +141,8 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
 GridTransform::Values make_waves(const Heightfield& field, const SpectralField& what,
                                  const RandomStream& noise, int level = 0) {
   const std::uint64_t first = static_cast<std::uint64_t>(level) << 40;  // beyond any transform's
-  if (!has_bands(field, what)) return one_transform(field, size_of(field, what), what, noise, first);
+  if (!has_bands(field, what))
+    return one_transform(field, size_of(field, what), what, noise, first);
 
   SpectralField longer = level == 0 ? calibrated(what, field) : what;
   SpectralField shorter = longer;

@@ -40,7 +40,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double most_cells = 1073741824.0;  // 2^30
+constexpr double max_survey_cells = 1073741824.0;  // 2^30
 constexpr std::array<const char*, 2> vrt_driver = {"VRT", nullptr};
 
 class SurveyReader {
@@ -175,7 +175,7 @@ class SurveyReader {
       const std::size_t begin = static_cast<std::size_t>(row) * draws.size();
       for (std::size_t i = 0; i < draws.size(); ++i)
         if (const double sigma_m = uncertainty_m[begin + i];
-            sigma_m > 0.0 && sigma_m <= most_height_m)
+            sigma_m > 0.0 && sigma_m <= max_height_m)
           z_m[begin + i] += scatter_.of_uncertainty * sigma_m * draws[i];
     }
   }
@@ -252,10 +252,10 @@ class SurveyReader {
 
   /// Windows side by side share the rows of files that keep whole rows together.
   void keep_rows_in_cache() {
-    constexpr std::int64_t least_bytes = 64 << 20, rows = 1400;
+    constexpr std::int64_t min_bytes = 64 << 20, rows = 1400;
     const std::int64_t row_bytes =
         std::int64_t{field_.columns} * GDALGetDataTypeSizeBytes(band().GetRasterDataType());
-    GDALSetCacheMax64(std::max(least_bytes, rows * row_bytes));
+    GDALSetCacheMax64(std::max(min_bytes, rows * row_bytes));
   }
 
   GDALRasterBand& band() { return *dataset_->GetRasterBand(band_); }
@@ -380,7 +380,7 @@ class SurveyReader {
     check_points(field_.columns, field_.rows);
   }
   void check_points(double columns, double rows) const {
-    if (columns * rows > most_cells)
+    if (columns * rows > max_survey_cells)
       fail(fmt::format("has {} x {} cells, more than 2^30; {}", columns, rows,
                        how_to_make_smaller(columns * rows)));
   }
@@ -388,7 +388,7 @@ class SurveyReader {
   std::string how_to_make_smaller(double cells) const {
     if (!resolution_)
       return "make it coarser with gdalwarp -tr or cut a part out with gdal_translate -projwin";
-    const double cell_m = resolution_->cell_m() * std::ceil(std::sqrt(cells / most_cells));
+    const double cell_m = resolution_->cell_m() * std::ceil(std::sqrt(cells / max_survey_cells));
     return fmt::format(
         "make a coarser GeoTIFF with gdal_translate -oo MODE=RESAMPLED_GRID -oo RESX={0} -oo "
         "RESY={0}",
@@ -427,12 +427,12 @@ class SurveyReader {
           fail(fault);
     if (reference && std::abs(reference->GetLinearUnits() - 1.0) > 1e-9)
       fail(fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), cure));
-    constexpr double most_off = 0.05;  // of a length; that of maps of a continent is smaller
+    constexpr double max_off = 0.05;  // of a length; that of maps of a continent is smaller
     const Eigen::Vector2d middle(west + 0.5 * east_step * field_.columns,
                                  north + 0.5 * north_step * field_.rows);
     if (const auto scale =
             reference ? scale_of_reference(wkt_of(*reference), middle) : std::optional<double>();
-        scale && std::abs(*scale - 1.0) > most_off)
+        scale && std::abs(*scale - 1.0) > max_off)
       fail(fmt::format("has map metres that are {:.2f} m on Earth, as Mercator's; {}", *scale,
                        cure));
     // A grid without a reference that looks like longitudes and latitudes.
@@ -510,7 +510,7 @@ class SurveyReader {
                         (has_nodata_ && std::abs(raw - nodata_) <= 1e-6 * std::abs(nodata_));
       const double height = scale_ * raw + offset_;
       const bool suspect = !declares_nodata_ && std::abs(raw) == usual_missing_m;
-      if (!hole && (suspect || !(std::abs(height) <= most_height_m)))
+      if (!hole && (suspect || !(std::abs(height) <= max_height_m)))
         fail(fmt::format("row {}, column {}: a height of {} m; if it marks missing data, {}",
                          line + 1, static_cast<std::size_t>(first_column) + i + 1, height,
                          how_to_declare(raw)));

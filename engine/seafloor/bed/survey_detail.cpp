@@ -23,7 +23,7 @@ namespace {
 
 using std::numbers::pi;
 constexpr double max_points = 268435456.0;  // 2^28
-constexpr double most_points_across = 2147483647.0;
+constexpr double max_points_across = 2147483647.0;
 
 /// Interpolates between the middle two of four heights; a missing outer one is extrapolated
 /// linearly.
@@ -48,7 +48,7 @@ Parts parts_of(const Heightfield& survey, const SurveyDetail& detail) {
         fmt::format("survey detail: cells of {} m are not finer than the survey's {} x {} m",
                     detail.cell_m, survey.cell_east_m, survey.cell_north_m));
   const auto whole = [&](double parts, int points) {
-    if (!((points - 1.0) * std::max(1.0, parts) < most_points_across))
+    if (!((points - 1.0) * std::max(1.0, parts) < max_points_across))
       throw std::invalid_argument(fmt::format(
           "survey detail: cells of {} m make more points than there can be in a row; use larger "
           "cells, or cut a part out with gdal_translate -projwin",

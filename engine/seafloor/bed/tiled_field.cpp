@@ -80,7 +80,7 @@ double TiledField::amplitude(std::size_t band, double kx, double ky) const {
 /// The band with its kernel, for windows of `points` points. White noise of variance 1 at points
 /// with the spacing d has the power spectrum d^2 / (2 pi)^2, so the filter is amplitude * 2 pi / d.
 TiledField::Band TiledField::make_band(std::size_t number, int points) const {
-  constexpr double most_lost = 1e-4, most_lost_at_last = 1e-2;
+  constexpr double max_lost = 1e-4, max_lost_at_last = 1e-2;
   constexpr int first_reach = 96, last_reach = 384;
   const double d = spacing_m(number);
   for (int reach = first_reach;; reach *= 2) {
@@ -128,7 +128,7 @@ TiledField::Band TiledField::make_band(std::size_t number, int points) const {
         band.kernel[static_cast<std::size_t>(y + reach) * static_cast<std::size_t>(across) +
                     static_cast<std::size_t>(x + reach)] = kept;
       }
-    if (lost <= (reach < last_reach ? most_lost : most_lost_at_last) * all) {
+    if (lost <= (reach < last_reach ? max_lost : max_lost_at_last) * all) {
       fill_filter(band);
       return band;
     }

@@ -20,7 +20,7 @@ namespace ensonify::engine {
 class TiledField {
  public:
   /// Cells of the coarse grid: 128 MB.
-  static constexpr double most_coarse_cells = 16777216.0;
+  static constexpr double max_coarse_cells = 16777216.0;
 
   static constexpr int block_points = 1024;  ///< of a block, in both directions
 
@@ -28,7 +28,7 @@ class TiledField {
   /// and of a layer's number. Throws std::invalid_argument for a field whose waves are too regular
   /// for kernels of at most 384 points to each side, and for cells that are not square.
   TiledField(const Heightfield& grid, SpectralField what, std::uint64_t seed, Purpose purpose,
-             double coarse_cells = most_coarse_cells, std::uint64_t number = 0);
+             double coarse_cells = max_coarse_cells, std::uint64_t number = 0);
   ~TiledField();
   TiledField(const TiledField&) = delete;
   TiledField& operator=(const TiledField&) = delete;

@@ -14,8 +14,8 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr int most_steps_allowed = 1024;
-constexpr hsize_t most_coarse_cells = 1u << 26;
+constexpr int max_steps_allowed = 1024;
+constexpr hsize_t max_coarse_cells = 1u << 26;
 constexpr float missing = 1e6f;  // of heights and uncertainties
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
@@ -70,7 +70,7 @@ VariableResolution::VariableResolution(const std::filesystem::path& file, double
       coarse_east_m_(coarse_east_m),
       coarse_north_m_(coarse_north_m) {
   const auto [rows, columns] = size_of(file_->metadata);
-  if (rows < 1 || columns < 1 || rows > most_coarse_cells || columns > most_coarse_cells / rows ||
+  if (rows < 1 || columns < 1 || rows > max_coarse_cells || columns > max_coarse_cells / rows ||
       file_->point_count == 0)
     fail();
   coarse_rows_ = static_cast<int>(rows);
@@ -110,8 +110,8 @@ VariableResolution::VariableResolution(const std::filesystem::path& file, double
   finest_m_ = finest_m;
   for (Refinement& its : refinements_) {
     const double steps = std::round(std::max(its.cell_east_m, its.cell_north_m) / finest_m_);
-    its.steps = static_cast<int>(std::clamp(steps, 1.0, double{most_steps_allowed}));
-    most_steps_ = std::max(most_steps_, its.steps);
+    its.steps = static_cast<int>(std::clamp(steps, 1.0, double{max_steps_allowed}));
+    max_steps_ = std::max(max_steps_, its.steps);
   }
 }
 
@@ -172,9 +172,9 @@ void VariableResolution::read_steps(What what, const Window& window,
   const int last_row = coarse_row(window.first_row + window.rows - 1);
   for (int y = coarse_row(window.first_row); y <= last_row; ++y)
     for (int x = coarse_column(window.first_column); x <= last_column; ++x) {
-      const Refinement& its = refinement(x, y);
-      if (its.across == 0) continue;
-      const std::vector<float> points = this->points(what, its);
+      const Refinement& finer = refinement(x, y);
+      if (finer.across == 0) continue;
+      const std::vector<float> points = this->points(what, finer);
       // The nearest point's number, also for places up to a cell beyond the outer points.
       const auto nearest = [](double from_first_m, float cell_m, std::uint32_t count) {
         const double at = std::floor(from_first_m / cell_m + 0.5);
@@ -190,16 +190,16 @@ void VariableResolution::read_steps(What what, const Window& window,
       const int end_column =
           std::min(begin(x + 1, coarse_east_m_, 0), window.first_column + window.columns);
       for (int row = begin(y, coarse_north_m_, window.first_row); row < end_row; ++row) {
-        const int j = nearest((row + 0.5) * finest_m_ - y * coarse_north_m_ - its.south_m,
-                              its.cell_north_m, its.up);
+        const int j = nearest((row + 0.5) * finest_m_ - y * coarse_north_m_ - finer.south_m,
+                              finer.cell_north_m, finer.up);
         if (j < 0) continue;
         for (int column = begin(x, coarse_east_m_, window.first_column); column < end_column;
              ++column) {
-          const int i = nearest((column + 0.5) * finest_m_ - x * coarse_east_m_ - its.west_m,
-                                its.cell_east_m, its.across);
+          const int i = nearest((column + 0.5) * finest_m_ - x * coarse_east_m_ - finer.west_m,
+                                finer.cell_east_m, finer.across);
           if (i < 0) continue;
           const float value =
-              points[static_cast<std::size_t>(j) * its.across + static_cast<std::size_t>(i)];
+              points[static_cast<std::size_t>(j) * finer.across + static_cast<std::size_t>(i)];
           if (std::isfinite(value) && value != missing)
             values[static_cast<std::size_t>(row - window.first_row) *
                        static_cast<std::size_t>(window.columns) +
@@ -263,7 +263,7 @@ void VariableResolution::smooth(const Window& outer, std::span<const double> ste
 void VariableResolution::read(What what, const Window& window, std::span<double> values) const {
   // In strips, so that little more than the values themselves is in memory.
   constexpr int strip_rows = 512;
-  const int margin = most_steps_ / 2 + 1;
+  const int margin = max_steps_ / 2 + 1;
   const auto across = static_cast<std::size_t>(window.columns);
   for (int done = 0; done < window.rows; done += strip_rows) {
     const Window strip{window.first_column, window.first_row + done, window.columns,

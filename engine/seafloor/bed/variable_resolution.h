@@ -58,7 +58,7 @@ class VariableResolution {
   double coarse_east_m_, coarse_north_m_, finest_m_ = 0.0;
   int coarse_columns_ = 0, coarse_rows_ = 0;
   std::vector<Refinement> refinements_;  // by coarse cell, from the south-west
-  int most_steps_ = 1;
+  int max_steps_ = 1;
 };
 
 }  // namespace ensonify::engine

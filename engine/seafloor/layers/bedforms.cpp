@@ -154,7 +154,7 @@ double CrestProfile::steepest() const {
 }
 
 void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
-                std::span<const double> weight) {
+                  std::span<const double> weight) {
   check(relief, std::max(field.cell_east_m, field.cell_north_m));
   if (relief.height_m == 0.0) return;
   const Heightfield grid = with_border(field);

@@ -17,7 +17,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr int most_margin = 1024;  // points
+constexpr int max_margin = 1024;  // points
 
 /// Whether a layer at a place depends on its neighbourhood alone. The rock of outcrops is one
 /// transform over the whole grid; roughness is one too, unless its cells are square
@@ -64,7 +64,7 @@ int margin_of(const SeabedOptions& options, const Heightfield& grid) {
     sum += margin;
     on_others = on_others || !area.on.empty();
   });
-  return static_cast<int>(std::ceil(std::min(on_others ? sum : most, most_margin + 1.0)));
+  return static_cast<int>(std::ceil(std::min(on_others ? sum : most, max_margin + 1.0)));
 }
 
 /// A grid of the same size and origin, without heights.
@@ -105,14 +105,14 @@ std::string obstacle_to_windows(const Heightfield& grid, const SeabedOptions& op
           "{}: a bed that is made in tiles takes areas as polygons; make an outline of the image "
           "with gdal_polygonize.py, in GeoJSON",
           key);
-    else if (margin_of(area, reach_m, grid) > most_margin)
+    else if (margin_of(area, reach_m, grid) > max_margin)
       obstacle = fmt::format(
           "{}: its forms or its border reach {:.0f} m; where a bed with such cells is made in tiles, "
           "they may reach about {:.0f} m: make them smaller, or the cells larger",
           key, std::max(reach_m, 0.5 * area.border_m),
-          most_margin * std::min(grid.cell_east_m, grid.cell_north_m));
+          max_margin * std::min(grid.cell_east_m, grid.cell_north_m));
   });
-  if (obstacle.empty() && margin_of(options, grid) > most_margin)
+  if (obstacle.empty() && margin_of(options, grid) > max_margin)
     obstacle =
         "seafloor: the layers of a bed that is made in tiles depend on too much of what lies around "
         "(an area's key 'on' makes them depend on one another); use smaller forms, or leave 'on' out";

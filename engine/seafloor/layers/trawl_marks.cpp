@@ -104,7 +104,7 @@ class Door {
       bite_.phase[i] = 2.0 * pi * u[8 + i];
     }
   }
-  static constexpr double most_off_m = 0.25 * Wander::most;  // its mean offset
+  static constexpr double max_off_m = 0.25 * Wander::most;  // its mean offset
   double mean_offset_m() const { return offset_m_; }
   double offset_m(double way_m) const { return offset_m_ + 0.25 * wobble_.at(way_m); }
   /// How deep it digs, of the mean: doors bounce, and now and then leave the bed.
@@ -159,7 +159,7 @@ class Tow {
     const double across = (x_m - x_m_) * north_ - (y_m - y_m_) * east_;
     const double half_m = 0.5 * marks_.door_spacing_m, reach_m = 2.0 * marks_.width_m;
     const double beyond_m =
-        std::abs(across) - half_m - Wander::most * marks_.wander_m - Door::most_off_m - reach_m;
+        std::abs(across) - half_m - Wander::most * marks_.wander_m - Door::max_off_m - reach_m;
     if (beyond_m > 0.0) return {.clear_m = beyond_m / std::abs(north_)};
     const double way_m = way(x_m, y_m);
     const double from_middle = across - marks_.wander_m * wander_->at(way_m);
@@ -168,7 +168,7 @@ class Tow {
       change.height_m = marks_.sweep_depth_m * (1.0 - off * off) * sweep_->at(way_m, from_middle);
     for (const std::uint32_t number : {1u, 2u}) {
       const Door& door = number == 1 ? port_ : starboard_;
-      if (std::abs(from_middle - door.mean_offset_m()) > Door::most_off_m + reach_m) continue;
+      if (std::abs(from_middle - door.mean_offset_m()) > Door::max_off_m + reach_m) continue;
       const double from_door = from_middle - door.offset_m(way_m);
       if (std::abs(from_door) > reach_m) continue;
       // The Gaussian's second derivative: its integral is zero.

@@ -6,9 +6,9 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double longest_m = 2.0;       // of a part
-constexpr double tallest_m = 0.05;      // between its ends
-constexpr double least_slope_m = 0.05;  // over which the bed's slope is taken, to either side
+constexpr double longest_m = 2.0;     // of a part
+constexpr double tallest_m = 0.05;    // between its ends
+constexpr double min_slope_m = 0.05;  // over which the bed's slope is taken, to either side
 constexpr std::size_t parts_per_group = 64;
 
 /// How many pieces a side of a flat part is cut into.
@@ -23,7 +23,7 @@ bool find_bed(const BedAt& bed, BuriedPart& part) {
   const Eigen::Vector3d& at = part.flat.middle;
   const std::optional<BedPoint> top = bed(at.x(), at.y());
   if (!top || !(top->height_m > at.z())) return false;
-  const double reach_m = std::max(top->height_m - at.z(), least_slope_m);
+  const double reach_m = std::max(top->height_m - at.z(), min_slope_m);
   const auto slope = [&](double east, double north) {
     const auto one = bed(at.x() + reach_m * east, at.y() + reach_m * north);
     const auto other = bed(at.x() - reach_m * east, at.y() - reach_m * north);

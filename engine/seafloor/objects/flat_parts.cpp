@@ -210,8 +210,8 @@ bool FlatPartBlock::may_face(const Vector3d& from, double reach, bool two_sided)
   if (distance_m <= radius_m || reach >= 1.0) return true;
   // Bounds without a transcendental function: asin x <= x + (pi / 2 - 1) x^3 for 0 <= x <= 1, and
   // cos x >= 1 - x^2 / 2.
-  const auto most_asin = [](double x) { return x + (0.5 * pi - 1.0) * x * x * x; };
-  const double angle_rad = cone_rad + most_asin(radius_m / distance_m) + most_asin(reach);
+  const auto max_asin = [](double x) { return x + (0.5 * pi - 1.0) * x * x * x; };
+  const double angle_rad = cone_rad + max_asin(radius_m / distance_m) + max_asin(reach);
   const double facing_m = two_sided ? std::abs(axis.dot(way)) : axis.dot(way);
   return facing_m >= distance_m * (1.0 - 0.5 * angle_rad * angle_rad);
 }

@@ -22,20 +22,20 @@ std::vector<Vector2d> with_nose(double r, double back, double front, double nose
 }
 
 /// Sunk in, with a tilt of its axis.
-void lie(FamilyForm& form, double least_sunk, double most_sunk, double tilt_deg) {
+void lie(FamilyForm& form, double min_sunk, double max_sunk, double tilt_deg) {
   Draws& draws = form.draws;
   const double tilt = radians(draws.between(-tilt_deg, tilt_deg));
   form.solids.move(0, motion(Vector3d::Zero(), 0.0, draws.between(0.0, 2.0 * pi), 0.0));
   form.solids.move(0, motion(Vector3d::Zero(), tilt, 0.0, 0.0));
-  rest(form.solids, 0, draws.between(least_sunk, most_sunk));
+  rest(form.solids, 0, draws.between(min_sunk, max_sunk));
 }
 
 /// Tilted about both horizontal axes and sunk in.
-void tilt_and_sink(FamilyForm& form, double tilt_deg, double most_sunk) {
+void tilt_and_sink(FamilyForm& form, double tilt_deg, double max_sunk) {
   const double about_y = radians(form.draws.between(-tilt_deg, tilt_deg));
   const double about_x = radians(form.draws.between(-tilt_deg, tilt_deg));
   form.solids.move(0, motion(Vector3d::Zero(), about_x, about_y, 0.0));
-  rest(form.solids, 0, form.draws.between(0.0, most_sunk));
+  rest(form.solids, 0, form.draws.between(0.0, max_sunk));
 }
 
 enum OrdnancePart { ordnance_body, ordnance_tail };

@@ -331,8 +331,8 @@ ShapeBody make_member(const ShapeKind& kind, const ShapeSize& size, const Random
   const double drawn = form.draws.between(0.0, 1.0);
   form.size_m =
       (size.*main.size)
-          .value_or(main.most_m > 0.0 ? main.usual_m * std::pow(main.most_m / main.usual_m, drawn)
-                                      : main.usual_m);
+          .value_or(main.max_m > 0.0 ? main.usual_m * std::pow(main.max_m / main.usual_m, drawn)
+                                     : main.usual_m);
   // The square: the variants that are listed first are more frequent.
   const double share = std::pow(form.draws.between(0.0, 1.0), 2.0);
   if (variant.empty() && !kind.variants.empty())

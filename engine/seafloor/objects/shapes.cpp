@@ -21,8 +21,8 @@ Dimension diameter(double m) { return {"diameter_m", &Size::diameter_m, m}; }
 Dimension top_diameter(double m) { return {"top_diameter_m", &Size::top_diameter_m, m}; }
 Dimension rod(double m) { return {"rod_m", &Size::rod_m, m}; }
 /// A size that a family draws, and one that follows from its form.
-Dimension drawn(Dimension dimension, double most_m) {
-  dimension.most_m = most_m;
+Dimension drawn(Dimension dimension, double max_m) {
+  dimension.max_m = max_m;
   return dimension;
 }
 constexpr double follows = 0.0;

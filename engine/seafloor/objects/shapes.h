@@ -19,8 +19,8 @@ namespace ensonify::engine {
 struct Dimension {
   std::string_view key;
   std::optional<double> ShapeSize::*size;
-  double usual_m;       ///< its usual value; 0: it follows from the other sizes
-  double most_m = 0.0;  ///< of a family, the greatest value that is drawn; usual_m is the least
+  double usual_m;      ///< its usual value; 0: it follows from the other sizes
+  double max_m = 0.0;  ///< of a family, the greatest value that is drawn; usual_m is the least
 };
 
 /// A part of a shape.

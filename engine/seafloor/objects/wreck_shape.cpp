@@ -98,19 +98,19 @@ class Wreck {
                                                     {0.0, 0.05},
                                                     {0, 0.1},
                                                     0.06}}};
-    const Lines& of = of_type[static_cast<std::size_t>(type_)];
+    const Lines& ranges = of_type[static_cast<std::size_t>(type_)];
     const auto drawn = [&](const Range& range) { return draws_.between(range.low, range.high); };
     lines_.length_m = length_m_;
-    lines_.beam_m = drawn(of.beam) * length_m_;
-    lines_.depth_m = drawn(of.depth) * lines_.beam_m;
-    lines_.section = drawn(of.section);
+    lines_.beam_m = drawn(ranges.beam) * length_m_;
+    lines_.depth_m = drawn(ranges.depth) * lines_.beam_m;
+    lines_.section = drawn(ranges.section);
     lines_.end_section = std::min(lines_.section, type_ == Type::barge ? 6.0 : 1.6);
-    lines_.bow_power = drawn(of.bow);
-    lines_.stern_power = drawn(of.stern);
-    lines_.stern_width = drawn(of.stern_width);
-    lines_.bow_width = of.bow_width;
-    lines_.sheer_m = drawn(of.sheer) * lines_.depth_m;
-    lines_.rake_m = drawn(of.rake) * lines_.depth_m;
+    lines_.bow_power = drawn(ranges.bow);
+    lines_.stern_power = drawn(ranges.stern);
+    lines_.stern_width = drawn(ranges.stern_width);
+    lines_.bow_width = ranges.bow_width;
+    lines_.sheer_m = drawn(ranges.sheer) * lines_.depth_m;
+    lines_.rake_m = drawn(ranges.rake) * lines_.depth_m;
     lines_.stern_rise_m = draws_.between(0.2, 0.55) * lines_.depth_m;
     plate_m_ = std::clamp(0.012 * lines_.beam_m, 0.03, 0.15);
     open_ = type_ != Type::submarine && draws_.chance(length_m_ < 16.0 ? 0.6 : 0.4);

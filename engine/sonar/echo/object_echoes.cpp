@@ -21,7 +21,7 @@ using std::numbers::pi;
 constexpr double inv_sqrt2 = 1.0 / std::numbers::sqrt2;
 
 constexpr double few_planes = 6.0;     // or elevations: that a small object is long, at most
-constexpr double most_cells = 256.0;   // of a flat part, in each direction
+constexpr double max_cells = 256.0;    // of a flat part, in each direction
 constexpr double steepest_wall = 0.5;  // sine of a wall's inclination to the vertical, at most
 constexpr double same_place_m = 1e-3;  // of two estimates of a place
 constexpr int max_turns = 8;          // of such estimates
@@ -262,7 +262,7 @@ void ObjectEchoes::add_facets(const FlatPart& flat_part, const Vector3d& away,
   const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
   const double length_m = double(flat_part.length_m), width_m = double(flat_part.width_m);
   const auto cells = [&](double m) {
-    return static_cast<int>(std::clamp(std::ceil(m / small_m), 1.0, most_cells));
+    return static_cast<int>(std::clamp(std::ceil(m / small_m), 1.0, max_cells));
   };
   const int lengthwise = cells(length_m), crosswise = cells(width_m);
   const double cell_length_m = length_m / lengthwise, cell_width_m = width_m / crosswise;
@@ -421,14 +421,14 @@ void ObjectEchoes::look_into_bed(const BuriedGroup& group) {
     const FlatPart& flat_part = *group.parts[i].whole;
     const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
     const BuriedPart* nearest = &group.parts[i];  // to the foot of the line of sight on it
-    double least_m2 = std::numeric_limits<double>::infinity();
+    double min_m2 = std::numeric_limits<double>::infinity();
     for (end = i; end < group.parts.size() && group.parts[end].whole == &flat_part; ++end) {
       const BuriedPart& part = group.parts[end];
       if (may_see(part.flat.middle, 0.5 * (double(part.flat.length_m) + double(part.flat.width_m))))
         add_buried_facets(part, group, label);
       const Vector3d off = part.flat.middle - view_->fan->origin;
       const double m2 = std::pow(off.dot(along), 2) + std::pow(off.dot(across), 2);
-      if (m2 < least_m2) nearest = &part, least_m2 = m2;
+      if (m2 < min_m2) nearest = &part, min_m2 = m2;
     }
     if (specular > 0.0) add_buried_glint(*nearest, group, specular);
   }
@@ -505,7 +505,7 @@ void ObjectEchoes::add_buried_facets(const BuriedPart& part, const BuriedGroup& 
   const double cell_m = planes_per_cell * planes[planes.size() / 2].width_rad * to.norm();
   const auto cells = [&](const Vector3d& axis, double length_m) {
     return static_cast<int>(std::ceil(
-        std::clamp(std::abs(axis.dot(fan.array_axis)) * length_m / cell_m, 1.0, most_cells)));
+        std::clamp(std::abs(axis.dot(fan.array_axis)) * length_m / cell_m, 1.0, max_cells)));
   };
   const double length_m = double(flat.length_m), width_m = double(flat.width_m);
   const int lengthwise = cells(along, length_m), crosswise = cells(across, width_m);

@@ -54,15 +54,15 @@ Shading Shading::hann() {
   return made;
 }
 
-int Shading::least_nbar(double side_lobe_db) {
+int Shading::min_nbar(double side_lobe_db) {
   return static_cast<int>(std::lround(2.0 * taylor_a2(side_lobe_db) + 0.5));
 }
 
 Shading Shading::taylor(double side_lobe_db, int nbar) {
-  if (nbar < least_nbar(side_lobe_db))
+  if (nbar < min_nbar(side_lobe_db))
     throw std::invalid_argument(
         fmt::format("Taylor's side lobes of {} dB need an nbar of {} or more, and it is {}",
-                    side_lobe_db, least_nbar(side_lobe_db), nbar));
+                    side_lobe_db, min_nbar(side_lobe_db), nbar));
   const double a2 = taylor_a2(side_lobe_db);
   const double sigma2 = nbar * nbar / (a2 + (nbar - 0.5) * (nbar - 0.5));
   Shading made;

@@ -35,7 +35,7 @@ class Shading {
   static constexpr int chebyshev_elements = 128;
   /// The smallest nbar with which Taylor's side lobes are this low, 2 A^2 + 1/2: with fewer
   /// the moved nulls do not join the unmoved ones. 3 at -25 dB, 6 at -40 dB.
-  static int least_nbar(double side_lobe_db);
+  static int min_nbar(double side_lobe_db);
 
   bool uniform() const { return waves_.empty() && elements_.empty(); }
   /// The weight at u; on the border of two elements their mean.

@@ -8,7 +8,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double most_stale_intervals = 100.0;  // in succession
+constexpr double max_stale_intervals = 100.0;  // in succession
 
 /// A uniform number in (0, 1] for one ping or interval.
 double draw(std::uint64_t seed, Artefact artefact, std::uint64_t number) {
@@ -37,7 +37,7 @@ double reported_since_s(const ArtefactOptions& options, std::uint64_t seed, doub
        draw(seed, Artefact::stale_navigation,
             static_cast<std::uint64_t>(static_cast<std::int64_t>(interval))) <=
            options.stale_navigation &&
-       t_s - since_s < most_stale_intervals * options.stale_s;
+       t_s - since_s < max_stale_intervals * options.stale_s;
        interval -= 1.0)
     since_s = interval * options.stale_s;
   return since_s;

@@ -185,10 +185,10 @@ void Disturbances::add_fish(const PingContext& context, Side side, std::span<flo
   const double bed_m = plane_m(-context.altitude_m),
                top_m = plane_m(highest_m - context.altitude_m);
   const double wide_m = law_.width_m(power.size() - 1) + options_.fish_length_m;
-  const double least_ahead_m = std::min(bed_m, top_m) - wide_m,
-               most_ahead_m = std::max(bed_m, top_m) + wide_m;
+  const double min_ahead_m = std::min(bed_m, top_m) - wide_m,
+               max_ahead_m = std::max(bed_m, top_m) + wide_m;
   Eigen::Array2d low = here.array().min(there.array()), high = here.array().max(there.array());
-  for (const double ahead_m : {least_ahead_m, most_ahead_m}) {
+  for (const double ahead_m : {min_ahead_m, max_ahead_m}) {
     low = low.min(here.array() + ahead_m * ahead.array())
               .min(there.array() + ahead_m * ahead.array());
     high = high.max(here.array() + ahead_m * ahead.array())
@@ -205,7 +205,7 @@ void Disturbances::add_fish(const PingContext& context, Side side, std::span<flo
       const Eigen::Vector2d middle{(static_cast<double>(i) + 0.5) * fish_cell_m,
                                    (static_cast<double>(j) + 0.5) * fish_cell_m};
       const double ahead_m = (middle - here).dot(ahead);
-      if (ahead_m < least_ahead_m - fish_cell_m || ahead_m > most_ahead_m + fish_cell_m) continue;
+      if (ahead_m < min_ahead_m - fish_cell_m || ahead_m > max_ahead_m + fish_cell_m) continue;
       const RandomStream stream = artefact_stream(
           seed_, Artefact::fish, static_cast<std::uint64_t>(i), static_cast<std::uint64_t>(j));
       stream.uniform(std::span(random).first(1));

@@ -81,8 +81,8 @@ double OneWayBeams::Row::at(Array array, double along_m) const {
   const double place = std::abs(along_m) / reach_m * columns;
   if (!(place < columns)) return 0.0;
   const auto column = static_cast<std::size_t>(place);
-  const std::vector<float>& its = power[array];
-  return std::lerp(double(its[column]), double(its[column + 1]),
+  const std::vector<float>& powers = power[array];
+  return std::lerp(double(powers[column]), double(powers[column + 1]),
                    place - static_cast<double>(column));
 }
 
@@ -114,8 +114,8 @@ double OneWayBeams::overlap_m(double leg_m, double other_m, double apart_m) cons
     const double place = overlap_steps * std::sqrt(apart_m / (rows_[a].reach_m + rows_[b].reach_m));
     if (!(place < overlap_steps - 1)) return 0.0;
     const auto step = static_cast<std::size_t>(place);
-    const double* its = &overlaps_[(a * rows_.size() + b) * overlap_steps + step];
-    return std::lerp(its[0], its[1], place - static_cast<double>(step));
+    const double* overlaps = &overlaps_[(a * rows_.size() + b) * overlap_steps + step];
+    return std::lerp(overlaps[0], overlaps[1], place - static_cast<double>(step));
   };
   const double share = other - static_cast<double>(j);
   return std::lerp(std::lerp(at(i, j), at(i, j + 1), share),

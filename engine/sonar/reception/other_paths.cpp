@@ -19,7 +19,7 @@ using std::numbers::pi;
 constexpr std::size_t sine_steps = 1024;    // of the tables over the sine of the grazing angle
 constexpr std::size_t directions = 1440;    // per turn, at which VerticalSum takes the pattern
 constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
-constexpr int most_pings_back = 8;          // whose echoes are added
+constexpr int max_pings_back = 8;           // whose echoes are added
 constexpr int directions_of_volume = 4;     // to the side, of a sonar that turns
 constexpr double inaudible = 1e-3;          // over the noise
 
@@ -128,7 +128,7 @@ double SonarEquation::vertical_width_rad(Side side, int power) const {
 }
 
 double farthest_earlier_m(const Sonar& sonar, double ping_m) {
-  return sonar.range_m + most_pings_back * ping_m;
+  return sonar.range_m + max_pings_back * ping_m;
 }
 
 double sea_noise_power(const Sonar& sonar, const SonarEquation& law, const SeaState& sea,
@@ -213,7 +213,7 @@ void OtherPaths::add_earlier_pings(const PingContext& context, Side side, const 
                                    std::span<float> power) const {
   const double altitude_m = context.altitude_m, per_m = context.range_per_m_down;
   const double slant_m = plane.slant_m(altitude_m), noise = power.front();
-  for (int pings = 1; pings <= most_pings_back; ++pings) {
+  for (int pings = 1; pings <= max_pings_back; ++pings) {
     const auto intensity = [&](std::size_t n) {
       const double before_m = pings * ping_m_;
       const double from_m = (law_.cell_middle_m(n) + before_m) / per_m;
@@ -503,7 +503,7 @@ void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& l
                                    const BeamPlane& plane, std::span<const float> direct,
                                    std::span<float> power) const {
   constexpr double lowest_rad = 0.01;  // of sound that reaches the bed after a wall
-  constexpr int most_steps = 16;
+  constexpr int max_steps = 16;
   const auto strength = [&](double sine) { return bed_strength_(std::clamp(sine, 1e-4, 1.0)); };
   const Eigen::Vector3d abeam = (line.side == Side::port ? -1.0 : 1.0) *
                                 context.array.axis.cross(Eigen::Vector3d::UnitZ()).normalized();
@@ -540,7 +540,7 @@ void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& l
       return std::hypot(x_m - before_m * std::cos(2.0 * turned_rad), height_m);
     };
     const double bins = std::abs(range_on_bed_m(high_m) - range_on_bed_m(low_m)) / law_.bin_m();
-    const int steps = static_cast<int>(std::clamp(std::ceil(bins), 1.0, double(most_steps)));
+    const int steps = static_cast<int>(std::clamp(std::ceil(bins), 1.0, double(max_steps)));
     const double step_m = (high_m - low_m) / steps;
     for (int i = 0; i < steps && step_m > 0.0; ++i) {
       const double z_m = low_m + (i + 0.5) * step_m;

@@ -11,7 +11,7 @@ namespace {
 
 // Either way: more than any recorder has, and its square is finite, also after a step. What
 // absorption leaves of the bed may be nothing at all, and the automatic gain for it infinite.
-constexpr double most_gain_db = 300.0;
+constexpr double max_gain_db = 300.0;
 
 }  // namespace
 
@@ -26,10 +26,10 @@ Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
       curve_range_db_(static_cast<float>(options.curve_range_db)),
       full_scale_((1u << options.bits) - 1u) {
   // A gain that is set is kept, however loud it makes the noise.
-  double loudest_db = most_gain_db;
+  double loudest_db = max_gain_db;
   if (noise > 0.0)
     loudest_db =
-        std::max(recorded_bed_db - scatter::to_db(noise), options.gain_db.value_or(-most_gain_db));
+        std::max(recorded_bed_db - scatter::to_db(noise), options.gain_db.value_or(-max_gain_db));
   for (int bin = 0; bin < bins; ++bin) {
     const double r = std::max(bin + 0.5, 1.0) * bin_m;
     double gain_db = options.gain_db.value_or(automatic_gain_db);
@@ -39,7 +39,7 @@ Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
       gain_db = loudest_db;
       if (gain_ends_m_ == 0.0) gain_ends_m_ = r;
     }
-    gain_db = std::clamp(gain_db, -most_gain_db, most_gain_db);
+    gain_db = std::clamp(gain_db, -max_gain_db, max_gain_db);
     gains_.push_back(static_cast<float>(std::pow(10.0, gain_db / 20.0)));
   }
 }

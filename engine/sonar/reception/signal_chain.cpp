@@ -17,7 +17,7 @@ namespace {
 constexpr float loudest = 1e33f;   // uPa^2, louder than any sound in water; its squares are finite
 constexpr int behind_gain = 1000;  // look number of the first noise after the gain
 constexpr int looks_of_beam = 2000;   // look numbers of a beam's noise
-constexpr double least_share = 0.01;  // of the beam, for which the gain makes up on the move
+constexpr double min_share = 0.01;    // of the beam, for which the gain makes up on the move
 constexpr int wave_oscillator = 100;  // `number` of the waves' Oscillator; Motion uses 0 to 6
 constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
@@ -32,7 +32,7 @@ std::vector<double> beam_shares(const ChainOptions& options, const SonarEquation
   const Beam beam = moved.beam(ahead_m);
   for (std::size_t bin = 0; bin < shares.size(); ++bin)
     shares[bin] =
-        std::max(moved.summed_share(law.range_m(bin), drift_along, beam, ahead_m), least_share);
+        std::max(moved.summed_share(law.range_m(bin), drift_along, beam, ahead_m), min_share);
   return shares;
 }
 
@@ -224,9 +224,9 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
   const auto channel = [&](const EchoLine& line) -> Channel& {
     return scratch.channels[static_cast<std::size_t>(line.side)];
   };
-  const PingContext here = in_water(context);
+  const PingContext in_ranges = in_water(context);
   for (EchoLine& line : lines) {
-    compute_expected(here, line, channel(line));
+    compute_expected(in_ranges, line, channel(line));
     if (options_.speckle) scatterers_.place(context.array, line.bins, channel(line).cells);
   }
   if (leak_ > 0.0f && lines.size() == 2) leak_power(context, lines, scratch);

@@ -220,27 +220,28 @@ void TexturedGround::vary(const BinLayers& bins, std::span<float> direct) const 
     const std::size_t end = std::min(begin + signal_group, direct.size());
     bool any = false;
     for (std::size_t first = begin; first < end; ++first) {
-      const Kind* its = varying(first);
-      if (!its) continue;
-      // The factor is found at the last bin of the material, and where it begins after another.
+      const Kind* found = varying(first);
+      if (!found) continue;
+      // The factor is computed at the last bin of this material in the group, and at its first bin
+      // after a change of material. It is linear in between.
       std::size_t last = first, next = first + 1;
       for (; next < end; ++next)
-        if (const Kind* other = varying(next); other == its)
+        if (const Kind* other = varying(next); other == found)
           last = next;
         else if (other)
           break;
-      const float here = at(*its, last);
+      const float factor = at(*found, last);
       float slope = 0.0f;
-      if (kind && kind != its) {
-        before = at(*its, first);
+      if (kind && kind != found) {
+        before = at(*found, first);
         before_bin = first;
       }
       if (kind && last > before_bin)
-        slope = (here - before) / static_cast<float>(last - before_bin);
+        slope = (factor - before) / static_cast<float>(last - before_bin);
       for (std::size_t n = first; n <= last; ++n)
-        if (varying(n)) direct[n] *= here - slope * static_cast<float>(last - n);
-      kind = its;
-      before = here;
+        if (varying(n)) direct[n] *= factor - slope * static_cast<float>(last - n);
+      kind = found;
+      before = factor;
       before_bin = last;
       any = true;
       first = next - 1;

@@ -14,7 +14,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double rounding = 1e-12;  // elevations this close may be in either order
-constexpr std::size_t most_known = 32;
+constexpr std::size_t max_known = 32;
 
 }  // namespace
 
@@ -110,7 +110,7 @@ void FanTables::lay_lines(double span) {
 const FanTables& KnownFanTables::of(const std::shared_ptr<const FanGrid>& grid) {
   auto found = std::ranges::find(known_, grid.get(), [](const auto& one) { return one->grid(); });
   if (found == known_.end()) {
-    if (known_.size() < most_known) known_.push_back(std::make_unique<FanTables>());
+    if (known_.size() < max_known) known_.push_back(std::make_unique<FanTables>());
     found = known_.end() - 1;
     (*found)->take(grid);
   }

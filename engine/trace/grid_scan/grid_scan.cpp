@@ -237,9 +237,9 @@ bool GridScan::begin_walk(const RayFan& fan, const Line& line, std::size_t plane
       ahead.x() * static_cast<double>(arrays_.cells_across) /
           (grid_->x().back() - grid_->x().front()),
       ahead.y() * static_cast<double>(arrays_.cells_up) / (grid_->y().back() - grid_->y().front()));
-  const double most_cells = cells.cwiseAbs().maxCoeff();
-  walks.columns_ahead[lane] = cells.x() / most_cells;
-  walks.rows_ahead[lane] = cells.y() / most_cells;
+  const double max_cells = cells.cwiseAbs().maxCoeff();
+  walks.columns_ahead[lane] = cells.x() / max_cells;
+  walks.rows_ahead[lane] = cells.y() / max_cells;
   walks.reach_m[lane] = reach_m * (1.0 + 1e-9) + 1e-9;
   const bool positive_left = line.normal.x() * -ahead.y() + line.normal.y() * ahead.x() > 0.0;
   walks.positive_left[lane] = positive_left ? -1 : 0;
@@ -353,14 +353,15 @@ void GridScan::collect(const RayFan& fan, const FanTables& tables, std::size_t p
   std::uint64_t* interval = intervals_.data() + row;
   const std::uint64_t* face = seen_.data() + row;
   if (inwards > 0) {
-    const std::uint64_t* of = intervals_.data() + walks.inwards * room;
+    const std::uint64_t* interval_of_ray = intervals_.data() + walks.inwards * room;
     const std::uint64_t* seen = seen_.data() + walks.inwards * room;
-    for (std::size_t i = inwards; i-- > 1;) add(of[i], seen[i]);
+    for (std::size_t i = inwards; i-- > 1;) add(interval_of_ray[i], seen[i]);
     // Both walks may see the face below the origin.
-    if (outwards > 0 && face[0] == seen[0] && of[0] >> 32 == (interval[0] & 0xffffffff))
-      interval[0] = (interval[0] >> 32 << 32) | (of[0] & 0xffffffff);
+    if (outwards > 0 && face[0] == seen[0] &&
+        interval_of_ray[0] >> 32 == (interval[0] & 0xffffffff))
+      interval[0] = (interval[0] >> 32 << 32) | (interval_of_ray[0] & 0xffffffff);
     else
-      add(of[0], seen[0]);
+      add(interval_of_ray[0], seen[0]);
   }
   for (std::size_t i = 0; i < outwards; ++i) add(interval[i], face[i]);
 

@@ -332,11 +332,11 @@ void walk_grid(const GridWalkArgs& args) {
         for (std::int64_t lane = 0; lane < lanes; ++lane) {
           const std::int64_t walk = (first + k) * lanes + lane;
           std::uint64_t* const to = args.intervals + walk * args.room;
-          std::uint64_t* const of = args.faces + walk * args.room;
+          std::uint64_t* const faces_of_walk = args.faces + walk * args.room;
           std::int64_t count = at.count[static_cast<std::size_t>(lane)];
           for (std::int64_t i = lane; i < chunk_steps * lanes; i += lanes) {
             to[count] = intervals[i];
-            of[count] = faces[k][i];
+            faces_of_walk[count] = faces[k][i];
             count += (intervals[i] & 0xffffffff) < intervals[i] >> 32;
           }
           at.count[static_cast<std::size_t>(lane)] = count;

@@ -199,7 +199,7 @@ TEST_CASE("A mannequin lies on the bed in every posture") {
 TEST_CASE("A family draws its main size from the range that is listed") {
   for (const ShapeKind* kind : families()) {
     const Dimension& main = kind->dimensions.front();
-    if (!(main.most_m > 0.0)) continue;
+    if (!(main.max_m > 0.0)) continue;
     CAPTURE(kind->name);
     double least = 1e9, most = 0.0;
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -209,8 +209,8 @@ TEST_CASE("A family draws its main size from the range that is listed") {
       most = std::max(most, size_m);
     }
     CHECK(least >= main.usual_m * (1.0 - 1e-5));
-    CHECK(most <= main.most_m * (1.0 + 1e-5));
-    CHECK(most / least > 0.7 * main.most_m / main.usual_m);
+    CHECK(most <= main.max_m * (1.0 + 1e-5));
+    CHECK(most / least > 0.7 * main.max_m / main.usual_m);
   }
 }
 

@@ -22,7 +22,7 @@ Vector3d direction(std::mt19937_64& random) {
 
 /// The least sine of the angle between a flat part's normal, or its opposite if two-sided, and the
 /// direction to `from`, over some places of the flat part; above 1 where all are turned away.
-double least_sine(const FlatPart& flat_part, const Vector3d& from, bool two_sided) {
+double min_sine(const FlatPart& flat_part, const Vector3d& from, bool two_sided) {
   double least = 2.0;
   for (const double u : {-0.5, -0.25, 0.0, 0.25, 0.5})
     for (const double v : {-0.5, -0.25, 0.0, 0.25, 0.5}) {
@@ -66,7 +66,7 @@ TEST_CASE("No flat part that faces a sonar is in a block that does not, from nea
             ++blocks;
             if (!may_face) ++blocks_left_out;
             for (std::size_t i = block.first; i < block.first + block.count; ++i)
-              if (least_sine(object.flat_parts[i], from, two_sided) < reach) {
+              if (min_sine(object.flat_parts[i], from, two_sided) < reach) {
                 ++facing;
                 if (!may_face) ++wrong;
               }

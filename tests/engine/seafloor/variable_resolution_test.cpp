@@ -47,10 +47,10 @@ struct Node {
 };
 
 /// The least and the greatest size of cells, as attributes of the table.
-void write_limits(hid_t table, float least_m, float greatest_m) {
+void write_limits(hid_t table, float min_m, float greatest_m) {
   const hid_t space = H5Screate(H5S_SCALAR);
-  for (const auto& [name, value] : {std::pair{"min_resolution_x", least_m},
-                                    {"min_resolution_y", least_m},
+  for (const auto& [name, value] : {std::pair{"min_resolution_x", min_m},
+                                    {"min_resolution_y", min_m},
                                     {"max_resolution_x", greatest_m},
                                     {"max_resolution_y", greatest_m}}) {
     const hid_t attribute =

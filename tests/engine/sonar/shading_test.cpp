@@ -105,8 +105,8 @@ TEST_CASE("Chebyshev's side lobes are all at their level, lower only by the elem
 
 // Taylor (1955): nulls at sigma sqrt(A^2 + (n - 1/2)^2) below nbar and at n from there on.
 TEST_CASE("Taylor's nulls lie where he put them, and his near side lobes are at their level") {
-  CHECK(Shading::least_nbar(-25.0) == 3);  // his own advice
-  CHECK(Shading::least_nbar(-40.0) == 6);
+  CHECK(Shading::min_nbar(-25.0) == 3);  // his own advice
+  CHECK(Shading::min_nbar(-40.0) == 6);
   for (const auto& [level_db, nbar] :
        {std::pair{-20.0, 2}, {-25.0, 3}, {-30.0, 4}, {-30.0, 8}, {-40.0, 6}, {-60.0, 12}}) {
     const Shading shading = Shading::taylor(level_db, nbar);
