@@ -21,6 +21,7 @@
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
+#include <ensonify/scatter/sea_water.h>
 
 namespace {
 
@@ -43,7 +44,8 @@ std::string scene_of(std::string_view shape, double view_m, int seed, double hea
                      std::string_view keys) {
   const double bin_m = view_m / static_cast<double>(chip_px), range_m = 2.6 * view_m;
   const double frequency_hz = range_m > 250.0 ? 120e3 : range_m > 60.0 ? 400e3 : 900e3;
-  const double array_m = 1500.0 / frequency_hz * 1.5 * view_m / bin_m;  // a beam as wide as a pixel
+  // A beam as wide as a pixel.
+  const double array_m = scatter::nominal_sound_speed_mps / frequency_hz * 1.5 * view_m / bin_m;
   return fmt::format(
       R"(version = 1
 seed = {seed}

@@ -71,6 +71,7 @@ set(public_headers
   refine/fan_volume.h
   refine/progressive_mesh.h
   refine/triangle_mesh.h
+  scatter/angle.h
   scatter/sea_water.h
   scatter/sediment.h
 )

@@ -22,13 +22,12 @@
 #include <ensonify/engine/sonar/vehicle/ground_path.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
 #include <ensonify/refine/parallel_for.h>
+#include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double nominal_sound_speed_mps = 1500.0;  // for the bins of a digitiser
 
 std::size_t pings_of_a_part(const RunState& run, std::span<const Sonar> sonars, std::size_t pings) {
   return run.control.on_outputs ? pings : pings_per_part(run.scene.output, sonars, pings);
@@ -91,7 +90,7 @@ double expected_ping_bytes(const RunState& run) {
   if (run.scene.track.kind != TrackKind::line) return 0.0;
   std::vector<Sonar> sonars = run.scene.sonars;
   for (Sonar& sonar : sonars)
-    sonar = sonar.sampled(run.scene.sea.sound_speed_mps.value_or(nominal_sound_speed_mps));
+    sonar = sonar.sampled(run.scene.sea.sound_speed_mps.value_or(scatter::nominal_sound_speed_mps));
   const auto pings = static_cast<std::size_t>(run.scene.track.pings);
   return require_pings(run, sonars, equal_parts(pings, pings_of_a_part(run, sonars, pings)));
 }

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/scene/checks/name_check.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/scene_paths.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
@@ -64,10 +65,7 @@ bool is_sonar_key(std::string_view key) {
   if (!key.starts_with(sonar)) return false;
   key.remove_prefix(sonar.size());
   const auto bare = [](std::string_view word) {
-    return !word.empty() && std::ranges::all_of(word, [](char c) {
-      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-             c == '_' || c == '-';
-    });
+    return !word.empty() && std::ranges::all_of(word, is_name_character);
   };
   const std::size_t dot = key.find('.');
   return dot != key.npos && bare(key.substr(0, dot)) && bare(key.substr(dot + 1));

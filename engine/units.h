@@ -1,10 +1,10 @@
 #pragma once
 
-#include <numbers>
+#include <ensonify/scatter/angle.h>
 
 namespace ensonify::engine {
 
-inline constexpr double degree = std::numbers::pi / 180.0;  ///< in radians
+using scatter::degree;
 inline constexpr double knot_mps = 1852.0 / 3600.0;
 
 }  // namespace ensonify::engine

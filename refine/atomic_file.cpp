@@ -91,9 +91,9 @@ struct Temporary {
     const Descriptor found{::openat(folder, other.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW)};
     struct stat ours {
     }, there{};
-    // Locked, it is removed only if the name is still its own.
-    return its.number >= 0 && ::flock(its.number, LOCK_EX | LOCK_NB) == 0 &&
-           ::fstat(its.number, &ours) == 0 &&
+    // After the lock, the file is removed only if it still has this name.
+    return found.number >= 0 && ::flock(found.number, LOCK_EX | LOCK_NB) == 0 &&
+           ::fstat(found.number, &ours) == 0 &&
            ::fstatat(folder, other.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 &&
            ours.st_ino == there.st_ino && ours.st_dev == there.st_dev &&
            ::unlinkat(folder, other.c_str(), 0) == 0;

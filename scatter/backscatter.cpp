@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/energy_bound.h>
@@ -23,7 +24,7 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double smallest_grazing_rad = 0.001 * pi / 180.0;
+constexpr double smallest_grazing_rad = 0.001 * degree;
 
 /// TR 9407 eq. 57, with IV.C.4's limits.
 double interpolation_weight(double x) { return 1.0 / (1.0 + std::exp(std::clamp(x, -40.0, 40.0))); }

@@ -20,7 +20,7 @@ class DirectRays {
     double time_s = 0.0;
     double path_m = 0.0;
     double range_per_cotangent_m = 0.0;  ///< at the point's depth
-    double sound_speed_mps = 1500.0;     ///< at the point
+    double sound_speed_mps = 0.0;        ///< at the point
     double absorption_db = 0.0;          ///< along the ray, if the profile has absorption
   };
 

@@ -6,11 +6,13 @@
 #include <stdexcept>
 #include <vector>
 
+#include <ensonify/scatter/angle.h>
+
 namespace ensonify::scatter {
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
-constexpr double step_rad = 0.1 * std::numbers::pi / 180.0;
+constexpr double step_rad = 0.1 * degree;
 constexpr int max_arcs = 1000000;  // a ray with more oscillates about a duct's axis
 
 struct Launch {

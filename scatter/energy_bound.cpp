@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include <fmt/format.h>
+
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::scatter {
@@ -11,7 +14,6 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double degree = pi / 180.0;
 constexpr double lowest_rad = 5.0 * degree, end_of_diffuse_rad = 60.0 * degree;
 
 /// The part of the energy that returns at vertical incidence, by Simpson's rule. The angle from
@@ -61,6 +63,13 @@ std::optional<EnergyExcess> energy_excess(const Backscatter& material) {
   compare(returned_at_vertical(material), 0.5 * pi);
   if (at_rad == 0.0) return std::nullopt;
   return EnergyExcess{at_rad, to_db(largest)};
+}
+
+std::string EnergyExcess::text() const {
+  return fmt::format(
+      "{:.3g} degrees it is {:.1f} dB stronger than any opaque surface can be, by the energy that "
+      "arrives",
+      grazing_rad / degree, excess_db);
 }
 
 }  // namespace ensonify::scatter

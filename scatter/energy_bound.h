@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include <ensonify/scatter/backscatter.h>
 
@@ -13,6 +14,10 @@ double diffuse_bound(double grazing_rad);
 struct EnergyExcess {
   double grazing_rad = 0.0;
   double excess_db = 0.0;
+
+  /// Continues a warning after "at": "5 degrees it is 3.0 dB stronger than any opaque surface can
+  /// be, by the energy that arrives"
+  std::string text() const;
 };
 
 /// The largest excess from 5 to 90 degrees; nullopt if the material returns no more than arrives.

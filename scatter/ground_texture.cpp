@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/log_gamma.h>
 
 namespace ensonify::scatter {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr double lowest_grazing_rad = 5.0 * degree;
 // The integral of exp(-x) / x from 0.1 on, Abramowitz and Stegun (1964), table 5.1.
 constexpr double points_per_shape = 1.8229;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/log_gamma.h>
 #include <ensonify/scatter/reflection.h>
 
@@ -26,7 +27,7 @@ KirchhoffShape kirchhoff_shape(const Sediment& sediment, double k_per_cm) {
 }
 
 double kirchhoff(const Sediment& sediment, double k_per_cm, double grazing_rad) {
-  if (grazing_rad < 40.0 * pi / 180.0 || sediment.smooth()) return 0.0;
+  if (grazing_rad < 40.0 * degree || sediment.smooth()) return 0.0;
   const double a = sediment.alpha();
   const auto [Ch2, qc, A, B] = kirchhoff_shape(sediment, k_per_cm);
   const double R2 = std::norm(reflection_coefficient(sediment, pi / 2.0));

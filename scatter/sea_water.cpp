@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/scatter/angle.h>
+
 namespace ensonify::scatter {
 namespace {
 
@@ -46,7 +48,7 @@ void check(const SeaWater& water, double depth_m, double frequency_hz) {
 void check_latitude(double latitude_rad) {
   if (!latitudes_rad.holds(latitude_rad))
     throw std::invalid_argument(fmt::format("sea water: latitude is {} degrees, expected -90 to 90",
-                                            latitude_rad * 180.0 / std::numbers::pi));
+                                            latitude_rad / degree));
 }
 
 double polynomial(std::initializer_list<double> ascending, double x) {

@@ -4,6 +4,9 @@
 
 namespace ensonify::scatter {
 
+/// A usual sound speed, where none is known.
+inline constexpr double nominal_sound_speed_mps = 1500.0;
+
 /// What the sea's sound speed and absorption depend on, in addition to depth and frequency. Every
 /// function below throws std::invalid_argument for values that no sea has: temperatures outside
 /// -4..50 degrees Celsius (ITS-90), salinities outside 0..50 psu, pH outside 6..9, depths outside

@@ -10,6 +10,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/scatter/angle.h>
+#include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/nearest_names.h>
 #include <ensonify/scatter/validity.h>
 
@@ -57,7 +59,7 @@ constexpr std::array<Stone, 7> stones = {{{"rough rock", 2.5, 0.20693, -25.0},
 
 /// 10 log10 mu of Lambert's law with this strength at 20 degrees.
 double lambert_mu_db(double strength_at_20_deg_db) {
-  return strength_at_20_deg_db - 20.0 * std::log10(std::sin(std::numbers::pi / 9.0));
+  return strength_at_20_deg_db - amplitude_to_db(std::sin(20.0 * degree));
 }
 
 // TR 9407 eqs 2-6: M is the mean grain size in phi.

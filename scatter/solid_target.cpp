@@ -7,14 +7,13 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::scatter {
 namespace {
 
 using std::numbers::pi;
-
-constexpr double degree = pi / 180.0;
 
 }  // namespace
 

@@ -16,7 +16,7 @@ struct SoundRayPoint {
   // Its unit direction: the cosine (never negative) and the sine of its angle below the horizontal.
   double along = 1.0;
   double down = 0.0;
-  double sound_speed_mps = 1500.0;
+  double sound_speed_mps = 0.0;
   double absorption_db = 0.0;  ///< along the ray, if the profile has absorption
 };
 

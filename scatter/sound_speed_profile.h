@@ -10,7 +10,7 @@ namespace ensonify::scatter {
 /// A measured sound speed; depth counts down from the surface.
 struct SoundSpeedSample {
   double depth_m = 0.0;
-  double sound_speed_mps = 1500.0;
+  double sound_speed_mps = 0.0;
   double absorption_db_per_m = 0.0;  ///< at one frequency, if known
 };
 

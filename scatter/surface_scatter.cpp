@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::scatter {
@@ -14,7 +15,7 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double degrees = 180.0 / pi;
+constexpr double degrees_per_rad = 1.0 / degree;
 
 void check(const SeaSurface& surface, double grazing_rad) {
   if (!(surface.wind_mps >= 0.0 && surface.wind_mps <= 60.0))
@@ -24,8 +25,9 @@ void check(const SeaSurface& surface, double grazing_rad) {
     throw std::invalid_argument(
         fmt::format("sea surface: frequency is {} Hz, expected more than 0", surface.frequency_hz));
   if (!(grazing_rad >= 0.0 && grazing_rad <= pi / 2))
-    throw std::invalid_argument(fmt::format(
-        "sea surface: grazing angle is {} degrees, expected 0 to 90", grazing_rad * degrees));
+    throw std::invalid_argument(
+        fmt::format("sea surface: grazing angle is {} degrees, expected 0 to 90",
+                    grazing_rad * degrees_per_rad));
 }
 
 /// The mean square slope of the facets, eq. 12.
@@ -78,13 +80,13 @@ double facet_cross_section(const SeaSurface& surface, double grazing_rad) {
 
 double ripple_cross_section(const SeaSurface& surface, double grazing_rad) {
   check(surface, grazing_rad);
-  if (grazing_rad * degrees > 85.0) return 0.0;
+  if (grazing_rad * degrees_per_rad > 85.0) return 0.0;
   return 1.3e-5 * std::pow(surface.wind_mps, 2) * std::pow(std::tan(grazing_rad), 4);
 }
 
 double surface_cross_section(const SeaSurface& surface, double grazing_rad) {
   const double edge_rad = facet_edge_rad(facet_slope2(surface.wind_mps));
-  const double share = 1.0 / (1.0 + std::exp(0.524 * degrees * (edge_rad - grazing_rad)));
+  const double share = 1.0 / (1.0 + std::exp(0.524 * degrees_per_rad * (edge_rad - grazing_rad)));
   const double interface = share * facet_cross_section(surface, grazing_rad) +
                            (1.0 - share) * ripple_cross_section(surface, grazing_rad);
   return interface * from_db(-bubble_loss_db(surface, grazing_rad)) +

@@ -216,8 +216,7 @@ void add_analyse(CLI::App& app, Action& action) {
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);
   command.add_flag("--json", arguments->json, "Print counts, size and times on stdout");
-  command.add_flag("--quiet", arguments->quiet,
-                   "No progress and no summary; warnings and errors remain");
+  add_quiet(command, arguments->quiet);
   command.callback([&action, arguments] { action = [arguments] { analyse_scene(*arguments); }; });
 }
 

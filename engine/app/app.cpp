@@ -98,6 +98,10 @@ void add_memory(CLI::App& command, MemoryLimit& memory) {
       ->transform(CLI::Validator(size_in_bytes, ""));
 }
 
+void add_quiet(CLI::App& command, bool& quiet, std::string_view silenced) {
+  command.add_flag("--quiet", quiet, fmt::format("{}; warnings and errors remain", silenced));
+}
+
 CLI::Validator a_path() {
   return CLI::Validator(
       [](std::string& text) {

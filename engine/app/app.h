@@ -89,6 +89,9 @@ void add_cache(CLI::App& command, std::filesystem::path& cache);
 void add_memory(CLI::App& command, MemoryLimit& memory);
 /// --threads: the number of threads. Without the option: 0.
 void add_threads(CLI::App& command, int& threads);
+/// --quiet: no progress and no summary. `silenced` begins the help text.
+void add_quiet(CLI::App& command, bool& quiet,
+               std::string_view silenced = "No progress and no summary");
 
 /// The check of an option that takes a path: refuses an empty one, which would mean the current
 /// folder or the default.

@@ -125,10 +125,7 @@ Seabed seabed_of(const BackscatterArguments& arguments) {
             scatter::validity_warning(*seabed.sediment, arguments.frequency_hz, model.name))
       seabed.warnings.push_back(*warning);
   if (const auto excess = scatter::energy_excess(*seabed.backscatter))
-    seabed.warnings.push_back(
-        fmt::format("at {:.3g} degrees it is {:.1f} dB stronger than any opaque surface can be, by "
-                    "the energy that arrives",
-                    excess->grazing_rad / degree, excess->excess_db));
+    seabed.warnings.push_back(fmt::format("at {}", excess->text()));
   return seabed;
 }
 

@@ -181,8 +181,7 @@ void add_generate(CLI::App& app, Action& action) {
                    "nothing. It does not make seabeds. It reports invalid scenes, and vehicles "
                    "above the water (from the mean depth)");
   command.add_flag("--json", arguments->json, "Print what was made, and the times, on stdout");
-  command.add_flag("--quiet", arguments->quiet,
-                   "No progress and no summary; warnings and errors remain");
+  add_quiet(command, arguments->quiet);
   command.callback(
       [&action, arguments] { action = [arguments] { generate_dataset(*arguments); }; });
 }

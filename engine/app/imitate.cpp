@@ -153,8 +153,7 @@ void add_imitate(CLI::App& app, Action& action) {
                    "Also write recipe.toml: a dataset with distributions about what was found");
   add_threads(command, arguments->threads);
   command.add_flag("--json", arguments->json, "Print one JSON object; unknown numbers are null");
-  command.add_flag("--quiet", arguments->quiet,
-                   "No progress and no summary; warnings and errors remain");
+  add_quiet(command, arguments->quiet);
   command.callback([&action, arguments] { action = [arguments] { make_imitation(*arguments); }; });
 }
 

@@ -92,7 +92,7 @@ void add_live(CLI::App& app, Action& action) {
   command.add_flag("--hold", arguments->hold, "Do not ping until a page starts it");
   add_cache(command, arguments->cache);
   add_memory(command, arguments->memory);
-  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors remain");
+  add_quiet(command, arguments->quiet, "No progress");
   command.callback([&action, arguments] { action = [arguments] { show(*arguments); }; });
 }
 

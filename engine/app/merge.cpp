@@ -113,8 +113,7 @@ void add_merge(CLI::App& app, Action& action) {
                    "Of a dataset: also write the pictures, masks and labels of each kind and split "
                    "into tars for WebDataset");
   command.add_flag("--json", arguments->json, "Print what was found on stdout");
-  command.add_flag("--quiet", arguments->quiet,
-                   "No progress and no summary; warnings and errors remain");
+  add_quiet(command, arguments->quiet);
   command.callback([&action, arguments] {
     action = [arguments] {
       if (is_run_in_parts(arguments->folder))

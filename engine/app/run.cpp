@@ -215,8 +215,7 @@ void add_run(CLI::App& app, Action& action) {
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);
   command.add_flag("--json", arguments->json, "Print counts, files, times and host on stdout");
-  command.add_flag("--quiet", arguments->quiet,
-                   "No progress and no summary; warnings and errors remain");
+  add_quiet(command, arguments->quiet);
   command.callback([&action, arguments] { action = [arguments] { run_scene(*arguments); }; });
 }
 

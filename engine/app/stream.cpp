@@ -269,7 +269,7 @@ void add_stream(CLI::App& app, Action& action) {
       "MESSAGE} instead of ending");
   add_cache(command, arguments->cache);
   add_memory(command, arguments->memory);
-  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors remain");
+  add_quiet(command, arguments->quiet, "No progress");
   command.callback([&action, arguments] { action = [arguments] { stream(*arguments); }; });
 }
 

@@ -104,7 +104,7 @@ void add_view(CLI::App& app, Action& action) {
       ->check(CLI::Range(16, 16384));
   add_cache(command, arguments->cache);
   add_memory(command, arguments->memory);
-  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors remain");
+  add_quiet(command, arguments->quiet, "No progress");
   command.callback([&action, arguments] { action = [arguments] { view_scene(*arguments); }; });
 }
 

@@ -14,6 +14,7 @@
 #include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/engine/quantile.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -21,8 +22,6 @@ namespace {
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t fewest = 20;               // blocks or samples that give a value
 constexpr double normal_median_square = 0.4549;  // of a normal distribution of variance 1
-
-double db_of(double amplitude) { return 20.0 * std::log10(amplitude); }
 
 double median_of_enough(std::vector<double> values) {
   return values.size() < fewest ? unknown : median(std::move(values));
@@ -165,7 +164,7 @@ void add_side(const RecordedLine& line, Side side, std::size_t first, std::size_
         near = std::max(near, double(row[begin + k]));
         far += row[begin + begin / 2 + k] / 8.0;
       }
-      if (near > 0.0 && far > 0.0) to.overshoot_db.push_back(db_of(near / far));
+      if (near > 0.0 && far > 0.0) to.overshoot_db.push_back(scatter::amplitude_to_db(near / far));
     }
   }
   to.first_m.insert(to.first_m.end(), first_m.begin(), first_m.end());
@@ -203,9 +202,7 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
     all.push_back({std::move(name), value, part});
   };
   const double bed_power = samples.bed_power.value();
-  const auto level = [&](const Mean& power) {
-    return 10.0 * std::log10(power.value() / bed_power);
-  };
+  const auto level = [&](const Mean& power) { return scatter::to_db(power.value() / bed_power); };
   for (int low = 5; low < 80; low += 5)
     add(fmt::format("level_at_{}_to_{}_deg_db", low, low + 5),
         level(samples.power_by_grazing[static_cast<std::size_t>(low / 5)]),
@@ -247,7 +244,7 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
   add("ping_brightness",
       1.4826 * median_of_enough(samples.row_brightness));  // sd of a normal distribution
   const double column = median_of_enough(samples.column);
-  add("column_over_bed_db", db_of(column / std::sqrt(bed_power)));
+  add("column_over_bed_db", scatter::amplitude_to_db(column / std::sqrt(bed_power)));
   add("column_over_bed", column / std::sqrt(bed_power));
   add("first_return_m", median_of_enough(samples.first_m));
   add("first_return_wander_m", 1.4826 * median_of_enough(samples.wander_m));

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include <ensonify/scatter/decibel.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -15,7 +17,7 @@ double level_db(const RecordedLine& line, Side side, std::span<const std::size_t
     for (const float value : line.row(side, i).subspan(sample, block_samples))
       power += double{value} * value;
   }
-  return power > 0.0 ? 10.0 * std::log10(power) : std::numeric_limits<double>::quiet_NaN();
+  return power > 0.0 ? scatter::to_db(power) : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace

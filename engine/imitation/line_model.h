@@ -13,6 +13,7 @@
 #include <ensonify/engine/imitation/tone_map.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/sonar/instrument/pulse.h>
+#include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
 
@@ -29,7 +30,7 @@ struct LineModel {
   /// From the recording: range_slope_db() and grazing_levels_of_sides().
   double range_slope_db = std::numeric_limits<double>::quiet_NaN();
   std::array<GrazingLevels, 2> levels_db{};
-  double sound_speed_mps = 1500.0, absorption_db_per_m = 0.0;
+  double sound_speed_mps = scatter::nominal_sound_speed_mps, absorption_db_per_m = 0.0;
   double frequency_hz = 400e3, range_m = 50.0, array_length_m = 0.5;
   Pulse pulse{.bandwidth_hz = 20e3};
   std::size_t samples = 0;

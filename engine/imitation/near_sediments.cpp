@@ -5,6 +5,7 @@
 
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/energy_bound.h>
 
 namespace ensonify::engine {
@@ -17,7 +18,7 @@ std::vector<NearSediment> nearest_sediments(const LineModel& model, const Grazin
   const auto strength = [](const scatter::Backscatter& material) {
     GrazingLevels levels;
     for (std::size_t i = 0; i < grazing_cells; ++i)
-      levels[i] = 10.0 * std::log10(material.cross_section(grazing_cell_rad(i)));
+      levels[i] = scatter::to_db(material.cross_section(grazing_cell_rad(i)));
     return levels;
   };
   const GrazingLevels base = strength(*backscatter(model.material));

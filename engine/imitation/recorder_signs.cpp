@@ -13,6 +13,7 @@
 #include <ensonify/engine/quantile.h>
 #include <ensonify/engine/sonar/reception/transmit_leakage.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -187,7 +188,7 @@ void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
 
 double expanded(double share, const RecorderSigns& recorder) {
   if (recorder.curve != TransferCurve::logarithmic) return share;
-  return share > 0.0 ? std::pow(10.0, (share - 1.0) * recorder.curve_range_db / 20.0) : 0.0;
+  return share > 0.0 ? scatter::amplitude_from_db((share - 1.0) * recorder.curve_range_db) : 0.0;
 }
 
 /// The level of the water column; and the length of the transmitted pulse, from the range at which
@@ -212,11 +213,10 @@ void set_column(const RecordedLine& line, RecorderSigns& signs) {
     }
   }
   const double floor = median(std::move(columns)) / signs.full_scale;
-  signs.burst_m =
-      median(std::move(lengths_m)) /
-      leakage_lengths(20.0 * std::log10(std::max(expanded(over_column * floor, signs), 1e-9)));
+  signs.burst_m = median(std::move(lengths_m)) / leakage_lengths(scatter::amplitude_to_db(std::max(
+                                                     expanded(over_column * floor, signs), 1e-9)));
   // A Rayleigh amplitude's median is sqrt(ln 2) of its rms.
-  if (floor > 0.0) signs.column_db = 20.0 * std::log10(floor / std::sqrt(std::log(2.0)));
+  if (floor > 0.0) signs.column_db = scatter::amplitude_to_db(floor / std::sqrt(std::log(2.0)));
   signs.burst_from = {Confidence::measured, "bright samples before the water column"};
 }
 
@@ -281,7 +281,7 @@ GrazingLevels grazing_levels(const RecordedLine& line, Side side, const Recorder
   }
   for (std::size_t i = 0; i < grazing_cells; ++i)
     sums[i] = counts[i] >= static_cast<double>(enough) && sums[i] > 0.0
-                  ? 10.0 * std::log10(before_clipping(sums[i] / counts[i]))
+                  ? scatter::to_db(before_clipping(sums[i] / counts[i]))
                   : unknown;
   return sums;
 }
@@ -315,7 +315,7 @@ double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder) {
           column.push_back(expanded(line.row(side, i)[k] / recorder.full_scale, recorder));
       const double floor = median(std::move(column));
       if (recorder.ping_mean > 0.0 && !(floor > 0.0)) continue;
-      const double scale_db = recorder.ping_mean > 0.0 ? 20.0 * std::log10(floor) : 0.0;
+      const double scale_db = recorder.ping_mean > 0.0 ? scatter::amplitude_to_db(floor) : 0.0;
       const GrazingLevels levels = grazing_levels(line, side, recorder, ping, ping + block, 8);
       const double altitude_m = static_cast<double>(bed[middle]) * line.pings[middle].range_m /
                                 static_cast<double>(line.samples);

@@ -8,6 +8,7 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -47,7 +48,7 @@ std::vector<Spot> spots_of(const RecordedLine& line, Side side, const VehiclePat
                        std::min(static_cast<std::size_t>(std::asin(altitude_m / range_m) / degree /
                                                          grazing_cell_deg),
                                 grazing_cells - 1),
-                       std::log10(range_m), 10.0 * std::log10(power)});
+                       std::log10(range_m), scatter::to_db(power)});
     }
   }
   return spots;

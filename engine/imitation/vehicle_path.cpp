@@ -11,6 +11,7 @@
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/sonar/vehicle/recorded_track.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
 namespace {
@@ -91,7 +92,8 @@ void set_times(const RecordedLine& line, VehiclePath& path) {
   }
   Values ranges;
   for (const RecordedPing& ping : line.pings) ranges.push_back(ping.range_m);
-  const double speed_mps = line.sound_speed_mps > 0.0 ? line.sound_speed_mps : 1500.0;
+  const double speed_mps =
+      line.sound_speed_mps > 0.0 ? line.sound_speed_mps : scatter::nominal_sound_speed_mps;
   const bool spans = path.t_s.size() > 1 && path.t_s.back() > path.t_s.front();
   const auto steps = static_cast<double>(std::max<std::size_t>(line.pings.size(), 2) - 1);
   path.ping_interval_s =

@@ -23,7 +23,7 @@ struct RecordingFrame {
   int utm_zone = 0;        ///< of the world coordinates; 0: unknown
   std::string reference;   ///< of the world coordinates, as WKT; empty: unknown
   std::string start_time;  ///< as in OutputOptions
-  double sound_speed_mps = 1500.0;
+  double sound_speed_mps = 0.0;
   /// Height of a local position above the bed; NaN over a hole.
   std::function<double(const Eigen::Vector3d& position)> altitude_m;
   int frequency_rank = 0;  ///< of this sonar among the scene's sonars; 0: the lowest frequency
@@ -58,7 +58,7 @@ struct Recording {
   std::array<double, 2> tilt_rad{};   ///< by Side
   std::vector<FullScale> full_scale;  ///< by beam, with the recorder's usual gain
   int frequency_rank = 0;             ///< as in RecordingFrame
-  double sound_speed_mps = 1500.0;
+  double sound_speed_mps = 0.0;
   std::size_t bins = 0;  ///< per side
   bool port = true, starboard = true;
   std::vector<NavPing> pings;

@@ -1,18 +1,18 @@
 #include <ensonify/engine/output/targets_json.h>
 
 #include <cmath>
-#include <numbers>
 
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/json_text.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double degrees_per_radian = 180.0 / std::numbers::pi;
+constexpr double degrees_per_radian = 1.0 / degree;
 
 Json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 

@@ -5,6 +5,7 @@
 #include <ensonify/engine/recording/line_builder.h>
 #include <ensonify/engine/recording/recording_bytes.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
 namespace {
@@ -112,8 +113,9 @@ void read_message(const RecordingBytes& message, LineBuilder& lines) {
   RecordedLine& line = lines.line(subsystem);
   if (line.pings.empty()) set_facts(header, line);
   RecordedPing ping = ping_of(header);
-  constexpr double usual_mps = 1500.0;  // EdgeTech's own programs assume it
-  const double speed_mps = line.sound_speed_mps > 0.0 ? line.sound_speed_mps : usual_mps;
+  // The fallback is what EdgeTech's own programs assume.
+  const double speed_mps =
+      line.sound_speed_mps > 0.0 ? line.sound_speed_mps : scatter::nominal_sound_speed_mps;
   ping.range_m =
       0.5 * speed_mps * 1e-9 * header.at<std::uint32_t>(116) * static_cast<double>(samples.size());
   lines.add(subsystem, ping, message.at<std::uint8_t>(8) == 0 ? Side::port : Side::starboard,

@@ -340,10 +340,7 @@ std::vector<std::string> warnings_of(const Material& material,
   }
   if (material.model == table) warnings = gaps_of(strengths_of(material), frequency_hz);
   if (const auto excess = scatter::energy_excess(backscatter))
-    warnings.push_back(
-        fmt::format("at {:g} kHz and {:.3g} degrees it is {:.1f} dB stronger than any opaque "
-                    "surface can be, by the energy that arrives",
-                    frequency_hz / 1e3, excess->grazing_rad / degree, excess->excess_db));
+    warnings.push_back(fmt::format("at {:g} kHz and {}", frequency_hz / 1e3, excess->text()));
   for (std::string& warning : warnings)
     warning = fmt::format("material {}: {}", material.name, warning);
   return warnings;

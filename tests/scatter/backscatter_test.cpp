@@ -5,6 +5,7 @@
 
 #include "support/catch.h"
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
@@ -16,7 +17,6 @@ using std::numbers::pi;
 
 namespace {
 
-constexpr double degree = pi / 180.0;
 constexpr double table_water_mps = 1528.0;  // what TR 9407's own tables were computed with
 constexpr double unread = std::numeric_limits<double>::quiet_NaN();
 

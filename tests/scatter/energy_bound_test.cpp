@@ -4,6 +4,7 @@
 
 #include "support/catch.h"
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/energy_bound.h>
 #include <ensonify/scatter/gsab.h>
@@ -13,8 +14,6 @@ using namespace ensonify::scatter;
 using std::numbers::pi;
 
 namespace {
-
-constexpr double degree = pi / 180.0;
 
 /// A sum of Lambert's law and something else over the angle from vertical.
 template <class Extra>

@@ -4,6 +4,7 @@
 
 #include "support/catch.h"
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/forward_lobe.h>
 #include <ensonify/scatter/kirchhoff.h>
@@ -12,10 +13,6 @@
 
 using namespace ensonify::scatter;
 using std::numbers::pi;
-
-namespace {
-constexpr double degree = pi / 180.0;
-}
 
 TEST_CASE("sound that comes straight down and goes straight back up is backscatter") {
   for (const char* name : {"medium sand", "coarse silt", "rock"}) {

@@ -1,10 +1,10 @@
 // The gamma distributions of a ground's patches.
 
 #include <cmath>
-#include <numbers>
 
 #include "support/catch.h"
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/ground_texture.h>
 
 using namespace ensonify::scatter;
@@ -55,7 +55,6 @@ TEST_CASE("quantiles of the shape 1 are those of the exponential distribution") 
 
 TEST_CASE("a bed is patchier at low grazing angles, and its stones stand out more") {
   const GroundTexture sand = ground_texture_of(sediment_named("medium sand"));
-  constexpr double degree = std::numbers::pi / 180.0;
   CHECK(sand.shape_at(10.0 * degree) == Approx(sand.shape));
   CHECK(sand.shape_at(30.0 * degree) ==
         Approx(sand.shape * std::pow(0.5 / std::sin(10.0 * degree), sand.exponent)));

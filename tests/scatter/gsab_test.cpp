@@ -1,18 +1,15 @@
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "support/catch.h"
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/gsab.h>
 
 using namespace ensonify::scatter;
-using std::numbers::pi;
 
 namespace {
-
-constexpr double degree = pi / 180.0;
 
 double at_incidence_db(const Gsab& gsab, double incidence_deg) {
   return to_db(GsabBottom(gsab).cross_section((90.0 - incidence_deg) * degree));

@@ -3,6 +3,7 @@
 
 #include "support/catch.h"
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/solid_target.h>
 
@@ -12,7 +13,6 @@ using std::numbers::pi;
 namespace {
 
 constexpr double nothing_db = -200.0;
-constexpr double degree = pi / 180.0;
 
 double at(const Backscatter& surface, double off_normal_rad) {
   return surface.cross_section(pi / 2.0 - off_normal_rad);

@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <random>
 #include <sstream>
 #include <string>
@@ -11,6 +10,7 @@
 #include "support/catch.h"
 #include "support/data.h"
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/eigenray.h>
 #include <ensonify/scatter/sound_ray.h>
@@ -19,7 +19,6 @@ using namespace ensonify::scatter;
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr double inf = std::numeric_limits<double>::infinity();
 
 const SoundSpeedProfile shallow_duct({{1.81, 1481.35},

@@ -1,18 +1,16 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <numbers>
 
 #include "support/catch.h"
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/strength_table.h>
 
 using namespace ensonify::scatter;
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 std::shared_ptr<const StrengthTable> two_frequencies() {
   return std::make_shared<const StrengthTable>(std::vector<StrengthCurve>{

@@ -8,13 +8,14 @@
 
 namespace ensonify::engine {
 
+bool is_name_character(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+         c == '-';
+}
+
 std::optional<std::string> fault_of_name(std::string_view kind, std::string_view name) {
   constexpr std::size_t longest = 64;
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-';
-  };
-  if (!name.empty() && name.size() <= longest && std::ranges::all_of(name, allowed))
+  if (!name.empty() && name.size() <= longest && std::ranges::all_of(name, is_name_character))
     return std::nullopt;
   return fmt::format("the {}'s name is {}, expected 1 to {} letters, digits, _ and -", kind,
                      printable(name), longest);

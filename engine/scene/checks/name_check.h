@@ -9,6 +9,9 @@
 
 namespace ensonify::engine {
 
+/// Whether a name or a TOML key may have this character: A to Z, a to z, digits, _ and -.
+bool is_name_character(char character);
+
 /// What is wrong with the name of a sonar or a material (`kind`); none if it may have that name.
 std::optional<std::string> fault_of_name(std::string_view kind, std::string_view name);
 

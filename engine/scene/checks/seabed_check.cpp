@@ -10,6 +10,7 @@
 #include <ensonify/engine/seafloor/layers/area_files.h>
 #include <ensonify/refine/triangle_mesh.h>
 #include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
 namespace {
@@ -102,11 +103,10 @@ std::vector<std::string> materials_of(const SeafloorOptions& bed) {
 
 void check_material(const Scene& scene, std::string_view material, const std::string& key,
                     const std::function<std::string(std::string_view key)>& place) {
-  constexpr double sound_speed_mps = 1500.0;  // any: only the names and ranges are checked
   try {
     for (const Sonar& sonar : scene.sonars)
-      backscatter_of(material_named(material, scene.materials), sonar.frequency_hz, sound_speed_mps,
-                     0.0);
+      backscatter_of(material_named(material, scene.materials), sonar.frequency_hz,
+                     scatter::nominal_sound_speed_mps, 0.0);
   } catch (const std::invalid_argument& error) {
     throw SceneError(fmt::format("{}: '{}': {}", place(key), key, error.what()));
   }

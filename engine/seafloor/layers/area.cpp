@@ -144,7 +144,7 @@ std::vector<double> ragged_field(const Heightfield& grid, const LayerDraws& draw
   const double finest_m = std::max(shortest_m / 16.0, finest_wave_m);
   if (finest_m >= shortest_m) return values;
   const std::vector<double> fine =
-      SmoothField(draws.of(number + 10), finest_m, shortest_m).over(grid);
+      SmoothField(draws.of(number + layer_stream::finer), finest_m, shortest_m).over(grid);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] += fine_rms * fine[i];
   return values;
 }
@@ -182,8 +182,10 @@ class MaskMaker {
     if (polygons.empty() && outlines.empty() && !image && area_.radius_m == 0.0) return;
     std::vector<double> shift_east, shift_north;
     if (area_.ragged_m > 0.0) {
-      shift_east = ragged_field(grid_, draws_, 101, 2.5 * area_.ragged_m, 20.0 * area_.ragged_m);
-      shift_north = ragged_field(grid_, draws_, 102, 2.5 * area_.ragged_m, 20.0 * area_.ragged_m);
+      shift_east = ragged_field(grid_, draws_, layer_stream::border_shift_east,
+                                2.5 * area_.ragged_m, 20.0 * area_.ragged_m);
+      shift_north = ragged_field(grid_, draws_, layer_stream::border_shift_north,
+                                 2.5 * area_.ragged_m, 20.0 * area_.ragged_m);
     }
     const Vector2d middle(area_.middle_east_m, area_.middle_north_m);
     bool any = false;
@@ -236,10 +238,10 @@ class MaskMaker {
 
   // The highest of a field: its contours are the patches' borders.
   void keep_share() {
-    const std::vector<double> heights =
-        ragged_field(grid_, draws_, 100, 0.25 * area_.patch_m, 4.0 * area_.patch_m);
-    // The rest of a window's bed is not made: there the field's own distribution says what is
-    // highest.
+    const std::vector<double> heights = ragged_field(grid_, draws_, layer_stream::patches,
+                                                     0.25 * area_.patch_m, 4.0 * area_.patch_m);
+    // A window does not have the whole field, so the threshold follows from the field's
+    // distribution, not from its sorted values.
     if (grid_.is_window())
       return keep_above(std::hypot(1.0, fine_rms) * normal_exceeded_by(area_.share), heights);
     std::vector<double> within;

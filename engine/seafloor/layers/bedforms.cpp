@@ -57,13 +57,14 @@ class Forks {
     height_.assign(grid.z_m.size(), 1.0);
     const double per_m2 = relief.forks / std::pow(10.0 * relief.wavelength_m, 2);
     const double longest_m = 7.0 * relief.wavelength_m;
-    for_each_scattered(
-        grid, per_m2, reach_in_lengths * longest_m, draws, 3, [&](double x, double y, auto& u) {
-          const double length_m = relief.wavelength_m * (2.0 + 5.0 * u[2]);
-          const double along = relief.across_crests_rad + 0.5 * pi + 0.5 * (u[3] - 0.5);
-          add(x, y, length_m * std::sin(along), length_m * std::cos(along), length_m,
-              u[4] < 0.5 ? -1.0 : 1.0);
-        });
+    for_each_scattered(grid, per_m2, reach_in_lengths * longest_m, draws, layer_stream::forks,
+                       [&](double x, double y, auto& u) {
+                         const double length_m = relief.wavelength_m * (2.0 + 5.0 * u[2]);
+                         const double along =
+                             relief.across_crests_rad + 0.5 * pi + 0.5 * (u[3] - 0.5);
+                         add(x, y, length_m * std::sin(along), length_m * std::cos(along), length_m,
+                             u[4] < 0.5 ? -1.0 : 1.0);
+                       });
   }
   double turns(std::size_t point) const { return turns_[point]; }
   double height(std::size_t point) const { return height_[point]; }
@@ -159,10 +160,11 @@ void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& 
   if (relief.height_m == 0.0) return;
   const Heightfield grid = with_border(field);
   const double drift_m = relief.drift_m > 0.0 ? relief.drift_m : 20.0 * relief.wavelength_m;
-  const SmoothField bends(draws.of(1), 0.6 * drift_m, 3.0 * drift_m);
-  const SmoothField heights(draws.of(2), 0.6 * drift_m, 3.0 * drift_m);
+  const SmoothField bends(draws.of(layer_stream::bends), 0.6 * drift_m, 3.0 * drift_m);
+  const SmoothField heights(draws.of(layer_stream::crest_heights), 0.6 * drift_m, 3.0 * drift_m);
   const std::vector<double> height = heights.over(grid);
-  const std::vector<double> near_height = ragged(grid, relief.wavelength_m, draws, 5);
+  const std::vector<double> near_height =
+      ragged(grid, relief.wavelength_m, draws, layer_stream::near_heights);
   const Forks forks(grid, relief, draws);
   const double ragged_ln = 4.0 * relief.raggedness;
   // A phase of rms slope k0 * bend turns the crests by bend, and changes their spacing by as much.
@@ -171,7 +173,8 @@ void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& 
                north = std::cos(relief.across_crests_rad);
   std::vector<double> turns = bends.over(grid);
   {
-    const std::vector<double> shift = ragged(grid, relief.wavelength_m, draws, 4);
+    const std::vector<double> shift =
+        ragged(grid, relief.wavelength_m, draws, layer_stream::phase_shifts);
     for (int row = 0; row < grid.rows; ++row)
       for (int column = 0; column < grid.columns; ++column) {
         const std::size_t point = grid.index(column, row);

@@ -76,8 +76,10 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
   check_cover("boulders", boulders.per_hectare, boulders.diameter_m);
   std::vector<double> stones(field.z_m.size(), 0.0);
   const bool sand_moved = boulders.scour_ratio > 0.0 || boulders.tail_ratio > 0.0;
-  const SmoothField crowds(draws.of(2), 8.0 * boulders.diameter_m, 60.0 * boulders.diameter_m);
-  // Of the most that may lie anywhere, as many stay as the place has.
+  const SmoothField crowds(draws.of(layer_stream::boulder_density), 8.0 * boulders.diameter_m,
+                           60.0 * boulders.diameter_m);
+  // Thinning: candidates are drawn at the highest density, and each is kept with the local density
+  // over the highest.
   const auto stays = [&](double x, double y, double random) {
     const double even = 0.5 * std::erfc(-crowds.at(x, y) / std::numbers::sqrt2);
     return random <= std::pow(even, boulders.clustering);
@@ -119,7 +121,7 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
     });
   };
   for_each_scattered(field, 1e-4 * boulders.per_hectare * (1.0 + boulders.clustering),
-                     reach_m(boulders), draws, 1, set_down);
+                     reach_m(boulders), draws, layer_stream::boulders, set_down);
   for (std::size_t i = 0; i < stones.size(); ++i) field.z_m[i] += stones[i];
 }
 

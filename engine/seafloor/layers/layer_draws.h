@@ -12,8 +12,23 @@ namespace ensonify::engine {
 
 class RoughnessInWindows;
 
-/// The random numbers of one layer of the seabed. They belong to its own number, what they are for
-/// and a place's lattice cell, so that no layer disturbs another and no extent changes a place.
+/// What the random numbers of a layer are for, the `what` of LayerDraws::of(). Kinds of relief have
+/// purposes of their own, so their numbers may be equal.
+namespace layer_stream {
+enum OfRoughness : std::uint64_t { roughness = 1 };
+enum OfBedforms : std::uint64_t { bends = 1, crest_heights, forks, phase_shifts, near_heights };
+enum OfTrawlMarks : std::uint64_t { tows = 1, port_doors, starboard_doors, sweeps };
+enum OfPits : std::uint64_t { pits = 1 };
+enum OfBoulders : std::uint64_t { boulders = 1, boulder_density };
+enum OfOutcrops : std::uint64_t { rock = 1, strike, main_joints, cross_joints, blocks, fallen };
+enum OfArea : std::uint64_t { patches = 100, border_shift_east, border_shift_north };
+constexpr std::uint64_t finer = 10;  ///< is added to those of an area for their finer waves
+enum OfBorder : std::uint64_t { mixed_border = 200 };
+}  // namespace layer_stream
+
+/// The random numbers of one layer of the seabed. They depend only on its number, what they are for
+/// and the lattice cell of a place: layers do not change each other, and the extent of the bed does
+/// not change a place.
 struct LayerDraws {
   std::uint64_t seed = 0;
   Purpose purpose = Purpose::test;

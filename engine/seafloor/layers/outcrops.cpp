@@ -19,8 +19,8 @@ constexpr double leaning =
     0.12;  // of a block's top along the dip: the greatest slope is half of it
 constexpr double leaning_along_strike = 0.03;
 constexpr double fallen_per_m2 = 1.0;  // where a ledge is near
-// Between joints 16 m apart and more, where otherwise each place would have ever more of them.
-constexpr double most_fallen_per_block = 128.0;
+// Limits their number where joints are more than 11 m apart.
+constexpr double max_fallen_per_block = 128.0;
 constexpr double longest_fallen_in_joints = 0.45;
 constexpr double closed_share = 0.8;  // of the second set's joints
 constexpr double crooked = 6.0;       // how far joints leave the straight, over the roughness there
@@ -33,7 +33,7 @@ class Joints {
   Joints(double spacing_m, double dip_heading_rad, const LayerDraws& draws)
       : spacing_m_(spacing_m), draws_(draws) {
     std::array<double, 1> turned;
-    draws.of(2).uniform(turned);
+    draws.of(layer_stream::strike).uniform(turned);
     const double across_rad = dip_heading_rad + 0.5 * (turned[0] - 0.5);
     cosine_ = std::sin(across_rad);
     sine_ = std::cos(across_rad);
@@ -48,14 +48,14 @@ class Joints {
   Block at(double x, double y) {
     const double u = x * cosine_ + y * sine_, v = y * cosine_ - x * sine_;
     const bool same_strip = across_.contains(u);
-    if (!same_strip) across_ = gap(u, 3, 0, 0.0);
+    if (!same_strip) across_ = gap(u, layer_stream::main_joints, 0, 0.0);
     if (!same_strip || !along_.contains(v)) {
-      along_ = gap(v, 4, across_.number, closed_share);
+      along_ = gap(v, layer_stream::cross_joints, across_.number, closed_share);
       const double middle_u = 0.5 * (across_.low + across_.high);
       const double middle_v = 0.5 * (along_.low + along_.high);
       block_.middle_x = middle_u * cosine_ - middle_v * sine_;
       block_.middle_y = middle_u * sine_ + middle_v * cosine_;
-      draws_.of(5, across_.number, along_.number).uniform(block_.draws);
+      draws_.of(layer_stream::blocks, across_.number, along_.number).uniform(block_.draws);
     }
     block_.across_m = u - 0.5 * (across_.low + across_.high);
     block_.along_m = v - 0.5 * (along_.low + along_.high);
@@ -142,8 +142,8 @@ void add_fallen_blocks(const Heightfield& field, const OutcropRelief& relief,
   const double joint_m = joints_per_bed * relief.ledge_m, near_m = 2.0 * joint_m;
   const double drop_m = 0.6 * relief.ledge_m;
   if (std::ranges::max(before) <= drop_m) return;
-  const double per_m2 = std::min(fallen_per_m2, most_fallen_per_block / (joint_m * joint_m));
-  for_each_scattered(field, per_m2, longest_fallen_in_joints * joint_m, draws, 6,
+  const double per_m2 = std::min(fallen_per_m2, max_fallen_per_block / (joint_m * joint_m));
+  for_each_scattered(field, per_m2, longest_fallen_in_joints * joint_m, draws, layer_stream::fallen,
                      [&](double x, double y, const auto& u) {
                        const double foot = standing(x, y);
                        // Uphill, at a random distance: more blocks lie near the ledge.
@@ -178,7 +178,7 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
                 {.height_at_1m_m = relief.roughness_at_1m_m,
                  .hurst = relief.hurst,
                  .longest_m = longest_roughness_m(relief)},
-                draws.of(1));
+                draws.of(layer_stream::rock));
   // The rock is level below the sediment where its area ends.
   for (std::size_t point = 0; point < rough.z_m.size(); ++point)
     rough.z_m[point] *= std::min(1.0, 2.0 * weight[point]);

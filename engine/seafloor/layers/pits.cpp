@@ -63,7 +63,8 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
               std::max(rim_m[point], depth_m * relief.rim_ratio * std::exp(-from_rim * from_rim));
         });
   };
-  for_each_scattered(field, 1e-4 * relief.per_hectare, reach_m(relief), draws, 1, dig);
+  for_each_scattered(field, 1e-4 * relief.per_hectare, reach_m(relief), draws, layer_stream::pits,
+                     dig);
   for (std::size_t i = 0; i < floor_m.size(); ++i) field.z_m[i] += floor_m[i] + rim_m[i];
 }
 

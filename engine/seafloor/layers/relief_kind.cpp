@@ -1,16 +1,17 @@
 #include <ensonify/engine/seafloor/layers/relief_kind.h>
 
-#include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
+
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 
 void check_relief_value(std::string_view list, std::string_view key, double low, double high,
                         double value) {
   const bool in_degrees = key.ends_with("_deg");
-  const double given = in_degrees ? value * 180.0 / std::numbers::pi : value;
+  const double given = in_degrees ? value / degree : value;
   const double rounding = in_degrees ? 1e-9 : 0.0;
   if (!(given >= low - rounding && given <= high + rounding))
     throw std::invalid_argument(

@@ -57,7 +57,8 @@ class LayerStack {
       const auto columns = static_cast<std::size_t>(field_.columns);
       std::array<double, 1> draw;
       draws
-          .of(200, field_.first_column + static_cast<std::int64_t>(i % columns),
+          .of(layer_stream::mixed_border,
+              field_.first_column + static_cast<std::int64_t>(i % columns),
               field_.first_row + static_cast<std::int64_t>(i / columns))
           .uniform(draw);
       return draw[0] <= weight[i];

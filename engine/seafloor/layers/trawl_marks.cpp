@@ -68,7 +68,9 @@ class Sweep {
     const double rows = std::ceil(stretch.to_m / along_m) - first_row_ + 3.0;
     numbers_.resize(static_cast<std::size_t>(rows) * columns_);
     for (std::size_t row = 0; row * columns_ < numbers_.size(); ++row)
-      draws.of(4, tow, static_cast<std::int64_t>(first_row_) + static_cast<std::int64_t>(row))
+      draws
+          .of(layer_stream::sweeps, tow,
+              static_cast<std::int64_t>(first_row_) + static_cast<std::int64_t>(row))
           .normal(std::span(numbers_).subspan(row * columns_, columns_));
     for (double& number : numbers_) number *= catmull_rom_keeps_variance;
   }
@@ -120,10 +122,10 @@ class Tow {
  public:
   Tow(const Heightfield& grid, const TrawlMarks& marks, const LayerDraws& draws, std::int64_t i)
       : marks_(marks),
-        port_(-0.5 * marks.door_spacing_m, draws.of(2, i)),
-        starboard_(0.5 * marks.door_spacing_m, draws.of(3, i)) {
+        port_(-0.5 * marks.door_spacing_m, draws.of(layer_stream::port_doors, i)),
+        starboard_(0.5 * marks.door_spacing_m, draws.of(layer_stream::starboard_doors, i)) {
     std::array<double, 12> u;
-    const RandomStream stream = draws.of(1, i);
+    const RandomStream stream = draws.of(layer_stream::tows, i);
     stream.uniform(u);
     std::array<double, 1> turn;
     stream.normal(turn, 16);

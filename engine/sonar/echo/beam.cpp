@@ -141,8 +141,7 @@ Beam::Beam(const Sonar& sonar, double wavelength_m, double beam_offset_m)
 Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& receive,
            double beam_offset_m)
     : focused_(sonar.focused && sonar.focus_zones_m.empty() && sonar.beams == 1),
-      same_arrays_(receive.length_m == transmit.length_m && receive.shading == transmit.shading &&
-                   sonar.beams == 1),
+      same_arrays_(receive == transmit && sonar.beams == 1),
       transmit_table_(array_table(sonar.side_lobes, transmit.shading)),
       receive_table_(receive.shading == transmit.shading
                          ? transmit_table_

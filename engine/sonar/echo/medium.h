@@ -1,12 +1,13 @@
 #pragma once
 
+#include <ensonify/scatter/sea_water.h>
 #include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
 
 /// The water between sonar and bed.
 struct Medium {
-  double sound_speed_mps = 1500.0;
+  double sound_speed_mps = scatter::nominal_sound_speed_mps;
   double absorption_db_per_m = 0.0;
   /// Absorption over depth; null: the value above at all depths. It must outlive what is made with
   /// this.

@@ -8,6 +8,7 @@
 #include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/nearest_floats.h>
 #include <ensonify/engine/trace/refraction/bent_ranges.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 
@@ -189,7 +190,7 @@ std::shared_ptr<const RayLayout> RayLayouts::at(double altitude_m, double neares
                                                 double rise_rad, double depth_m) {
   constexpr std::size_t max_kept = 256;  // reached over a bed that rises, or where rays bend
   constexpr double steps_per_octave = 4.0;
-  constexpr double roll_tilt_step_rad = 0.008726646259971648;  // half a degree
+  constexpr double roll_tilt_step_rad = 0.5 * degree;
   constexpr double drift_step_rad = 1e-3;
   const auto step_of = [&](double range_m) {
     const double lowest_m = 1e-3 * sonar_.range_m;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -33,9 +34,16 @@ struct LineArray {
   double nearness(double range_m, double defocus) const {
     return 0.5 * length_m * length_m / (wavelength_m * range_m) * defocus;
   }
+  /// Half the beam's width at a range, out to x = L sin(psi) / lambda in the far field. The near
+  /// field adds half the array's length, over the `widening` of the main lobe by shading.
+  double half_width_m(double x, double range_m, double defocus, double widening = 1.0) const {
+    return 0.5 * length_m / widening * std::abs(defocus) + x * wavelength_m * range_m / length_m;
+  }
   /// psi of null `number` in the far field, asin(n lambda / L) of a uniform array; a right angle if
   /// there is no such null.
   double null_rad(int number) const;
+
+  bool operator==(const LineArray&) const = default;
 };
 
 /// One measured level of a vertical pattern.

@@ -6,11 +6,12 @@
 
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/kind_named.h>
+#include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double sound_speed_mps = 1500.0;
+using scatter::nominal_sound_speed_mps;
 
 struct PresetRow {
   std::string_view name, instrument;
@@ -102,7 +103,7 @@ Preset preset_of(const PresetRow& row) {
   sonar.vertical.floor_below_db = -13.0;
   // The length is rounded to a millimetre.
   const double length_m =
-      Shading().beam_width_x() * sound_speed_mps / row.frequency_hz / preset.beamwidth_rad;
+      Shading().beam_width_x() * nominal_sound_speed_mps / row.frequency_hz / preset.beamwidth_rad;
   sonar.array_length_m = std::round(1e3 * length_m) / 1e3;
   if (row.transmitter_m > 0.0)
     sonar.receive_array_length_m = std::exchange(sonar.array_length_m, row.transmitter_m);
@@ -111,7 +112,7 @@ Preset preset_of(const PresetRow& row) {
   // A bin is as long as the pulse's resolution, c T / 2 of a tone or c / 2B of a sweep, or shorter:
   // the number of bins is rounded up to a multiple of 100.
   const double resolution_m =
-      0.5 * sound_speed_mps *
+      0.5 * nominal_sound_speed_mps *
       (row.pulse == PulseKind::cw ? sonar.pulse.length_s : 1.0 / row.bandwidth_hz);
   sonar.bins = 100 * static_cast<int>(std::ceil(row.range_m / resolution_m / 100.0));
   return preset;

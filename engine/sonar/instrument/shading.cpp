@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/sonar/instrument/sinc.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -19,7 +20,7 @@ constexpr std::size_t known_nulls = 32;  // more than a sonar's side lobes
 constexpr double farthest_x = 512.0;     // where a search for a null ends
 
 /// Level of the main lobe over that of the side lobes, as amplitudes.
-double lobe_ratio(double side_lobe_db) { return std::pow(10.0, -side_lobe_db / 20.0); }
+double lobe_ratio(double side_lobe_db) { return scatter::amplitude_from_db(-side_lobe_db); }
 
 /// A^2 of Taylor's line source.
 double taylor_a2(double side_lobe_db) {

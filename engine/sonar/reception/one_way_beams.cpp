@@ -24,26 +24,22 @@ OneWayBeams::OneWayBeams(const Sonar& sonar, double wavelength_m, double farthes
     const std::array defocus{sonar.transmit_defocus(range_m), sonar.defocus(range_m)};
     const auto widest_m = [&](int null) {
       double widest = 0.0;
-      for (const std::size_t array : {transmitter, receiver}) {
-        const LineArray& its = arrays[array];
-        widest =
-            std::max(widest, 0.5 * its.length_m * std::abs(defocus[array]) +
-                                 its.shading.null_x(null) * wavelength_m * range_m / its.length_m);
-      }
+      for (const std::size_t i : {transmitter, receiver})
+        widest = std::max(
+            widest, arrays[i].half_width_m(arrays[i].shading.null_x(null), range_m, defocus[i]));
       return widest;
     };
     Row row{.range_m = range_m,
             .main_m = widest_m(main_null),
             .reach_m = widest_m(farthest_null),
             .power = {}};
-    const bool same = arrays[0].length_m == arrays[1].length_m &&
-                      arrays[0].shading == arrays[1].shading && defocus[0] == defocus[1];
-    for (const std::size_t array : {transmitter, receiver}) {
-      const LineArray& its = arrays[array];
-      for (int column = 0; column <= columns && !(same && array == receiver); ++column) {
-        const double x = its.length_m / (wavelength_m * range_m) * row.reach_m * column / columns;
-        row.power[array].push_back(static_cast<float>(
-            std::norm(its.shading.field(x, its.nearness(range_m, defocus[array])))));
+    const bool same = arrays[0] == arrays[1] && defocus[0] == defocus[1];
+    for (const std::size_t i : {transmitter, receiver}) {
+      const LineArray& array = arrays[i];
+      for (int column = 0; column <= columns && !(same && i == receiver); ++column) {
+        const double x = array.length_m / (wavelength_m * range_m) * row.reach_m * column / columns;
+        row.power[i].push_back(static_cast<float>(
+            std::norm(array.shading.field(x, array.nearness(range_m, defocus[i])))));
       }
     }
     if (same) row.power[receiver] = row.power[transmitter];

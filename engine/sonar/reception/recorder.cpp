@@ -9,8 +9,8 @@
 namespace ensonify::engine {
 namespace {
 
-// Either way: more than any recorder has, and its square is finite, also after a step. What
-// absorption leaves of the bed may be nothing at all, and the automatic gain for it infinite.
+// Limit of the gain in both directions: more than any recorder has, and its square is finite, also
+// after a gain step. If absorption leaves nothing of the bed, the automatic gain would be infinite.
 constexpr double max_gain_db = 300.0;
 
 }  // namespace
@@ -25,7 +25,7 @@ Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
     : curve_(options.curve),
       curve_range_db_(static_cast<float>(options.curve_range_db)),
       full_scale_((1u << options.bits) - 1u) {
-  // A gain that is set is kept, however loud it makes the noise.
+  // A gain that the options set is not reduced, even if the noise then exceeds the limit.
   double loudest_db = max_gain_db;
   if (noise > 0.0)
     loudest_db =
@@ -40,7 +40,7 @@ Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
       if (gain_ends_m_ == 0.0) gain_ends_m_ = r;
     }
     gain_db = std::clamp(gain_db, -max_gain_db, max_gain_db);
-    gains_.push_back(static_cast<float>(std::pow(10.0, gain_db / 20.0)));
+    gains_.push_back(static_cast<float>(scatter::amplitude_from_db(gain_db)));
   }
 }
 
@@ -67,7 +67,7 @@ double Recorder::amplitude(std::uint32_t sample) const {
     case TransferCurve::linear: break;
     case TransferCurve::square_root: return fraction * fraction;
     case TransferCurve::logarithmic:
-      return sample > 0 ? std::pow(10.0, (fraction - 1.0) * curve_range_db_ / 20.0) : 0.0;
+      return sample > 0 ? scatter::amplitude_from_db((fraction - 1.0) * curve_range_db_) : 0.0;
   }
   return fraction;
 }

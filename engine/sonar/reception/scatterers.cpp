@@ -127,8 +127,7 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
 Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays,
                                      double range_m) {
   const std::array defocus{sonar.transmit_defocus(range_m), sonar.defocus(range_m)};
-  const bool same = arrays[0].length_m == arrays[1].length_m &&
-                    arrays[0].shading == arrays[1].shading && defocus[0] == defocus[1];
+  const bool same = arrays[0] == arrays[1] && defocus[0] == defocus[1];
   double reach_m = 1e300;
   for (const std::size_t i : {0u, 1u}) {
     const LineArray& array = arrays[i];
@@ -139,8 +138,7 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArr
     const double lobes = sonar.side_lobes == 0
                              ? beam_reach * widening
                              : inner + beam_reach * (shading.null_x(sonar.side_lobes + 1) - inner);
-    reach_m = std::min(reach_m, 0.5 * array.length_m / widening * std::abs(defocus[i]) +
-                                    lobes * array.wavelength_m * range_m / array.length_m);
+    reach_m = std::min(reach_m, array.half_width_m(lobes, range_m, defocus[i], widening));
   }
   Row row;
   const double across = max_cells * (sonar.side_lobes + 1);

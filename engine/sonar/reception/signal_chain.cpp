@@ -444,7 +444,7 @@ float SignalChain::gain_step(const PingContext& context) const {
   artefact_stream(options_.seed, Artefact::gain_step, options_.sonar_number,
                   static_cast<std::uint64_t>(number))
       .normal(random);
-  return static_cast<float>(std::pow(10.0, artefacts.gain_step_db * random[0] / 20.0));
+  return static_cast<float>(scatter::amplitude_from_db(artefacts.gain_step_db * random[0]));
 }
 
 /// Applies the automatic gain, which compares the level over the last metres with that of the

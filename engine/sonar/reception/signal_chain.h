@@ -13,6 +13,7 @@
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/engine/sonar/reception/scatterers.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
+#include <ensonify/scatter/sea_water.h>
 #include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
@@ -22,7 +23,7 @@ struct ChainOptions {
   std::uint64_t seed = 1;
   std::uint64_t sonar_number = 0;  ///< gives each of a scene's sonars its own noise
   bool speckle = true;             ///< false: expected values, also of the noise
-  double sound_speed_mps = 1500.0;
+  double sound_speed_mps = scatter::nominal_sound_speed_mps;
   double absorption_db_per_m = 0.0;
   /// Ranges are travel times through this profile; null: distances. It must outlive the chain.
   const scatter::SoundSpeedProfile* profile = nullptr;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/sound_ray.h>
 
 namespace ensonify::engine {
@@ -14,7 +15,7 @@ namespace {
 
 constexpr double quiet_nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double highest_rad = std::numbers::pi / 3.0;  // above the horizontal
-constexpr double node_rad = std::numbers::pi / 1800.0;  // as find_eigenray() shoots
+constexpr double node_rad = 0.1 * degree;               // as find_eigenray() shoots
 constexpr double closest_rad = 2e-6;                    // of two launch angles
 constexpr double needed_times = 4.0;                    // FanGrid lays rays up to there
 
