@@ -115,7 +115,7 @@ const Recorder& SimulatorInternals::recorder(const Simulator& simulator, std::si
 
 std::vector<FullScale> SimulatorInternals::full_scale_by_beam(const Simulator& simulator,
                                                               std::size_t sonar) {
-  const SignalChain& chain = *simulator.worker_->prepared.at(sonar)->chain;
+  const SignalChain& chain = *simulator.own_->prepared.at(sonar)->chain;
   std::vector<FullScale> full_scale;
   for (int beam = 0; beam < simulator.sonars()[sonar].beams; ++beam)
     full_scale.push_back(chain.full_scale(beam));
