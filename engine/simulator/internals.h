@@ -32,8 +32,8 @@ struct SimulatorInternals {
   static void announce(Simulator& simulator, std::span<const Pose> poses,
                        refine::SpareThreads& spare);
 
-  /// Forgets what earlier pings left in the face source. Pings do not depend on it; a block of them
-  /// starts with it, so that memory and speed do not either.
+  /// Makes the face source forget earlier pings. That changes no ping; a run calls it before each
+  /// block of pings, so that memory and speed do not depend on earlier blocks either.
   static void reset(Simulator& simulator);
 
   /// The fans of a ping, in the order of its lines; good until the next call. Throws as
@@ -45,8 +45,8 @@ struct SimulatorInternals {
   static std::vector<std::vector<Hit>> hits(Simulator& simulator, const Pose& pose);
 
   /// Compares a ping of the scene with the exact reference, along straight rays: every hit and run
-  /// of its fans, by the face source as it is, and the altitude below; of each sonar. The next ping
-  /// is the same with it and without. The reference does not have the objects that add() added.
+  /// of all sonars' fans, with the face source in its present state, and the height of the bed. It
+  /// does not change the next ping. The reference does not have the objects that add() added.
   /// Throws as ping_numbered().
   static AgreementCounts verify(Simulator& simulator, const Pose& pose);
 
@@ -74,7 +74,7 @@ struct SimulatorInternals {
   /// The water that bends the rays of its pings. Sonars differ only in absorption. The profile
   /// belongs to this Simulator.
   static Refraction refraction(const Simulator& simulator);
-  /// What became of this Simulator's refracted rays.
+  /// How this Simulator's bent rays were decided.
   static RefractionCounts refraction_counts(const Simulator& simulator);
   static const StageTimes& times(const Simulator& simulator);
 };

@@ -473,11 +473,14 @@ std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d
   }
 }
 
-/// The echo of 1 m^2 of cross-section by that way; energy 0 if there is none. near_is_counted:
-/// add_facets() or add_glint() count what lies behind less than half a bin of sediment.
-ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way,
-                                                   bool near_is_counted) const {
-  if (near_is_counted && way.path.sediment_m < tolerance_m_) return {};
+/// Whether less than half a bin of sediment is in the way: add_facets() and add_glint() see through
+/// that.
+bool ObjectEchoes::is_thinly_covered(const BuriedWay& way) const {
+  return way.path.sediment_m < tolerance_m_;
+}
+
+/// The echo of 1 m^2 of cross-section by that way; energy 0 if there is none.
+ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way) const {
   Line line;
   if (!see(way.ray, line)) return {};
   const double time_range_m =
@@ -521,7 +524,8 @@ void ObjectEchoes::add_buried_facets(const BuriedPart& part, const BuriedGroup& 
     if (!way) continue;
     const double facing = -way->arrival.dot(normal);
     if (facing <= 0.0 && !label.two_sided) continue;
-    const BuriedSight sight = see_buried(*way, small(group.label));
+    if (small(group.label) && is_thinly_covered(*way)) continue;
+    const BuriedSight sight = see_buried(*way);
     if (!(sight.energy > 0.0)) continue;
     const double sine = std::min(std::abs(facing), 1.0);
     const double cross_section_m2 =
@@ -554,8 +558,8 @@ void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& g
   const Vector3d from_part = off + mirror->offset;
   const auto way =
       way_into_bed(to + from_part, part.depth_m - from_part.dot(part.bed_normal), part);
-  if (!way) return;
-  const BuriedSight sight = see_buried(*way, true);
+  if (!way || is_thinly_covered(*way)) return;
+  const BuriedSight sight = see_buried(*way);
   if (!(sight.energy > 0.0)) return;
   glints_.push_back({.range_m = sight.time_range_m,
                      .spread_m = 0.0,

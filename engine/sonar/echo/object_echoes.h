@@ -133,7 +133,8 @@ class ObjectEchoes {
   struct BuriedSight {
     double time_range_m = 0.0, energy = 0.0;  // energy: of 1 m^2 of cross-section
   };
-  BuriedSight see_buried(const BuriedWay& way, bool near_is_counted) const;
+  bool is_thinly_covered(const BuriedWay& way) const;
+  BuriedSight see_buried(const BuriedWay& way) const;
   void find_walls(const ObjectSurface& object);
   void add_wall(const FlatPart& flat_part, const WallMirror& mirror, bool two_sided);
   void look_into_bed(const BuriedGroup& group);
