@@ -1,10 +1,15 @@
 #include <ensonify/refine/mesh_formats.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
+#include <numeric>
 #include <optional>
+#include <span>
 #include <system_error>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 namespace ensonify::refine {
@@ -30,7 +35,97 @@ std::optional<double> to_number(std::string_view word) {
   return value;
 }
 
+/// Cuts ears off a polygon: corners whose triangle lies inside it and holds no other corner.
+class EarCutter {
+ public:
+  /// `corners` as seen from where the normal points to.
+  EarCutter(const std::vector<std::uint32_t>& corners,
+            const std::vector<Eigen::Vector3d>& positions, const Eigen::Vector3d& normal)
+      : corners_(corners), left_(corners.size()) {
+    const Eigen::Vector3d x = normal.unitOrthogonal(), y = normal.cross(x);
+    for (const std::uint32_t corner : corners) {
+      const Eigen::Vector3d from_first = positions[corner] - positions[corners.front()];
+      places_.emplace_back(x.dot(from_first), y.dot(from_first));
+    }
+    std::iota(left_.begin(), left_.end(), std::size_t{0});
+  }
+
+  /// The triangles; none if the polygon has no ear, since it crosses itself.
+  std::vector<Face> cut() {
+    std::vector<Face> faces;
+    std::size_t tried = 0, i = 0;
+    while (left_.size() > 3) {
+      // Corners on a straight line make no triangle of their own as long as there are others.
+      const bool all_tried = tried >= left_.size();
+      if (tried >= 2 * left_.size()) return {};
+      i %= left_.size();
+      if (!is_ear(i, all_tried)) {
+        ++tried;
+        ++i;
+        continue;
+      }
+      faces.push_back(face_at(i));
+      left_.erase(left_.begin() + static_cast<std::ptrdiff_t>(i));
+      tried = 0;
+    }
+    faces.push_back(face_at(1));
+    return faces;
+  }
+
+ private:
+  std::size_t corner(std::size_t i) const { return left_[i % left_.size()]; }
+  std::size_t before(std::size_t i) const { return corner(i + left_.size() - 1); }
+  Face face_at(std::size_t i) const {
+    return {corners_[before(i)], corners_[corner(i)], corners_[corner(i + 1)]};
+  }
+  /// Twice the area of a triangle, positive if its corners are counter-clockwise.
+  double area(std::size_t a, std::size_t b, std::size_t c) const {
+    const Eigen::Vector2d ab = places_[b] - places_[a], ac = places_[c] - places_[a];
+    return ab.x() * ac.y() - ab.y() * ac.x();
+  }
+  bool is_ear(std::size_t i, bool may_be_flat) const {
+    const std::size_t a = before(i), b = corner(i), c = corner(i + 1);
+    const double own = area(a, b, c);
+    if (own < 0.0 || (own == 0.0 && !may_be_flat)) return false;
+    return std::ranges::none_of(left_, [&](std::size_t other) {
+      const Eigen::Vector2d& place = places_[other];
+      return place != places_[a] && place != places_[b] && place != places_[c] &&
+             area(a, b, other) >= 0.0 && area(b, c, other) >= 0.0 && area(c, a, other) >= 0.0;
+    });
+  }
+
+  const std::vector<std::uint32_t>& corners_;
+  std::vector<Eigen::Vector2d> places_;
+  std::vector<std::size_t> left_;  // the corners that are not cut off, in order
+};
+
 }  // namespace
+
+void split_concave_polygons(FileMesh& mesh, std::string_view name) {
+  constexpr double rounding = 1e-5;        // of a polygon's area
+  constexpr std::size_t max_faces = 1000;  // the work grows with their square, and faster
+  const auto product = [&](const Face& face) -> Eigen::Vector3d {  // twice the area
+    const Eigen::Vector3d& origin = mesh.positions[face[0]];
+    return (mesh.positions[face[1]] - origin).cross(mesh.positions[face[2]] - origin);
+  };
+  for (const FileMesh::Polygon& polygon : mesh.polygons) {
+    const std::span<Face> fan = std::span(mesh.faces).subspan(polygon.first, polygon.faces);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Face& face : fan) sum += product(face);
+    if (std::ranges::none_of(fan, [&](const Face& face) {
+          return product(face).dot(sum) < -rounding * sum.squaredNorm();
+        }))
+      continue;
+    if (fan.size() > max_faces)
+      throw MeshError(
+          fmt::format("{}: a polygon with {} corners is concave, expected at most {}; write the "
+                      "file again as triangles",
+                      name, fan.size() + 2, max_faces + 2));
+    std::vector<std::uint32_t> corners{fan[0][0], fan[0][1]};
+    for (const Face& face : fan) corners.push_back(face[2]);
+    std::ranges::copy(EarCutter(corners, mesh.positions, sum.normalized()).cut(), fan.begin());
+  }
+}
 
 std::string quoted(std::string_view text) {
   std::string shown(text.substr(0, 60));

@@ -17,6 +17,11 @@ namespace ensonify::refine {
 struct FileMesh {
   std::vector<Eigen::Vector3d> positions;
   std::vector<Face> faces;
+  /// Of each polygon with more than three corners: its first face and their number.
+  struct Polygon {
+    std::size_t first, faces;
+  };
+  std::vector<Polygon> polygons;
 };
 
 /// Each parses a whole file; `name` is the file's name for messages. Coordinates are finite and
@@ -31,20 +36,27 @@ constexpr double largest_mesh_m = 1e18;  ///< the limit of the intersectors
 /// Splits one polygon into a fan of triangles from its first corner, corner by corner.
 class Fan {
  public:
-  explicit Fan(std::vector<Face>& faces) : faces_(faces) {}
+  explicit Fan(FileMesh& mesh) : mesh_(mesh) {}
   void add(std::uint32_t vertex) {
     if (corners_ == 0) first_ = vertex;
-    if (corners_ >= 2) faces_.push_back({first_, previous_, vertex});
+    if (corners_ >= 2) mesh_.faces.push_back({first_, previous_, vertex});
+    if (corners_ == 3) mesh_.polygons.push_back({mesh_.faces.size() - 2, 1});
+    if (corners_ >= 3) ++mesh_.polygons.back().faces;
     previous_ = vertex;
     ++corners_;
   }
   std::size_t corners() const { return corners_; }
 
  private:
-  std::vector<Face>& faces_;
+  FileMesh& mesh_;
   std::uint32_t first_ = 0, previous_ = 0;
   std::size_t corners_ = 0;
 };
+
+/// Splits the concave polygons again, into the same number of triangles: a fan covers more than
+/// such a polygon. One that crosses itself stays a fan. Throws MeshError for one with too many
+/// corners.
+void split_concave_polygons(FileMesh& mesh, std::string_view name);
 
 /// Text from a file for a message: shortened and printable.
 std::string quoted(std::string_view text);

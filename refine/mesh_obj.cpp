@@ -67,7 +67,7 @@ class ObjParser {
   }
 
   void face() {
-    Fan fan(mesh_.faces);
+    Fan fan(mesh_);
     for (std::string_view word; !(word = text_.word()).empty();) fan.add(corner(word));
     if (fan.corners() < 3)
       text_.fail(fmt::format(

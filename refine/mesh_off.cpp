@@ -87,7 +87,7 @@ class OffParser {
     if (corners < 3)
       text_.fail(
           fmt::format("a face has {} corners, expected 3 or more; correct or remove it", corners));
-    Fan fan(mesh_.faces);
+    Fan fan(mesh_);
     for (std::int64_t i = 0; i < corners; ++i) {
       const std::int64_t index = text_.integer("a vertex's number");
       if (index < 0 || static_cast<std::uint64_t>(index) >= mesh_.positions.size())

@@ -271,7 +271,7 @@ void read_corners(Body& body, const Property& property, std::uint64_t vertices, 
   if (corners < 3)
     body.fail(
         fmt::format("a face has {} corners, expected 3 or more; correct or remove it", corners));
-  Fan fan(mesh.faces);
+  Fan fan(mesh);
   for (std::int64_t i = 0; i < corners; ++i) {
     const std::int64_t index = body.integer(property.type);
     if (index < 0 || static_cast<std::uint64_t>(index) >= vertices)

@@ -88,6 +88,7 @@ TriangleMesh parse_mesh(std::string_view bytes, MeshFormat format, std::string_v
   if (in.positions.size() > std::numeric_limits<std::uint32_t>::max())
     throw MeshError(fmt::format("{}: has {} vertices, more than 32 bits can number; split it", name,
                                 in.positions.size()));
+  split_concave_polygons(in, name);
   TriangleMesh mesh;
   mesh.world_origin = middle(in);
   mesh.positions.reserve(in.positions.size());

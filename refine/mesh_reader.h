@@ -16,9 +16,9 @@ std::optional<MeshFormat> mesh_format(const std::filesystem::path& file);
 /// Reads a mesh file in the format of its extension: PLY (ASCII, both binary orders), OBJ, STL
 /// (ASCII and binary), OFF (text). Vertices and faces keep the file's order; equal corners of an
 /// STL become one vertex, in the order of first appearance; polygons are split into fans from their
-/// first corner. Nothing is repaired (see mesh_repair.h). The world origin is the middle of the
-/// bounds of the vertices that faces use, rounded to whole metres; it is subtracted in double,
-/// before the conversion to float.
+/// first corner, concave ones by cutting ears off. Nothing is repaired (see mesh_repair.h). The
+/// world origin is the middle of the bounds of the vertices that faces use, rounded to whole
+/// metres; it is subtracted in double, before the conversion to float.
 ///
 /// The file is not trusted: sizes are compared with the file's before memory is allocated, every
 /// number is finite and within 1e18, every index is in range (an OBJ's may name a later vertex),

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -189,6 +190,71 @@ TEST_CASE("A polygon is fanned from its first corner, and faces keep the file's 
                           replaced_each(vertices.substr(0, vertices.size() - 1), "\n", "\nv ") +
                           "\nf 1 2 3 4\nf -1 -2 -3 -4 -5\nf 2/1/1 3//1 5/9\n";
   CHECK(parse_mesh(obj, Mesh::obj, "m").faces == expected);
+}
+
+TEST_CASE("A concave polygon is split into triangles that cover it and nothing else") {
+  // A fan from the first corner of this L would leave it.
+  const std::string corners = "2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2 0\n0 0 0\n";
+  const auto check = [](const TriangleMesh& mesh, double area_m2) {
+    double sum_m2 = 0.0;
+    for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
+      const Eigen::Vector3d origin = Triangles(mesh).corner(face, 0);
+      const double z_m2 = (Triangles(mesh).corner(face, 1) - origin)
+                              .cross(Triangles(mesh).corner(face, 2) - origin)
+                              .z();
+      CHECK(z_m2 > -1e-4);  // vertices are rounded to float
+      sum_m2 += 0.5 * z_m2;
+    }
+    CHECK(sum_m2 == Approx(area_m2));
+  };
+  const std::string ply =
+      replaced(replaced(ply_header, "vertex 4", "vertex 6"), "face 4", "face 1");
+  const TriangleMesh off = parse_mesh("OFF 6 1 0\n" + corners + "6 0 1 2 3 4 5\n", Mesh::off, "m");
+  CHECK(off.faces.size() == 4);
+  check(off, 3.0);
+  CHECK(parse_mesh(ply + corners + "6 0 1 2 3 4 5\n", Mesh::ply, "m").faces == off.faces);
+  // Vertices may come after the face that names them.
+  const std::string obj =
+      "f 1 2 3 4 5 6\nv " + replaced_each(corners.substr(0, corners.size() - 1), "\n", "\nv ");
+  CHECK(parse_mesh(obj, Mesh::obj, "m").faces == off.faces);
+
+  // Stars, whose area is known, with corners on straight lines too.
+  for (const int points : {2, 3, 5, 40, 200}) {
+    CAPTURE(points);
+    std::string star = fmt::format("OFF {} 1 0\n", 4 * points), face = std::to_string(4 * points);
+    double area_m2 = 0.0;
+    Eigen::Vector2d first, before;
+    for (int i = 0; i < 4 * points; ++i) {
+      const auto corner = [&](int k) -> Eigen::Vector2d {
+        const double angle = std::numbers::pi * k / points;
+        return (k % 2 == 0 ? 10.0 : 3.0) * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      };
+      const Eigen::Vector2d place =
+          i % 2 == 0 ? corner(i / 2) : Eigen::Vector2d(0.5 * (corner(i / 2) + corner(i / 2 + 1)));
+      if (i == 0) first = place;
+      if (i > 0) area_m2 += 0.5 * (before.x() * place.y() - before.y() * place.x());
+      before = place;
+      star += fmt::format("{} {} 0\n", place.x(), place.y());
+      face += fmt::format(" {}", i);
+    }
+    area_m2 += 0.5 * (before.x() * first.y() - before.y() * first.x());
+    const TriangleMesh mesh = parse_mesh(star + face + "\n", Mesh::off, "m");
+    CHECK(mesh.faces.size() == static_cast<std::size_t>(4 * points - 2));
+    check(mesh, area_m2);
+  }
+}
+
+TEST_CASE(
+    "A concave polygon with very many corners is refused, and one that crosses itself stays") {
+  std::string zigzag = "OFF 2004 1 0\n", face = "2004";
+  for (int i = 0; i < 2002; ++i) zigzag += fmt::format("{} {} 0\n", i, i % 2);
+  zigzag += "2001 9 0\n0 9 0\n";
+  for (int i = 0; i < 2004; ++i) face += fmt::format(" {}", i);
+  CHECK_THROWS_WITH(parse_mesh(zigzag + face + "\n", Mesh::off, "m"),
+                    Catch::Contains("m: a polygon with 2004 corners is concave") &&
+                        Catch::Contains("write the file again as triangles"));
+  const std::string crossing = "OFF 4 1 0\n0 0 0\n3 3 0\n3 0 0\n0 1 0\n4 0 1 2 3\n";
+  CHECK(parse_mesh(crossing, Mesh::off, "m").faces.size() == 2);
 }
 
 TEST_CASE("An STL's equal corners are one vertex, in order of appearance") {
