@@ -45,6 +45,19 @@ struct Descriptor {
   }
 };
 
+/// Removes a temporary file that no process holds: its writer was killed.
+bool remove_abandoned(int folder, const std::string& name) {
+  const Descriptor its{::openat(folder, name.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW)};
+  struct stat ours {
+  }, there{};
+  // After the lock, the file is removed only if it still has this name.
+  return its.number >= 0 && ::flock(its.number, LOCK_EX | LOCK_NB) == 0 &&
+         ::fstat(its.number, &ours) == 0 &&
+         ::fstatat(folder, name.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 &&
+         ours.st_ino == there.st_ino && ours.st_dev == there.st_dev &&
+         ::unlinkat(folder, name.c_str(), 0) == 0;
+}
+
 /// A temporary file in the target's folder, locked (flock) as long as it is open; the destructor
 /// removes it unless it was renamed.
 struct Temporary {
@@ -61,10 +74,10 @@ struct Temporary {
     int n = 0;
     for (; n < most && !create(numbered(n)); ++n) {
       if (errno != EEXIST) break;
-      if (remove_abandoned(numbered(n))) --n;  // the name is free now
+      if (remove_abandoned(folder, numbered(n))) --n;  // the name is free now
     }
     if (descriptor.number < 0) fail(file, "make a temporary file in its folder", errno);
-    while (++n < most && remove_abandoned(numbered(n))) {
+    while (++n < most && remove_abandoned(folder, numbered(n))) {
     }
   }
   ~Temporary() {
@@ -85,18 +98,6 @@ struct Temporary {
     // Another writer took it for abandoned before it was locked.
     ::close(std::exchange(descriptor.number, -1));
     return create(std::move(name));
-  }
-  /// Removes a temporary file that no process holds: its writer was killed.
-  bool remove_abandoned(const std::string& other) const {
-    const Descriptor found{::openat(folder, other.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW)};
-    struct stat ours {
-    }, there{};
-    // After the lock, the file is removed only if it still has this name.
-    return found.number >= 0 && ::flock(found.number, LOCK_EX | LOCK_NB) == 0 &&
-           ::fstat(found.number, &ours) == 0 &&
-           ::fstatat(folder, other.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 &&
-           ours.st_ino == there.st_ino && ours.st_dev == there.st_dev &&
-           ::unlinkat(folder, other.c_str(), 0) == 0;
   }
 };
 
@@ -173,11 +174,21 @@ void NewFile::commit() {
   Temporary& temporary = *open_->temporary;
   if (::fsync(temporary.descriptor.number) != 0) fail(file_, "write it to the disk (fsync)", errno);
   // Renamed while it is open, so that it is locked under its temporary name.
-  if (::renameat(folder, temporary.name.c_str(), folder, file_.filename().c_str()) != 0)
+  if (::renameat(folder, temporary.name.c_str(), folder, file_.filename().c_str()) != 0) {
+    if (errno == ENOENT)
+      throw std::system_error(errno, std::generic_category(),
+                              fmt::format("{}: another program has removed {}, which is renamed to "
+                                          "it; run the same command again",
+                                          file_.string(), temporary.name));
     fail(file_, "put it in place (rename)", errno);
+  }
   temporary.renamed = true;
   if (::close(std::exchange(temporary.descriptor.number, -1)) != 0) fail(file_, "close it", errno);
   sync_folder(file_, folder);
+}
+
+void remove_abandoned(const std::filesystem::path& temporary) {
+  remove_abandoned(AT_FDCWD, temporary.string());
 }
 
 void write_file(const std::filesystem::path& file,

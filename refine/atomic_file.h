@@ -57,6 +57,10 @@ class NewFile {
   std::uint64_t end_ = 0;  // of what write() has written
 };
 
+/// Removes a temporary of write_file() or NewFile whose writer was killed. One that is still
+/// written stays (where the file system has no locks, each stays).
+void remove_abandoned(const std::filesystem::path& temporary);
+
 /// Writes a file into a private folder, which put_in_place() later syncs as a whole. Throws as
 /// write_file does, and then leaves the partial file in the folder.
 void write_staged(const std::filesystem::path& file, std::span<const std::byte> bytes);

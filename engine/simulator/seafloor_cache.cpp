@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdlib>
 #include <string>
 #include <system_error>
@@ -20,6 +19,7 @@
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
+#include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/progressive_mesh_file.h>
 
 namespace ensonify::engine {
@@ -29,7 +29,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::array cached_extensions{cached_extension, tiles_extension, clusters_extension};
-constexpr std::chrono::hours abandoned_after{1};
 
 // Larger files are known by their size and time: to read them would take longer than many a run.
 constexpr std::uintmax_t most_hashed_bytes = std::uintmax_t{1} << 28;
@@ -68,13 +67,11 @@ std::uintmax_t bytes_on_disk(const fs::path& file) {
   return bytes;
 }
 
-/// Removes temporary files of write_file() that are so old that their writer must have been killed.
-void remove_abandoned(const fs::path& folder) {
+/// Removes what killed processes left half-written.
+void remove_temporaries(const fs::path& folder) {
   std::error_code gone;  // whatever another process removes meanwhile
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone))
-    if (entry.path().extension() == ".tmp" &&
-        fs::file_time_type::clock::now() - entry.last_write_time(gone) > abandoned_after)
-      fs::remove(entry.path(), gone);
+    if (entry.path().extension() == ".tmp") refine::remove_abandoned(entry.path());
 }
 
 }  // namespace
@@ -89,7 +86,7 @@ void trim_cache(const fs::path& folder, std::uintmax_t limit_bytes, const std::s
     std::uintmax_t bytes;
     fs::path file;
   };
-  remove_abandoned(folder);
+  remove_temporaries(folder);
   std::vector<Entry> entries;
   std::uintmax_t total = 0;
   std::error_code gone;
@@ -98,7 +95,7 @@ void trim_cache(const fs::path& folder, std::uintmax_t limit_bytes, const std::s
     if (gone) continue;
     if (std::ranges::find(cached_extensions, found.file.extension()) == cached_extensions.end())
       continue;
-    if (found.file.extension() == clusters_extension) remove_abandoned(found.file);
+    if (found.file.extension() == clusters_extension) remove_temporaries(found.file);
     total += found.bytes;
     if (found.file.stem() != key) entries.push_back(found);
   }

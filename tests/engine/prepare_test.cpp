@@ -12,6 +12,7 @@
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
+#include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/mesh_reader.h>
 
 using namespace ensonify;
@@ -201,6 +202,17 @@ TEST_CASE("trimming the cache keeps what was just saved") {
   CHECK(fs::exists(prepared->origin.cache_file));
   CHECK(!fs::exists(cache / "huge.mesh"));
   CHECK(fs::exists(cache / "holes.mesh"));
+}
+
+TEST_CASE("the cache loses what killed processes left half-written, and nothing of living ones") {
+  const TemporaryFolder folder;
+  refine::NewFile slow(folder / "slow.mesh");
+  fs::last_write_time(slow.temporary(), fs::file_time_type::clock::now() - std::chrono::hours(48));
+  write_text(folder / ".killed.mesh.0.tmp", "half");
+  trim_cache(folder.path(), 1 << 20, "none");
+  CHECK(!fs::exists(folder / ".killed.mesh.0.tmp"));
+  slow.commit();
+  CHECK(fs::exists(folder / "slow.mesh"));
 }
 
 TEST_CASE("surface auto means footprint for a bed of heights, which is not analysed or cached") {

@@ -187,6 +187,14 @@ TEST_CASE("A temporary that is being written stays, and its writer is not distur
   CHECK(names(folder.path()) == std::set<std::string>{"f"});
 }
 
+TEST_CASE("A writer whose temporary was removed says so") {
+  const TemporaryFolder folder;
+  ensonify::refine::NewFile slow(folder / "f");
+  ensonify::refine::remove_abandoned(slow.temporary());
+  CHECK(std::filesystem::remove(slow.temporary()));
+  CHECK_THROWS_WITH(slow.commit(), Catch::Contains("f: another program has removed .f.0.tmp"));
+}
+
 TEST_CASE("While several write a file, a reader sees one writer's complete file") {
   const TemporaryFolder folder;
   const fs::path file = folder / "f";
