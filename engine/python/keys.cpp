@@ -114,7 +114,14 @@ SessionScene scene_of(const py::object& given, const py::object& keys, const fs:
   if (!py::isinstance<py::str>(given) && !py::hasattr(given, "__fspath__"))
     throw py::type_error(fmt::format(
         "the scene is a {}, expected a scene file's path or a dict of its keys", type_name(given)));
-  return SessionScene::of_file(given.cast<fs::path>(), std::move(overrides), data_folder);
+  fs::path file;
+  try {
+    file = given.cast<fs::path>();
+  } catch (const py::cast_error&) {
+    throw py::value_error(fmt::format("the scene's path {} has a character that no path can have",
+                                      py::repr(given).cast<std::string>()));
+  }
+  return SessionScene::of_file(file, std::move(overrides), data_folder);
 }
 
 fs::path cache_of(const std::optional<fs::path>& cache) { return cache ? *cache : default_cache(); }

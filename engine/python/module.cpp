@@ -1,27 +1,60 @@
 #include "module.h"
 
+#include <exception>
+#include <stdexcept>
+#include <system_error>
+
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/recording/recording_reader.h>
 
 namespace ensonify::python {
 namespace {
 
+/// The text may name a path, whose bytes need not be UTF-8.
+void raise(const py::handle& type, const std::exception& error) {
+  const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(error.what()));
+  if (text) PyErr_SetObject(type.ptr(), text.ptr());
+}
+
+/// Exceptions of this C++ class, and of those derived from it that no later call names, become the
+/// Python type.
+template <class Exception>
+void translate(const py::handle& type) {
+  static py::handle python_type;
+  python_type = type.inc_ref();
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const Exception& error) {
+      raise(python_type, error);
+    }
+  });
+}
+
+template <class Exception>
+py::object add_exception(py::module_& module, const char* name, const py::handle& bases,
+                         const char* doc) {
+  py::exception<Exception> type(module, name, bases);
+  type.doc() = doc;
+  translate<Exception>(type);
+  return type;
+}
+
 /// The exceptions. Those of C++ that have no class here become an Error.
 void add_exceptions(py::module_& module) {
-  const auto doc = [](auto& exception, const char* text) { exception.doc() = text; };
-  auto& base = py::register_exception<Error>(module, "Error", PyExc_Exception);
-  doc(base, "The base of the exceptions of this module.");
-  const auto and_base = [&](PyObject* other) {
-    return py::make_tuple(py::handle(base), py::handle(other));
-  };
-  doc(py::register_exception<SceneError>(module, "SceneError", and_base(PyExc_ValueError)),
-      "Something is wrong with a scene or a file it names.");
-  doc(py::register_exception<RecordingError>(module, "RecordingError", and_base(PyExc_ValueError)),
-      "Something is wrong with a recording.");
-  doc(py::register_exception<refine::MeshError>(module, "MeshError", and_base(PyExc_ValueError)),
-      "Something is wrong with a mesh.");
-  doc(py::register_exception<engine::MemoryError>(module, "MemoryError",
-                                                  and_base(PyExc_MemoryError)),
+  translate<std::system_error>(PyExc_RuntimeError);
+  translate<std::invalid_argument>(PyExc_ValueError);
+  const py::object base = add_exception<Error>(module, "Error", PyExc_Exception,
+                                               "The base of the exceptions of this module.");
+  const auto and_base = [&](PyObject* other) { return py::make_tuple(base, py::handle(other)); };
+  add_exception<SceneError>(module, "SceneError", and_base(PyExc_ValueError),
+                            "Something is wrong with a scene or a file it names.");
+  add_exception<RecordingError>(module, "RecordingError", and_base(PyExc_ValueError),
+                                "Something is wrong with a recording.");
+  add_exception<refine::MeshError>(module, "MeshError", and_base(PyExc_ValueError),
+                                   "Something is wrong with a mesh.");
+  add_exception<engine::MemoryError>(
+      module, "MemoryError", and_base(PyExc_MemoryError),
       "A scene does not fit into memory: what needs how much, the limit and the cure.");
 }
 

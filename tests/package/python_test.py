@@ -106,6 +106,10 @@ class Images(unittest.TestCase):
             ensonify.simulate({**scene, "track": {"pingz": 1}})
         with self.assertRaisesRegex(ensonify.SceneError, "there is no such file"):
             ensonify.simulate("/nowhere/scene.toml")
+        with self.assertRaisesRegex(ensonify.SceneError, "/nowhere/\udcff.toml.*there is no such file"):
+            ensonify.simulate("/nowhere/\udcff.toml")  # bytes that are no UTF-8
+        with self.assertRaisesRegex(ValueError, "has a character that no path can have"):
+            ensonify.simulate("a\0b")
         with self.assertRaisesRegex(TypeError, "'seed': a scene holds no complex"):
             ensonify.simulate({**scene, "seed": 1j})
         with self.assertRaisesRegex(TypeError, "'track.pings': a scene holds no NoneType.*leave the key out"):
