@@ -1,5 +1,6 @@
 #include <ensonify/engine/app/program.h>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -76,6 +77,14 @@ void catch_signals_of_libraries() {
     const auto before = std::signal(number, end_by_library);
     if (before != SIG_DFL) std::signal(number, before);
   }
+}
+
+/// Opens stdin, stdout and stderr where the caller has closed them, so that no file gets their
+/// numbers. Writing to that stdout still fails.
+void open_closed_streams() {
+  for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor)
+    if (::fcntl(descriptor, F_GETFD) < 0)
+      ::open("/dev/null", descriptor == STDOUT_FILENO ? O_RDONLY : O_RDWR);  // the lowest is free
 }
 
 int perform(const app::Action& action) {
@@ -232,6 +241,7 @@ int run_command_line(int argc, char** argv) {
 }  // namespace
 
 int app::program_main(int argc, char** argv) {
+  open_closed_streams();
   // A write beyond the file size limit then fails with an error message.
   std::signal(SIGXFSZ, SIG_IGN);
   end_by_fault = std::set_terminate(end_without_memory);
