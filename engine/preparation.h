@@ -22,6 +22,8 @@ struct Preparation {
   /// Called with the name of the next stage ("seafloor", "analysis", "tree"), and now and then
   /// while one lasts; by one thread at a time. What it throws ends the preparation.
   std::function<void(std::string_view stage)> progress;
+  /// Called now and then during a ping, by any thread. What it throws ends the ping.
+  std::function<void()> stop_check = {};
   /// The scene's seafloor where prepare_seafloor() has made it before. It is shared, not copied.
   std::shared_ptr<const PreparedSeafloor> seafloor = {};
   MemoryLimit memory = {};  ///< for the whole process

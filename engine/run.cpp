@@ -116,6 +116,7 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
                       {.cache = control.cache,
                        .threads = control.threads,
                        .progress = [&](std::string_view stage) { run.report_stage(stage, 0, 1); },
+                       .stop_check = [&] { run.stop_check(); },
                        .seafloor = control.seafloor,
                        .memory = control.memory,
                        .more_bytes = expected_ping_bytes(run)});

@@ -59,8 +59,8 @@ struct RunOutputs {
 struct RunControl {
   int threads = 0;  ///< 0: one per core of the machine
   /// Called with the stage ("seafloor", "analysis", "tree", "pings", "files") and how much of it is
-  /// done. Returning false stops the run. Called from one thread at a time, at least after every
-  /// block.
+  /// done. Returning false stops the run. Called from one thread at a time, now and then within a
+  /// stage too.
   std::function<bool(std::string_view stage, std::size_t done, std::size_t of)> progress;
   std::filesystem::path cache = {};                       ///< as in Preparation
   std::shared_ptr<const PreparedSeafloor> seafloor = {};  ///< as in Preparation

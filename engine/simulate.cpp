@@ -10,6 +10,7 @@
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/scene/checks/value_check.h>
 #include <ensonify/engine/scene/checks/water_check.h>
+#include <ensonify/engine/seafloor/memory_plan.h>
 #include <ensonify/engine/simulator/bed_abeam.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/simulator/state.h>
@@ -56,6 +57,7 @@ void Simulator::aim(const Pose& pose, Aim& aim) {
         beam.tracer.aim(sonar_pose, height_m, abeam.nearest_m, abeam.rise_rad));
     for (const Side side : sides_of(sonar))
       aim.fans.push_back(of_beam.fans[static_cast<std::size_t>(side)]);
+    shared_->stop_check();
   }
 }
 
@@ -83,13 +85,17 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
                     "sound, {:.4g} m/s",
                     pose.velocity_mps.norm(), sound_speed_mps()));
   StopWatch watch;
+  const auto end_stage = [&](double& seconds) {
+    watch.lap(seconds);
+    shared_->stop_check();
+  };
   refine::SpareThreads* spare = std::exchange(own.spare, nullptr);
   aim(pose, own.aim);
   const TracedFaces faces = own.needs_hits() ? own.face_source.prepare(own.aim.fans)
                                              : own.face_source.prepare_runs(own.aim.fans);
   if (spare && spare->any()) look_ahead(*spare);
   warn_of_distance(pose);
-  watch.lap(faces.runs_only ? own.times.trace_s : own.times.surface_s);
+  end_stage(faces.runs_only ? own.times.trace_s : own.times.surface_s);
   if (own.lines.empty()) own.make_lines();
   std::size_t first_line = 0;
   for (std::size_t i = 0; i < own.beams.size(); ++i) {
@@ -103,9 +109,9 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
         own.visibility_counters[sonar].look(aim.fans[static_cast<std::size_t>(line.side)],
                                             faces.triangles,
                                             tracer.runs(aim, faces.triangles, line.side), number);
-      watch.lap(own.times.trace_s);
+      end_stage(own.times.trace_s);
       tracer.echo(aim, faces.triangles, line.side, line);
-      watch.lap(own.times.echo_s);
+      end_stage(own.times.echo_s);
     }
     const RayFan& fan = own.aim.fans[first_line];
     const Eigen::Vector3d down = body_to_world(mounted(pose, mounting)).col(2);
@@ -117,7 +123,7 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
                                          .speed_mps = pose.velocity_mps.norm(),
                                          .motion = aim.motions},
                                         lines, own.chain_scratch);
-    watch.lap(own.times.receive_s);
+    end_stage(own.times.receive_s);
     first_line += sides;
   }
   return own.lines;
@@ -159,6 +165,8 @@ void Simulator::set_sonar(std::size_t number, const Sonar& settings) {
 std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
   ThreadState& own = *own_;
   own.objects.check(object, pose);
+  require_object_fits(static_cast<double>(object.mesh.faces.size()), 0.0,
+                      fmt::format("Simulator: '{}'", object.class_name), {shared_->memory});
   const std::vector<std::string> materials = own.objects.materials_with(object.material);
   const bool new_material = materials.size() > own.objects.materials().size();
   PreparedSonars sonars;

@@ -72,7 +72,8 @@ class Simulator {
   /// layers have it: the lowest number that no other object has. altitude_m() ignores it. Throws
   /// std::invalid_argument for an unknown material, a pose that is not finite or lies beyond
   /// 1e8 m, a mesh without faces, or more objects or class names than there are labels;
-  /// refine::MeshError for a face whose vertex is not there, not finite or beyond 1e8 m.
+  /// refine::MeshError for a face whose vertex is not there, not finite or beyond 1e8 m;
+  /// MemoryError for a mesh that does not fit.
   std::uint32_t add(MovingObject object, const Pose& pose);
   /// Throws std::invalid_argument for an instance that add() did not give, or that is gone, and as
   /// add().

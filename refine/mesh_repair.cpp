@@ -388,4 +388,15 @@ RepairedMesh repair(const TriangleMesh& mesh, double weld_tolerance_m) {
   return Repairer(mesh, weld_tolerance_m).repair();
 }
 
+RepairedMesh repair_file(const TriangleMesh& mesh, double weld_tolerance_m,
+                         const std::filesystem::path& file) {
+  RepairedMesh repaired = repair(mesh, weld_tolerance_m);
+  if (repaired.mesh.faces.empty())
+    throw MeshError(
+        fmt::format("{}: no face is left after the repair: all {} have no area; check the units of "
+                    "its vertices, and how it was written",
+                    file.string(), mesh.faces.size()));
+  return repaired;
+}
+
 }  // namespace ensonify::refine

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -79,5 +80,8 @@ std::vector<std::uint32_t> weld(std::span<const Eigen::Vector3f> positions,
 /// std::invalid_argument if a face has a vertex that does not exist, weld_tolerance_m is not
 /// finite, or there are 2^32 corners or vertices.
 RepairedMesh repair(const TriangleMesh& mesh, double weld_tolerance_m = 0.0);
+/// The same of a file's mesh. Also throws MeshError if no face is left.
+RepairedMesh repair_file(const TriangleMesh& mesh, double weld_tolerance_m,
+                         const std::filesystem::path& file);
 
 }  // namespace ensonify::refine

@@ -180,6 +180,7 @@ std::size_t terminal_columns(int descriptor) {
 }
 
 std::atomic<int> SignalWatch::caught_ = 0;
+std::atomic<Clock::time_point> SignalWatch::caught_at_;
 int SignalWatch::wakes_ = -1;
 
 SignalWatch::SignalWatch(bool interrupts) {
@@ -189,7 +190,13 @@ SignalWatch::SignalWatch(bool interrupts) {
   struct sigaction action {};
   action.sa_handler = [](int number) {
     const int error = errno;
-    caught_ = number;
+    if (caught_ == 0) {
+      caught_at_ = Clock::now();
+      caught_ = number;
+    } else if (seconds_since(caught_at_) > 1.0) {  // `timeout` sends each signal twice at once
+      std::signal(number, SIG_DFL);
+      std::raise(number);
+    }
     static_cast<void>(::eventfd_write(wakes_, 1));
     errno = error;
   };

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cmath>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -91,10 +92,17 @@ class PoseSession {
  private:
   static Simulator make_simulator(const Scene& scene, const StreamArguments& arguments) {
     Progress progress(arguments.quiet);
-    return Simulator(scene,
-                     {.cache = arguments.cache,
-                      .progress = [&](std::string_view stage) { progress.report(stage, 0, 1); },
-                      .memory = arguments.memory});
+    const auto stop_check = [] {
+      if (SignalWatch::caught() != 0) throw Stopped("stopped on request");
+    };
+    return Simulator(scene, {.cache = arguments.cache,
+                             .progress =
+                                 [&](std::string_view stage) {
+                                   stop_check();
+                                   progress.report(stage, 0, 1);
+                                 },
+                             .stop_check = stop_check,
+                             .memory = arguments.memory});
   }
 
   void set(const std::vector<KeyValue>& keys) {
@@ -206,8 +214,10 @@ class InputLines {
       searched_ = read_.size();
       if (!SignalWatch::wait_for_input(STDIN_FILENO)) return false;
       const ssize_t count = ::read(STDIN_FILENO, buffer_.data(), buffer_.size());
-      if (count < 0 && errno == EINTR) continue;
-      if (count <= 0) {
+      if (count < 0 && (errno == EINTR || errno == EAGAIN)) continue;
+      if (count < 0)
+        throw std::system_error(errno, std::generic_category(), "stdin: cannot be read");
+      if (count == 0) {
         line = std::exchange(read_, {});  // without its end
         searched_ = 0;
         return !line.empty();

@@ -68,7 +68,7 @@ void PingLoop::run() {
       mailbox_.wait_until(due);
     }
   } catch (...) {
-    mailbox_.fail(std::current_exception());
+    if (!mailbox_.stopping()) mailbox_.fail(std::current_exception());
     ring_.close();
   }
 }

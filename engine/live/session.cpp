@@ -34,8 +34,13 @@ struct LiveSession::Inner {
         mailbox(source, scene, its_options.pings_per_s, its_options.hold),
         loop(std::make_shared<LiveScene>(scene, Preparation{.cache = its_options.cache,
                                                             .progress = its_options.progress,
+                                                            .stop_check = [this] { stop_check(); },
                                                             .memory = memory}),
              its_options.scene.stem().string(), mailbox, ring) {}
+
+  void stop_check() const {
+    if (mailbox.stopping()) throw std::runtime_error("stopped");
+  }
 
   void change(std::string_view json) {
     const std::lock_guard one_at_a_time(change_lock);
@@ -50,11 +55,11 @@ struct LiveSession::Inner {
     if (prepare_thread.joinable()) prepare_thread.join();
     prepare_thread = std::thread([this, set] {
       try {
-        const auto progress = [this](auto) {
-          if (mailbox.stopping()) throw std::runtime_error("stopped");
-        };
         mailbox.deliver(std::make_shared<LiveScene>(
-            set.scene, Preparation{.threads = 1, .progress = progress, .memory = memory}));
+            set.scene, Preparation{.threads = 1,
+                                   .progress = [this](auto) { stop_check(); },
+                                   .stop_check = [this] { stop_check(); },
+                                   .memory = memory}));
       } catch (const std::exception& error) {
         mailbox.give_up(set, error.what());
       }

@@ -5,7 +5,22 @@
 namespace ensonify::engine {
 
 void RunState::report_stage(std::string_view stage, std::size_t done, std::size_t of) const {
-  if (control.progress && !control.progress(stage, done, of))
+  const std::lock_guard one_at_a_time(reported.lock);
+  reported.stage = stage;
+  reported.done = done;
+  reported.of = of;
+  report_again();
+}
+
+void RunState::stop_check() const {
+  if (seconds_since(reported.at) < 0.1) return;
+  const std::lock_guard one_at_a_time(reported.lock);
+  report_again();
+}
+
+void RunState::report_again() const {
+  reported.at = Clock::now();
+  if (control.progress && !control.progress(reported.stage, reported.done, reported.of))
     throw Stopped("stopped on request; the files of this run were removed");
 }
 

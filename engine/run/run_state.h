@@ -1,7 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <filesystem>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,9 +45,21 @@ struct RunState {
   WorldOnEarth world;
   RunReport report;
   PictureTimer picture;
+  /// What `progress` was called with last.
+  struct Reported {
+    std::mutex lock;
+    std::string_view stage;
+    std::size_t done = 0, of = 0;
+    std::atomic<Clock::time_point> at{};
+  };
+  mutable Reported reported{};
 
   /// Throws Stopped if `progress` asks to stop.
   void report_stage(std::string_view stage, std::size_t done, std::size_t of) const;
+  /// Reports the same as last, unless that was a moment ago. Any thread may call it, often. Throws
+  /// likewise.
+  void stop_check() const;
+  void report_again() const;  ///< by the thread that holds the lock
   bool picture_is_due() const { return control.growing_picture && picture.is_due(); }
   /// While one part is written by each thread, another one is pinged.
   std::size_t pings_in_memory(const RunParts& parts) const;

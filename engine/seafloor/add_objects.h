@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/seafloor/memory_plan.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 
@@ -15,6 +17,7 @@ namespace ensonify::engine {
 /// std::invalid_argument for scours without heights and for more objects than there are labels;
 /// refine::MeshError for more than 2^31 faces.
 void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
-                 std::span<const Material> materials, Heightfield* heights, Seafloor& seafloor);
+                 std::span<const Material> materials, Heightfield* heights, Seafloor& seafloor,
+                 const MemoryPlan& plan, const std::function<void()>& stop_check);
 
 }  // namespace ensonify::engine

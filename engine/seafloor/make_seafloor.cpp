@@ -45,16 +45,10 @@ Ground make_ground(const SeafloorOptions& options, std::uint64_t seed,
   return ground;
 }
 
-constexpr double repair_bytes_per_face = 75.0;  // in addition to the mesh that was read
-
 refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloor,
                                const MemoryPlan& plan) {
   const std::string cure = "use a coarser mesh, or a part of it";
-  std::error_code unreadable;  // read_mesh() reports it
-  if (const auto bytes = std::filesystem::file_size(options.mesh.path, unreadable); !unreadable)
-    plan.limit.require(static_cast<double>(bytes) + plan.more_bytes,
-                       options.mesh.path.string() + " and what is read of it", cure);
-  const refine::TriangleMesh read = refine::read_mesh(options.mesh.path);
+  const refine::TriangleMesh read = read_mesh_to_repair(options.mesh.path, plan, cure);
   for (const Eigen::Vector3f& p : read.positions)
     if (const double height_m = p.z() + read.world_origin.z();
         !(std::abs(height_m) <= max_height_m))
@@ -62,11 +56,12 @@ refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloo
           "{}: has a height of {:.6g} m; is it in millimetres or feet? Scale it to metres",
           options.mesh.path.string(), height_m));
   const auto faces = static_cast<double>(read.faces.size());
-  plan.limit.require(std::max(repair_bytes_per_face, plan.bytes_per_face) * faces + plan.more_bytes,
-                     fmt::format("the repair of the {:.0f} faces of {} and what is built over them",
-                                 faces, options.mesh.path.string()),
-                     cure);
-  refine::RepairedMesh repaired = refine::repair(read, options.weld_tolerance_m);
+  plan.limit.require(
+      plan.bytes_per_face * faces + plan.more_bytes,
+      fmt::format("what is built over the {:.0f} faces of {}", faces, options.mesh.path.string()),
+      cure);
+  refine::RepairedMesh repaired =
+      refine::repair_file(read, options.weld_tolerance_m, options.mesh.path);
   seafloor.add_repairs(repaired.report, options.mesh.path);
   refine::TriangleMesh& mesh = repaired.mesh;
   const auto rise_m = static_cast<float>(mesh.world_origin.z() - options.water_level_m);
@@ -105,7 +100,7 @@ Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
   if (first_scoured(objects)) {
     Seafloor seafloor;
     take_bed(ground, count_of(objects), seafloor);
-    add_objects(objects, seed, materials, &ground.field, seafloor);
+    add_objects(objects, seed, materials, &ground.field, seafloor, plan, stop_check);
   }
   return std::move(ground.field);
 }
@@ -139,7 +134,8 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
     seafloor.warnings = coarse_cell_warnings(ground.field, options.seabed);
     take_bed(ground, count_of(objects), seafloor);
   }
-  add_objects(objects, seed, materials, seafloor.grid ? &ground.field : nullptr, seafloor);
+  add_objects(objects, seed, materials, seafloor.grid ? &ground.field : nullptr, seafloor, plan,
+              stop_check);
   if (form == BedForm::mesh) take_bed_to_mesh(seafloor);
   return seafloor;
 }

@@ -28,7 +28,7 @@ std::string not_at_once(const SeafloorOptions& options) {
   const Heightfield grid = base_grid(options);
   return fmt::format(
       "seafloor: a bed of {} x {} points is too large to be made at once, which this needs (run, "
-      "stream and live make it where pings need it); {}",
+      "stream, live, generate, preview and analyse make it in tiles); {}",
       grid.columns, grid.rows, smaller_bed_cure(options, BedForm::grid));
 }
 
@@ -118,10 +118,11 @@ void require_at_once(const SeafloorOptions& options) {
 
 Seafloor make_seafloor_in_tiles(const SeafloorOptions& options, std::uint64_t seed,
                                 std::span<const ObjectOptions> objects,
-                                std::span<const Material> materials, const TileFile& tiles) {
+                                std::span<const Material> materials, const TileFile& tiles,
+                                const MemoryPlan& plan, const std::function<void()>& stop_check) {
   Seafloor seafloor;
   take_bed_in_tiles(options, seed, tiles, seafloor);
-  add_objects(objects, seed, materials, nullptr, seafloor);
+  add_objects(objects, seed, materials, nullptr, seafloor, plan, stop_check);
   return seafloor;
 }
 

@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 
 #include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/seafloor/memory_plan.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
@@ -35,6 +37,8 @@ void require_at_once(const SeafloorOptions& options);
 /// seabed that a bed in tiles cannot have (layers/seabed_in_windows.h).
 Seafloor make_seafloor_in_tiles(const SeafloorOptions& options, std::uint64_t seed,
                                 std::span<const ObjectOptions> objects,
-                                std::span<const Material> materials, const TileFile& tiles);
+                                std::span<const Material> materials, const TileFile& tiles,
+                                const MemoryPlan& plan = {},
+                                const std::function<void()>& stop_check = {});
 
 }  // namespace ensonify::engine

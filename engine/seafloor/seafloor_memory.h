@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include <ensonify/engine/memory.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/seafloor/memory_plan.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
 
 namespace ensonify::engine {
@@ -13,18 +13,6 @@ namespace ensonify::engine {
 enum class BedForm {
   mesh,  ///< with those of the objects, as a mesh
   grid   ///< in the grid: about a seventh of the memory
-};
-
-/// The memory limit of make_seafloor(), and the memory that later stages need.
-///
-/// Every estimate is a lower bound: it counts only what is certainly allocated at the same time, so
-/// that no seafloor that fits is refused. For a survey the heights are counted before it is read
-/// and the faces once they are known, since holes make no faces; for random layers, what each of
-/// them needs.
-struct MemoryPlan {
-  MemoryLimit limit;
-  double bytes_per_face = 0.0;  ///< for what is built over the mesh: a tree, or the analysis
-  double more_bytes = 0.0;      ///< for what is allocated at the same time, such as a run's images
 };
 
 /// How to need less memory for a bed of this form.

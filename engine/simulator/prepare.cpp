@@ -148,7 +148,7 @@ class Preparing {
     const auto make = [&](const fs::path& file) {
       result_->seafloor = with_places(scene_, [&] {
         return make_seafloor_in_tiles(scene_.seafloor, scene_.bed_seed(), scene_.objects,
-                                      scene_.materials, {file, key_});
+                                      scene_.materials, {file, key_}, plan(), still_in("seafloor"));
       });
       if (!face_source_kind(origin_.surface).takes_grid) make_clusters(file);
     };

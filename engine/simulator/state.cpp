@@ -47,13 +47,17 @@ Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
                  .speed_mps = of.track.speed_mps,
                  .interval_s = of.ping_interval_s(water.sound_speed_mps())},
       warnings(of.warnings) {
+  parts.options.stop_check = how.stop_check;
   warnings.insert(warnings.end(), seafloor.warnings.begin(), seafloor.warnings.end());
   require_sea_over(bounds, of.seafloor);
+  const auto report_tree = [&] {
+    if (how.progress) how.progress("tree");
+  };
+  if (!seafloor.objects.empty() || !seafloor.grid) report_tree();
   if (seafloor.grid) {
     parts.objects = std::make_shared<const refine::BallTree>(seafloor.mesh);
     prepared->bed();  // makes its grid
   } else if (!seafloor.progressive) {
-    if (how.progress) how.progress("tree");
     parts.all = seafloor.mesh;
     with_memory_for("the tree over the seafloor", [&] {
       parts.whole = make_intersector(parts.intersector, seafloor.mesh, parts.options);
@@ -65,7 +69,7 @@ Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
   if (scene.track.kind == TrackKind::file) take_recorded_track();
   for (const Sonar& sonar : scene.sonars)
     sonars.push_back(prepare(sonars.size(), sonar, seafloor.materials, warnings));
-  objects = object_surfaces(seafloor);
+  objects = object_surfaces(seafloor, report_tree);
   if (scene.seafloor.penetration_m > 0.0) find_buried();
 }
 

@@ -37,6 +37,10 @@ struct Simulator::SharedState {
   Refraction refraction(const PreparedSonar& sonar) const;
   /// The scene's track over this bed. Throws SceneError.
   TrackPoses track_over(BedHeight& bed) const;
+  /// Throws if the caller wants to stop.
+  void stop_check() const {
+    if (parts.options.stop_check) parts.options.stop_check();
+  }
   void take_recorded_track();
   void find_buried();
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 
 namespace ensonify::engine {
@@ -14,6 +15,8 @@ struct IntersectorOptions {
   /// The instruction set that the last bits of a float back-end may depend on (see
   /// instruction_sets in embree.h); empty: the best that all machines of the last ten years have.
   std::string instruction_set;
+  /// Called now and then in a long query, by any thread; what it throws ends the query.
+  std::function<void()> stop_check = {};
 
   IntersectorOptions of_one_ping() const {
     IntersectorOptions same = *this;

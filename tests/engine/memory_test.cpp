@@ -151,6 +151,19 @@ TEST_CASE("images that do not fit are refused before the seafloor is made, and l
   CHECK(!fs::exists(folder / "run"));
 }
 
+TEST_CASE("an object that a session adds is refused if it does not fit") {
+  Scene scene = fractal_scene(0.5);
+  scene.run.surface = "footprint";
+  Simulator simulator(scene, {.memory = {2.0 * gb}});
+  refine::TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.faces.assign(5'000'000, {0, 1, 2});
+  const Pose pose{.position = {0.0, 0.0, -10.0}};
+  CHECK_THROWS_WITH(simulator.add({.mesh = mesh, .material = "rock", .class_name = "reef"}, pose),
+                    Catch::Contains("Simulator: 'reef': the 5 million faces") &&
+                        Catch::Contains("use a coarser mesh"));
+}
+
 TEST_CASE("the rays of many sonars on several threads are counted before the seafloor is made") {
   const TemporaryFolder folder;
   Scene scene = fractal_scene(0.5);

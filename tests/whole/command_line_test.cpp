@@ -1,3 +1,6 @@
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -6,6 +9,7 @@
 #include <iterator>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -415,6 +419,66 @@ TEST_CASE("Making a bed, which takes minutes, is stopped by SIGTERM at once") {
   }
 }
 
+TEST_CASE("A ping that takes minutes, and many objects, are stopped by SIGTERM at once") {
+  using Words = std::vector<std::string>;
+  for (const auto& [more, words] : std::vector<std::pair<std::string, Words>>{
+           {"", {"-D", "seafloor.cell_m=0.04", "--surface=static", "--intersector=brute_force"}},
+           {"[[objects]]\nshape = \"tyre\"\ncount = 20000\n",
+            {"-D", "seafloor.extent_east_m=400", "-D", "seafloor.extent_north_m=400"}}}) {
+    CAPTURE(more);
+    const TemporaryFolder folder;
+    write_text(folder / "tiny.toml", tiny_scene + more);
+    Words all{"run", "tiny.toml", "-o", "out", "--quiet"};
+    all.insert(all.end(), words.begin(), words.end());
+    std::chrono::steady_clock::time_point killed;
+    const Outcome outcome = run_program(folder.path(), all, {}, [&](pid_t process) {
+      std::this_thread::sleep_for(std::chrono::seconds(4));
+      kill(process, SIGTERM);
+      killed = std::chrono::steady_clock::now();
+    });
+    CHECK(std::chrono::steady_clock::now() - killed < std::chrono::seconds(10));
+    check_refused(outcome, 128 + SIGTERM, "stopped");
+    CHECK(names_in(folder.path()) == std::set<std::string>{"tiny.toml"});
+  }
+}
+
+TEST_CASE("A second signal ends a program that cannot stop") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  REQUIRE(mkfifo((folder / "address").c_str(), 0600) == 0);
+  const int nobody_reads = open((folder / "address").c_str(), O_RDWR | O_NONBLOCK);
+  const std::string full(4096, 'x');
+  while (write(nobody_reads, full.data(), full.size()) > 0) {
+  }
+  const Outcome outcome = run_program(
+      folder.path(), {"live", "tiny.toml", "--quiet"}, {},
+      [](pid_t process) {
+        for (const int wait_ms : {3000, 1500}) {
+          std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
+          kill(process, SIGTERM);
+        }
+      },
+      folder / "address");
+  close(nobody_reads);
+  if (outcome.err.find("has no live view") == std::string::npos) CHECK(outcome.code == -SIGTERM);
+}
+
+TEST_CASE("A closed stdin is an empty one, and a closed stdout cannot be written") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  const auto code_of = [&](const std::string& redirection) {
+    const std::string line = "cd '" + folder.path().string() + "' && timeout 60 '" +
+                             program_file().string() + "' stream tiny.toml --quiet 2>err " +
+                             redirection;
+    const int status = std::system(line.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  CHECK(code_of("<&- >out") == 0);
+  CHECK(read_text(folder / "out").starts_with("{\"protocol\""));
+  CHECK(code_of("<&- >&-") == 1);
+  CHECK(read_text(folder / "err").find("stdout: not all") != std::string::npos);
+}
+
 TEST_CASE("A run is made as ever if stderr cannot be written") {
   if (!fs::exists("/dev/full")) {
     WARN("skipped: this system has no /dev/full");
@@ -443,6 +507,7 @@ TEST_CASE("A seafloor is written as a mesh, described by mesh-info, and hit by r
         "vertices 15\ntriangles 16\nx_min -2\nx_max 2\ny_min -1\ny_max 1\nz_min -20\nz_max -20\n"
         "boundary_edges 12\nnon_manifold_edges 0\n" +
             no_repairs);
+  check_refused(run_program(folder.path(), {"mesh-info", "."}), 2, "is a folder");
   // A grid of heights alone has no cells of its own.
   check_refused(run_program(folder.path(), {"mesh-info", "flat.npy"}), 2, "cell");
   const Outcome of_grid =

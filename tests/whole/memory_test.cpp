@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -12,9 +13,12 @@
 
 #include "support/catch.h"
 #include "support/little_memory.h"
+#include "support/meshes.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
+
+#include <ensonify/refine/mesh_reader.h>
 
 using namespace ensonify::tests;
 
@@ -25,8 +29,9 @@ const std::vector<std::string> fine{"-D", "seafloor.cell_m=0.04", "-D", "sonar.l
 
 /// Runs the tiny scene with more arguments, into the folder `out`, which is removed first.
 Outcome run_tiny(const TemporaryFolder& folder, std::vector<std::string> more,
-                 const std::function<void(pid_t)>& meanwhile = {}) {
-  write_text(folder / "tiny.toml", tiny_scene);
+                 const std::function<void(pid_t)>& meanwhile = {},
+                 const std::string& scene = tiny_scene) {
+  write_text(folder / "tiny.toml", scene);
   more.insert(more.begin(), {"run", "tiny.toml", "-o", "out", "--quiet"});
   std::filesystem::remove_all(folder / "out");
   return run_program(folder.path(), more, {}, meanwhile);
@@ -44,6 +49,16 @@ double max_bytes(pid_t process) {
   for (std::string word; in >> word;)
     if (word == "VmHWM:") in >> kib;
   return 1024.0 * kib;
+}
+
+/// Finds the peak memory of a process during its life.
+auto watch(double& most) {
+  return [&most](pid_t process) {
+    for (double now = 1.0; now > 0.0; most = std::max(most, now)) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      now = max_bytes(process);
+    }
+  };
 }
 
 }  // namespace
@@ -79,12 +94,7 @@ TEST_CASE("a run is refused only if it would need more memory than allowed") {
     std::vector<std::string> arguments = c.more;
     arguments.insert(arguments.end(), {"--surface", c.surface, "--intersector", c.intersector});
     double most = 0.0;
-    const Outcome free = run_tiny(folder, arguments, [&](pid_t process) {
-      for (double now = 1.0; now > 0.0; most = std::max(most, now)) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        now = max_bytes(process);
-      }
-    });
+    const Outcome free = run_tiny(folder, arguments, watch(most));
     CAPTURE(free.err, most);
     REQUIRE(free.code == 0);
     const auto run_within = [&](double bytes) {
@@ -98,6 +108,30 @@ TEST_CASE("a run is refused only if it would need more memory than allowed") {
     CHECK(refused.err.find(c.what) != std::string::npos);
     CHECK(refused.err.find("--memory allows") != std::string::npos);
     CHECK(refused.err.find("make seafloor.cell_m larger") != std::string::npos);
+    CHECK(!std::filesystem::exists(folder / "out"));
+  }
+}
+
+TEST_CASE("the meshes of objects count as memory, and each copy of them") {
+  const TemporaryFolder folder;
+  ensonify::refine::write_ply(folder / "wavy.ply", sheet(500, 500, [](double i, double j) {
+                                return Eigen::Vector3d(i, j, 20.0 * std::sin(0.1 * (i + 2.0 * j)));
+                              }));
+  const std::string object = "[[objects]]\nmesh = \"wavy.ply\"\nscale = 0.002\n";
+  double most = 0.0;
+  const Outcome free = run_tiny(folder, {}, watch(most), tiny_scene + object);
+  CAPTURE(free.err, most);
+  REQUIRE(free.code == 0);
+  const auto run_within = [&](double bytes, const std::string& more) {
+    return run_tiny(folder, {"--memory", fmt::format("{:.0f}", bytes)}, {},
+                    tiny_scene + object + more);
+  };
+  CHECK(run_within(most, "").code == 0);
+  for (const Outcome& refused : {run_within(0.7 * most, ""), run_within(most, "count = 40\n")}) {
+    CAPTURE(refused.err);
+    CHECK(refused.code == 1);
+    CHECK(refused.err.find("wavy.ply: the ") != std::string::npos);
+    CHECK(refused.err.find("use a coarser mesh, or fewer copies") != std::string::npos);
     CHECK(!std::filesystem::exists(folder / "out"));
   }
 }

@@ -169,3 +169,34 @@ TEST_CASE("In ground range, targets have the pixels of the picture") {
   // It begins about 9.2 m to starboard, 13.5 m from the sonar; a pixel is 0.15 m.
   CHECK(crate["body"]["box"][0].get<double>() == Approx(100.0 + 9.2 / 0.15).margin(5.0));
 }
+
+TEST_CASE("A mesh without a face that has an area is refused with that cause") {
+  const std::string flat = "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\nf 3 2 1\n";
+  const std::string cause = "flat.obj: no face is left after the repair: all 2 have no area";
+  for (const std::string more : {"[[objects]]\nmesh = \"flat.obj\"\n", ""}) {
+    CAPTURE(more);
+    const TemporaryFolder folder;
+    write_text(folder / "flat.obj", flat);
+    const Outcome outcome = run(
+        folder, more,
+        more.empty()
+            ? std::vector<std::string>{"-D", "seafloor.kind=mesh", "-D", "seafloor.mesh=flat.obj"}
+            : std::vector<std::string>{});
+    CAPTURE(outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.find(cause) != std::string::npos);
+  }
+}
+
+TEST_CASE("A warning names an object that is wider than the seafloor") {
+  const std::string roof = "v 0 0 0\nv 1000 0 0\nv 0 1000 400\nf 1 2 3\n";
+  const TemporaryFolder folder;
+  write_text(folder / "roof.obj", roof);
+  const std::string objects = "[[objects]]\nmesh = \"roof.obj\"\n";
+  const std::string warning =
+      "roof.obj: is 1000 m wide, and the seafloor 40 m; is it in millimetres?";
+  CHECK(run(folder, objects + "height_m = -400\n").err.find(warning) != std::string::npos);
+  const Outcome scaled = run(folder, objects + "scale = 0.001\n");
+  CHECK(scaled.code == 0);
+  CHECK(scaled.err.find("millimetres") == std::string::npos);
+}

@@ -193,6 +193,14 @@ TEST_CASE("a wrong line ends a stream with its line number and advice") {
   CHECK(folder.stream("", {"--layers", "intensty"}).code == 2);
 }
 
+TEST_CASE("an input that cannot be read is no end of a stream") {
+  const Folder folder;
+  const tests::Outcome outcome = tests::run_program(
+      folder.path(), {"stream", "tiny.toml", "--quiet"}, {}, {}, {}, folder.path());
+  CHECK(outcome.code == 1);
+  CHECK(outcome.err == "ensonify: stdin: cannot be read: Is a directory\n");
+}
+
 TEST_CASE("a line without an end is refused once it is too long, and the next line is read") {
   const Folder folder;
   const tests::Outcome endless = tests::run_program(

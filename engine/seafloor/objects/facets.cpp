@@ -16,6 +16,8 @@ double facet_angle_rad(refine::Triangles triangles) {
   };
   std::vector<Edge> edges;
   std::vector<Eigen::Vector3d> normals;
+  edges.reserve(3 * triangles.faces.size());
+  normals.reserve(triangles.faces.size());
   for (std::uint32_t f = 0; f < triangles.faces.size(); ++f) {
     const refine::Face& face = triangles.faces[f];
     const Eigen::Vector3d a = triangles.corner(f, 0);

@@ -116,12 +116,14 @@ struct Sum {
 
 std::vector<FlatPart> flat_parts_of(refine::Triangles triangles) {
   struct Edge {
-    std::uint32_t from, to, face;
-    Vector3d way;
+    std::uint32_t from, to;
+    std::uint64_t side;  // of all faces, three each
+    std::uint32_t face() const { return static_cast<std::uint32_t>(side / 3); }
   };
   const std::vector<std::uint32_t> place = places_of(triangles);
   const auto faces = static_cast<std::uint32_t>(triangles.faces.size());
   std::vector<Edge> edges;
+  edges.reserve(std::size_t{3} * faces);
   std::vector<Vector3d> normals(faces);
   std::vector<double> areas_m2(faces);
   for (std::uint32_t f = 0; f < faces; ++f) {
@@ -131,14 +133,12 @@ std::vector<FlatPart> flat_parts_of(refine::Triangles triangles) {
     areas_m2[f] = 0.5 * product.norm();
     if (!(areas_m2[f] > 0.0)) continue;
     normals[f] = product.normalized();
-    for (int k = 0; k < 3; ++k) {
-      const int next = (k + 1) % 3;
-      const auto [from, to] = std::minmax(place[face[static_cast<std::size_t>(k)]],
-                                          place[face[static_cast<std::size_t>(next)]]);
-      edges.push_back({from, to, f, triangles.corner(f, next) - triangles.corner(f, k)});
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [from, to] = std::minmax(place[face[k]], place[face[(k + 1) % 3]]);
+      edges.push_back({from, to, std::uint64_t{3} * f + k});
     }
   }
-  std::ranges::sort(edges, {}, [](const Edge& e) { return std::tuple(e.from, e.to, e.face); });
+  std::ranges::sort(edges, {}, [](const Edge& e) { return std::tuple(e.from, e.to, e.side); });
   struct Bend {
     const Edge *one, *other;
     double angle_rad;
@@ -148,13 +148,13 @@ std::vector<FlatPart> flat_parts_of(refine::Triangles triangles) {
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
     const Edge &a = edges[i], &b = edges[i + 1];
     if (a.from != b.from || a.to != b.to) continue;
-    const Vector3d &m = normals[a.face], &n = normals[b.face];
+    const Vector3d &m = normals[a.face()], &n = normals[b.face()];
     const double angle_rad = std::atan2(m.cross(n).norm(), m.dot(n));
     if (angle_rad > sharpest_rad) continue;
-    smooth.join(a.face, b.face);
-    const Vector3d &first = normals[flat.of(a.face)], &second = normals[flat.of(b.face)];
+    smooth.join(a.face(), b.face());
+    const Vector3d &first = normals[flat.of(a.face())], &second = normals[flat.of(b.face())];
     if (angle_rad < flattest_rad && first.cross(second).norm() < flattest_rad)
-      flat.join(a.face, b.face);
+      flat.join(a.face(), b.face());
     else
       bends.push_back({&a, &b, angle_rad});
   }
@@ -165,10 +165,13 @@ std::vector<FlatPart> flat_parts_of(refine::Triangles triangles) {
                            areas_m2[f]);
   for (const Bend& bend : bends)
     for (const Edge* edge : {bend.one, bend.other}) {
-      const Vector3d across = edge->way.cross(normals[edge->face]);  // its length is the edge's
+      const auto corner = static_cast<int>(edge->side % 3);
+      const Vector3d way =
+          triangles.corner(edge->face(), (corner + 1) % 3) - triangles.corner(edge->face(), corner);
+      const Vector3d across = way.cross(normals[edge->face()]);  // its length is the edge's
       const double length_m = across.norm();
       const Matrix3d direction = across * across.transpose() / length_m;
-      Sum& sum = sums[flat.of(edge->face)];
+      Sum& sum = sums[flat.of(edge->face())];
       sum.directions += direction;
       sum.bend += bend.angle_rad * bend.angle_rad * direction;
     }
@@ -345,7 +348,8 @@ double nearest_flat_part_m(std::span<const ObjectSurface> objects, const Vector3
   return nearest_m;
 }
 
-std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor) {
+std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor,
+                                           const std::function<void()>& stop_check) {
   const std::size_t count = seafloor.objects.size();
   if (count == 0 || seafloor.one_label()) return {};
   struct Part {
@@ -381,6 +385,7 @@ std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor) {
   refine::TriangleMesh own;
   for (std::size_t label = 0; label < parts.size(); ++label) {
     if (parts[label].empty()) continue;
+    if (stop_check) stop_check();
     std::ranges::sort(parts[label], {}, &Part::face);
     own.positions.clear();
     own.faces.clear();

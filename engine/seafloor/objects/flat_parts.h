@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -86,7 +87,8 @@ double nearest_flat_part_m(std::span<const ObjectSurface> objects, const Eigen::
                            double farthest_m);
 
 /// The objects of a seafloor, in the order of their labels. The same for a mesh and for its
-/// progressive mesh.
-std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor);
+/// progressive mesh. `stop_check` is called before each of them.
+std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor,
+                                           const std::function<void()>& stop_check = {});
 
 }  // namespace ensonify::engine

@@ -73,10 +73,29 @@ std::optional<std::string> warning_of_extent(const refine::TriangleMesh& mesh,
       farthest, (mesh.positions[farthest] - middle).norm());
 }
 
+/// A warning for an object that is wider than the bed.
+std::optional<std::string> warning_of_size(const refine::TriangleMesh& mesh,
+                                           const ObjectOptions& table, const BedGrid& bed) {
+  const auto width_m = [](const refine::Bounds& box) {
+    return double((box.highest - box.lowest).head<2>().maxCoeff());
+  };
+  const double own_m = table.scale * width_m(refine::bounds(mesh));
+  const double bed_m = width_m(bed.bounds());
+  if (!(own_m > bed_m)) return std::nullopt;
+  return fmt::format(
+      "{}: is {:.4g} m wide, and the seafloor {:.4g} m; is it in millimetres? Then set scale = 0.001",
+      table.mesh.path.filename().string(), own_m, bed_m);
+}
+
+refine::RepairedMesh repaired(const refine::TriangleMesh& read, const ObjectOptions& table) {
+  return refine::repair_file(read, table.weld_tolerance_m / table.scale, table.mesh.path);
+}
+
 /// The mesh of a table's file; with a length, scaled so that its longer side seen from above has
 /// it.
-refine::TriangleMesh read_fitted(const ObjectOptions& table) {
-  refine::TriangleMesh mesh = refine::read_mesh(table.mesh.path);
+refine::TriangleMesh read_fitted(const ObjectOptions& table, const MemoryPlan& plan) {
+  refine::TriangleMesh mesh =
+      read_mesh_to_repair(table.mesh.path, plan, "use a coarser mesh of the object");
   if (!table.size.length_m) return mesh;
   Eigen::AlignedBox2f box;
   for (const refine::Face& face : mesh.faces)
@@ -98,23 +117,55 @@ struct Body {
   double sunk_m = 0.0;                   // as ShapeBody's
 };
 
+/// What all tables need, and the faces of the objects so far.
+class Placing {
+ public:
+  Placing(std::uint64_t its_seed, const BedGrid& its_bed, std::span<const Material> its_materials,
+          const MemoryPlan& its_plan, const std::function<void()>& stop_check)
+      : seed(its_seed),
+        bed(its_bed),
+        materials(its_materials),
+        plan(its_plan),
+        stop_check_(stop_check) {}
+
+  const std::uint64_t seed;
+  const BedGrid& bed;
+  const std::span<const Material> materials;
+  const MemoryPlan& plan;
+
+  /// Called before the next object is set down, which has so many faces.
+  void take(std::size_t faces, const std::string& what) {
+    if (stop_check_) stop_check_();
+    constexpr double faces_between = 1e5;  // of two looks at the memory in use, which take a while
+    const auto more = static_cast<double>(faces);
+    if (faces_ + more >= checked_ + faces_between) {
+      require_object_fits(more, faces_, what, plan);
+      checked_ = faces_ + more;
+    }
+    faces_ += more;
+  }
+
+ private:
+  const std::function<void()>& stop_check_;
+  double faces_ = 0.0, checked_ = 0.0;
+};
+
 /// Makes the bodies of one of the scene's [[objects]] tables.
 class Source {
  public:
-  Source(const ObjectOptions& options, std::size_t number, std::uint64_t seed,
-         std::span<const Material> materials)
-      : options_(refined(options, materials)), number_(number), seed_(seed) {
+  Source(const ObjectOptions& options, std::size_t number, const Placing& placing)
+      : options_(refined(options, placing.materials)), number_(number), seed_(placing.seed) {
     const std::string name = options.shape.empty() ? options.mesh.path.string() : options.shape;
     what_ = options.shape.empty() ? name : fmt::format("objects.{} ({})", number, name);
     if (!options_.path_file.path.empty()) options_.path = read_path(options_.path_file.path);
     if (options.shape.empty()) {
-      const refine::TriangleMesh read = read_fitted(options);
+      const refine::TriangleMesh read = read_fitted(options, placing.plan);
       warning_ = warning_of_extent(read, options.mesh.path);
+      if (!warning_) warning_ = warning_of_size(read, options, placing.bed);
       if (warning_) what_ = *warning_;
-      refine::RepairedMesh repaired =
-          refine::repair(read, options.weld_tolerance_m / options.scale);
-      mesh_ = std::move(repaired.mesh);
-      report_ = repaired.report;
+      refine::RepairedMesh sound = repaired(read, options);
+      mesh_ = std::move(sound.mesh);
+      report_ = sound.report;
     }
   }
 
@@ -214,11 +265,9 @@ class Table {
  public:
   /// `members` are the numbers of the tables that belong to table `number`, which is one of them.
   Table(std::span<const ObjectOptions> tables, std::size_t number,
-        std::span<const std::size_t> members, std::uint64_t seed, const BedGrid& bed,
-        std::span<const Material> materials)
-      : number_(number), seed_(seed), bed_(bed) {
-    for (const std::size_t member : members)
-      sources_.emplace_back(tables[member], member, seed, materials);
+        std::span<const std::size_t> members, Placing& placing)
+      : number_(number), seed_(placing.seed), bed_(placing.bed), placing_(placing) {
+    for (const std::size_t member : members) sources_.emplace_back(tables[member], member, placing);
     options_ = base().options();
     what_ = base().what();
   }
@@ -271,6 +320,7 @@ class Table {
   }
 
   PlacedObjects::One set_down_at(const Body& body, const Spot& spot) const {
+    placing_.take(body.mesh.faces.size(), what_);  // a line's are few
     SetDown placed = is_line() ? lay_down(options_, spot, bed_, what_)
                                : set_down(body.mesh, options_, spot, bed_, what_, body.sunk_m);
     const refine::Bounds box = refine::bounds(placed.mesh);
@@ -385,6 +435,7 @@ class Table {
   std::size_t number_;
   std::uint64_t seed_;
   const BedGrid& bed_;
+  Placing& placing_;
   std::string what_;
 };
 
@@ -395,7 +446,7 @@ refine::TriangleMesh mesh_of(const ObjectOptions& options, std::uint64_t seed,
   const ObjectOptions table = refined(options, materials);
   refine::TriangleMesh mesh;
   if (table.shape.empty())
-    mesh = refine::repair(read_fitted(table), table.weld_tolerance_m / table.scale).mesh;
+    mesh = repaired(read_fitted(table, {}), table).mesh;
   else
     mesh = make_body(shape_named(table.shape), table.size,
                      RandomStream(table.shape_seed.value_or(seed), Purpose::object_shape, {0, 0}),
@@ -483,8 +534,10 @@ class CoarseFacets {
 }  // namespace
 
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
-                            const BedGrid& bed, std::span<const Material> materials) {
+                            const BedGrid& bed, std::span<const Material> materials,
+                            const MemoryPlan& plan, const std::function<void()>& stop_check) {
   PlacedObjects placed;
+  Placing placing(seed, bed, materials, plan, stop_check);
   CoarseFacets coarse;
   Layout layout;
   std::vector<std::vector<PlacedObjects::One>> of_table(tables.size());
@@ -494,7 +547,7 @@ PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t
   for (const bool at_random : {false, true})
     for (std::size_t t = 0; t < tables.size(); ++t) {
       if (bases[t] != t || (tables[t].count > 0) != at_random) continue;
-      const Table table(tables, t, members[t], seed, bed, materials);
+      const Table table(tables, t, members[t], placing);
       for (const Source& source : table.sources()) {
         if (source.report())
           placed.repairs.emplace_back(source.options().mesh.path, *source.report());

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/seafloor/memory_plan.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/mesh_repair.h>
@@ -62,8 +64,11 @@ std::size_t count_of(std::span<const ObjectOptions> tables);
 /// k of table t draws its place, heading and size from its own random streams, so another table
 /// changes them only if its objects occupy the place. Throws refine::MeshError for a mesh or path
 /// that cannot be read, for a place without a bed below it and for objects that find no room;
-/// std::invalid_argument for sizes that contradict one another.
+/// std::invalid_argument for sizes that contradict one another; MemoryError for a mesh or objects
+/// that do not fit. `stop_check` is called before each object; what it throws ends the work.
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
-                            const BedGrid& bed, std::span<const Material> materials = {});
+                            const BedGrid& bed, std::span<const Material> materials = {},
+                            const MemoryPlan& plan = {},
+                            const std::function<void()>& stop_check = {});
 
 }  // namespace ensonify::engine

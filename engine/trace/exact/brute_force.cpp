@@ -8,6 +8,7 @@ namespace {
 
 class BruteForce final : public RayByRay {
  public:
+  using RayByRay::RayByRay;
   void build(refine::Triangles triangles) override { faces_.build(triangles); }
 
   std::string_view code_path() const override { return "portable"; }
@@ -24,8 +25,8 @@ class BruteForce final : public RayByRay {
 
 }  // namespace
 
-std::unique_ptr<Intersector> make_brute_force(const IntersectorOptions&) {
-  return std::make_unique<BruteForce>();
+std::unique_ptr<Intersector> make_brute_force(const IntersectorOptions& options) {
+  return std::make_unique<BruteForce>(options);
 }
 
 }  // namespace ensonify::engine

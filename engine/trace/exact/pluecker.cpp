@@ -8,6 +8,7 @@ namespace {
 
 class Pluecker final : public RayByRay {
  public:
+  using RayByRay::RayByRay;
   void build(refine::Triangles triangles) override {
     faces_.build(triangles);
     tree_.build(faces_.count(), [this](std::uint32_t face) { return faces_.box(face); });
@@ -28,8 +29,8 @@ class Pluecker final : public RayByRay {
 
 }  // namespace
 
-std::unique_ptr<Intersector> make_pluecker(const IntersectorOptions&) {
-  return std::make_unique<Pluecker>();
+std::unique_ptr<Intersector> make_pluecker(const IntersectorOptions& options) {
+  return std::make_unique<Pluecker>(options);
 }
 
 }  // namespace ensonify::engine

@@ -1,0 +1,42 @@
+#include <ensonify/engine/seafloor/memory_plan.h>
+
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include <ensonify/refine/mesh_reader.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double repair_bytes_per_face = 75.0;  // in addition to the mesh that was read
+// Of an object: its labels, the tree over all objects, and the list of their faces; then what one
+// object takes while its flat parts are found.
+constexpr double built_bytes_per_face = 58.0, flat_parts_bytes_per_face = 410.0;
+
+}  // namespace
+
+refine::TriangleMesh read_mesh_to_repair(const std::filesystem::path& file, const MemoryPlan& plan,
+                                         std::string_view cure) {
+  std::error_code unreadable;  // read_mesh() reports it
+  if (const auto bytes = std::filesystem::file_size(file, unreadable); !unreadable)
+    plan.limit.require(static_cast<double>(bytes) + plan.more_bytes,
+                       file.string() + " and what is read of it", cure);
+  refine::TriangleMesh mesh = refine::read_mesh(file);
+  const auto faces = static_cast<double>(mesh.faces.size());
+  plan.limit.require(repair_bytes_per_face * faces + plan.more_bytes,
+                     fmt::format("{}: the repair of its {:.0f} faces", file.string(), faces), cure);
+  return mesh;
+}
+
+void require_object_fits(double faces, double faces_before, const std::string& what,
+                         const MemoryPlan& plan) {
+  plan.limit.require(
+      (refine::mesh_bytes_per_face + built_bytes_per_face + flat_parts_bytes_per_face) * faces +
+          built_bytes_per_face * faces_before + plan.more_bytes,
+      fmt::format("{}: the {:.3g} million faces of the objects so far and what is built over them",
+                  what, 1e-6 * (faces + faces_before)),
+      "use a coarser mesh, or fewer copies");
+}
+
+}  // namespace ensonify::engine

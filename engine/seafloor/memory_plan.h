@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include <ensonify/engine/memory.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+
+/// The memory limit of make_seafloor(), and the memory that later stages need.
+///
+/// Every estimate is a lower bound: it counts only what is certainly allocated at the same time, so
+/// that no seafloor that fits is refused. For a survey the heights are counted before it is read
+/// and the faces once they are known, since holes make no faces; for random layers, what each of
+/// them needs.
+struct MemoryPlan {
+  MemoryLimit limit;
+  double bytes_per_face = 0.0;  ///< for what is built over the mesh: a tree, or the analysis
+  double more_bytes = 0.0;      ///< for what is allocated at the same time, such as a run's images
+};
+
+/// Reads a mesh of which refine::repair() will make another. Throws what refine::read_mesh()
+/// throws, and MemoryError, with the cure, if they cannot fit.
+refine::TriangleMesh read_mesh_to_repair(const std::filesystem::path& file, const MemoryPlan& plan,
+                                         std::string_view cure);
+
+/// Throws MemoryError if an object cannot fit that has so many faces. Those of the objects before
+/// it exist already, but nothing is built over them yet. `what` names the object.
+void require_object_fits(double faces, double faces_before, const std::string& what,
+                         const MemoryPlan& plan);
+
+}  // namespace ensonify::engine
