@@ -39,7 +39,6 @@ class Levels {
   Levels(const Renderer& renderer, const Waterfall& waterfall)
       : renderer_(renderer),
         waterfall_(waterfall),
-        bins_(static_cast<std::size_t>(waterfall.sonar.bins)),
         ports_(renderer.ports_),
         columns_(waterfall.columns()) {
     for (std::size_t row = 0; row < waterfall.rows(); ++row)
@@ -103,7 +102,7 @@ class Levels {
 
   const Renderer& renderer_;
   const Waterfall& waterfall_;
-  std::size_t bins_, ports_, columns_;
+  std::size_t ports_, columns_;
   std::vector<double> height_m_;  // of the sonar, by row
   std::vector<double> beam_;      // by depression, first port, then starboard
   std::vector<double> column_;    // by column

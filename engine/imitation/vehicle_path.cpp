@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/quantile.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/sonar/vehicle/recorded_track.h>
