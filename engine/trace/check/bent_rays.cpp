@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -156,15 +157,20 @@ Verdict BentReference::judge(const BentRay& ray, const Hit& found) const {
   if (both && apart_m < reach_m) return Verdict::tie;
   const double t = std::min(found ? found.t : launch.t_max, expected ? expected.t : launch.t_max);
   if (std::abs(t - launch.t_max) < reach_m) return Verdict::end;
+  // A corner of a face may fill little of the circle of reach_m about the ray.
   const Vector3d across = launch.direction.unitOrthogonal(), other = launch.direction.cross(across);
-  for (const Vector3d& way : {across, Vector3d(-across), other, Vector3d(-other)}) {
-    Ray beside = launch;
-    beside.direction = (launch.direction + reach_m / t * way).normalized();
-    const Hit hit = trace(beside);
-    // At a corner a neighbour of the face is the same place.
-    if (hit.face == found.face || (found && hit && std::abs(hit.t - found.t) < 2.0 * reach_m))
-      return Verdict::edge;
-  }
+  constexpr int ways = 16;
+  for (const double share : {1.0, 0.1})
+    for (int i = 0; i < ways; ++i) {
+      const double turn = 2.0 * std::numbers::pi * i / ways;
+      const Vector3d way = std::cos(turn) * across + std::sin(turn) * other;
+      Ray beside = launch;
+      beside.direction = (launch.direction + share * reach_m / t * way).normalized();
+      const Hit hit = trace(beside);
+      // At a corner a neighbour of the face is the same place.
+      if (hit.face == found.face || (found && hit && std::abs(hit.t - found.t) < 2.0 * reach_m))
+        return Verdict::edge;
+    }
   return Verdict::unexplained;
 }
 
