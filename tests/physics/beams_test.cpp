@@ -98,6 +98,17 @@ Scene flat_scene() {
   return scene;
 }
 
+/// One ping of five beams over a level bed.
+Scene five_beams_without_noise() {
+  Scene scene = flat_scene();
+  scene.speckle = false;
+  scene.track.pings = 1;
+  scene.sonars[0].receiver.noise = false;
+  scene.sonars[0].beams = 5;
+  scene.sonars[0].beam_spacing_m = 0.25;
+  return scene;
+}
+
 }  // namespace
 
 TEST_CASE(
@@ -259,12 +270,7 @@ TEST_CASE("at as many times the speed, the rows of several beams lie as those of
 }
 
 TEST_CASE("the recorder evens out how much sound each beam gets, and the intensity keeps it") {
-  Scene scene = flat_scene();
-  scene.speckle = false;
-  scene.track.pings = 1;
-  scene.sonars[0].receiver.noise = false;
-  scene.sonars[0].beams = 5;
-  scene.sonars[0].beam_spacing_m = 0.25;
+  Scene scene = five_beams_without_noise();
   Simulator simulator(scene);
   const Waterfall image = ping_all(scene, simulator, 1).images[0];
   const double altitude_m = simulator.altitude_m(image.pings[2].pose.position);
@@ -288,12 +294,7 @@ TEST_CASE("the recorder evens out how much sound each beam gets, and the intensi
 }
 
 TEST_CASE("water and sea surface get as much less sound from outer beams as a level bed does") {
-  Scene scene = flat_scene();
-  scene.speckle = false;
-  scene.track.pings = 1;
-  scene.sonars[0].receiver.noise = false;
-  scene.sonars[0].beams = 5;
-  scene.sonars[0].beam_spacing_m = 0.25;
+  Scene scene = five_beams_without_noise();
   const auto intensity = [](const Scene& of) {
     Simulator simulator(of);
     return ping_all(of, simulator, 1).images[0].pixels.intensity;
