@@ -210,7 +210,7 @@ TEST_CASE("a sonar that looks ahead sees what lies ahead, before the sidescan do
 }
 
 TEST_CASE("a million rays of each scene have the same hits on each face source, to the bit",
-          "[.][soak]") {
+          "[.soak]") {
   const auto data = tests::data_file("mesh_underwater/skytteren_wreck.ply");
   if (!data) WARN("skipped two scenes: the real data are not there");
   for (const char* name : {"ripples", "rocky", "wreck", "survey_portsmouth"}) {

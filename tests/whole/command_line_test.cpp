@@ -65,6 +65,21 @@ void check_refused(const Outcome& outcome, int code, const std::string& message)
   CHECK(outcome.err.find(message) != std::string::npos);
 }
 
+/// SIGTERM after a time ends the program within 10 s, with one message and nothing left behind but
+/// its scene, tiny.toml.
+void check_stops(const TemporaryFolder& folder, const std::vector<std::string>& words,
+                 std::chrono::seconds after) {
+  std::chrono::steady_clock::time_point killed;
+  const Outcome outcome = run_program(folder.path(), words, {}, [&](pid_t process) {
+    std::this_thread::sleep_for(after);
+    kill(process, SIGTERM);
+    killed = std::chrono::steady_clock::now();
+  });
+  CHECK(std::chrono::steady_clock::now() - killed < std::chrono::seconds(10));
+  check_refused(outcome, 128 + SIGTERM, "stopped");
+  CHECK(names_in(folder.path()) == std::set<std::string>{"tiny.toml"});
+}
+
 }  // namespace
 
 TEST_CASE("Help goes to stdout, and a wrong command line gets one message and exit code 2") {
@@ -407,15 +422,7 @@ TEST_CASE("Making a bed, which takes minutes, is stopped by SIGTERM at once") {
     words.insert(words.begin() + 1, "tiny.toml");
     for (const char* key : {"extent_east_m=300", "extent_north_m=300", "cell_m=0.1"})
       words.insert(words.end(), {"-D", std::string("seafloor.") + key});
-    std::chrono::steady_clock::time_point killed;
-    const Outcome outcome = run_program(folder.path(), words, {}, [&](pid_t process) {
-      std::this_thread::sleep_for(std::chrono::seconds(2));
-      kill(process, SIGTERM);
-      killed = std::chrono::steady_clock::now();
-    });
-    CHECK(std::chrono::steady_clock::now() - killed < std::chrono::seconds(10));
-    check_refused(outcome, 128 + SIGTERM, "stopped");
-    CHECK(names_in(folder.path()) == std::set<std::string>{"tiny.toml"});
+    check_stops(folder, words, std::chrono::seconds(2));
   }
 }
 
@@ -430,15 +437,7 @@ TEST_CASE("A ping that takes minutes, and many objects, are stopped by SIGTERM a
     write_text(folder / "tiny.toml", tiny_scene + more);
     Words all{"run", "tiny.toml", "-o", "out", "--quiet"};
     all.insert(all.end(), words.begin(), words.end());
-    std::chrono::steady_clock::time_point killed;
-    const Outcome outcome = run_program(folder.path(), all, {}, [&](pid_t process) {
-      std::this_thread::sleep_for(std::chrono::seconds(4));
-      kill(process, SIGTERM);
-      killed = std::chrono::steady_clock::now();
-    });
-    CHECK(std::chrono::steady_clock::now() - killed < std::chrono::seconds(10));
-    check_refused(outcome, 128 + SIGTERM, "stopped");
-    CHECK(names_in(folder.path()) == std::set<std::string>{"tiny.toml"});
+    check_stops(folder, all, std::chrono::seconds(4));
   }
 }
 

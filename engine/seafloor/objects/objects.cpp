@@ -133,7 +133,7 @@ class Placing {
   const std::span<const Material> materials;
   const MemoryPlan& plan;
 
-  /// Called before the next object is set down, which has so many faces.
+  /// Call it before each object is set down. `faces`: of that object.
   void take(std::size_t faces, const std::string& what) {
     if (stop_check_) stop_check_();
     constexpr double faces_between = 1e5;  // of two looks at the memory in use, which take a while
