@@ -29,8 +29,7 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
     if (ping.range_m > 0.0) ranges.push_back(ping.range_m);
   if (2 * ranges.size() < line.pings.size() || ranges.empty())
     throw RecordingError(
-        "the recording does not state the range of its pings, which an imitation "
-        "needs");
+        "the recording does not state the range of its pings, which an imitation needs");
   const double range_m = median(std::move(ranges));
   constexpr double longest_m = 20e3;  // as of a scene's sonars
   if (range_m > longest_m)
@@ -44,13 +43,11 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
       usable.push_back(i);
   if (usable.size() < fewest_pings)
     throw RecordingError(
-        fmt::format("the recording has {} pings of one range and length, and an "
-                    "imitation needs {}",
+        fmt::format("the recording has {} pings of one range and length, and an imitation needs {}",
                     usable.size(), fewest_pings));
   if (usable.size() < line.pings.size())
     unknown.push_back(
-        fmt::format("{} of {} pings have another range or length than most and are "
-                    "left out",
+        fmt::format("{} of {} pings have another range or length than most and are left out",
                     line.pings.size() - usable.size(), line.pings.size()));
   if (usable.size() > max_pings) {
     unknown.push_back(fmt::format("the line has {} pings; the {} in its middle are imitated",
@@ -84,74 +81,89 @@ bool states_vertical_beam(const RecordedLine& line) {
   return line.vertical_beamwidth_rad > 0.0 && line.tilt_rad.has_value();
 }
 
-/// The model before any simulation.
-LineModel first_model(const RecordedLine& line, std::vector<std::string>& unknown) {
-  LineModel model;
-  model.path = vehicle_path(line);
-  model.recorder = recorder_signs(line);
-  const auto note = [&](const std::string& key, Confidence how, std::string why) {
-    model.evidence[key] = {how, std::move(why)};
-  };
-  if (model.path.attitude.how == Confidence::assumed)
-    unknown.emplace_back("how the vehicle rolls and pitches: the pings have no attitude");
-  model.samples = line.samples;
-  model.output_noise_db = std::clamp(model.recorder.column_db, -120.0, -6.0);
-  note("sonar.sidescan.output_noise_db", Confidence::measured, "level of the water column");
-  model.port = !line.port.empty();
-  model.starboard = !line.starboard.empty();
-  if (line.sound_speed_mps > 0.0) {
-    model.sound_speed_mps = line.sound_speed_mps;
-    note("sea.sound_speed_mps", Confidence::stated, "of the pings");
-  }
-  std::vector<double> ranges;
-  for (const RecordedPing& ping : line.pings) ranges.push_back(ping.range_m);
-  model.range_m = median(std::move(ranges));
-  if (line.frequency_hz >= 1e3 && line.frequency_hz <= 10e6) {
-    model.frequency_hz = line.frequency_hz;
-    note("sonar.sidescan.frequency_hz", Confidence::stated, "of the channel");
-  } else {
-    note("sonar.sidescan.frequency_hz", Confidence::assumed, "the file does not state it");
-    unknown.emplace_back("the frequency: the file does not state it, and samples do not show it");
-  }
-  model.absorption_db_per_m = scatter::absorption_db_per_m(
-      scatter::SeaWater{}, 0.5 * model.path.bed_depth_m, model.frequency_hz);
+bool states_frequency(const RecordedLine& line) {
+  return line.frequency_hz >= 1e3 && line.frequency_hz <= 10e6;
+}
+
+/// The bandwidth and the kind of the pulse, as stated; else one sample's bandwidth.
+void set_pulse(const RecordedLine& line, LineModel& model) {
   const double bin_m = model.range_m / static_cast<double>(model.samples);
   const double one_sample_hz = 0.5 * model.sound_speed_mps / bin_m;
   model.pulse.bandwidth_hz = std::min(one_sample_hz, 0.5 * model.frequency_hz);
-  if (line.bandwidth_hz >= 10.0 && line.bandwidth_hz < line.frequency_hz) {
-    model.pulse.bandwidth_hz = line.bandwidth_hz;
-    note("sonar.sidescan.bandwidth_hz", Confidence::stated, "of the channel");
-    constexpr double min_sweep = 2.0;  // of bandwidth times length; a CW pulse has 1
-    const double longest_s = std::min(1.0, model.range_m / model.sound_speed_mps);
-    if (line.pulse_length_s * line.bandwidth_hz > min_sweep && line.pulse_length_s < longest_s &&
-        line.bandwidth_hz > min_bandwidth * one_sample_hz) {
-      model.pulse.kind = PulseKind::lfm;
-      model.pulse.length_s = line.pulse_length_s;
-      for (const char* key : {"pulse", "pulse_length_s"})
-        note(std::string("sonar.sidescan.") + key, Confidence::stated, "of the channel");
-    }
+  if (line.bandwidth_hz < 10.0 || !(line.bandwidth_hz < line.frequency_hz)) return;
+  const Evidence stated{Confidence::stated, "of the channel"};
+  model.pulse.bandwidth_hz = line.bandwidth_hz;
+  model.evidence["sonar.sidescan.bandwidth_hz"] = stated;
+  constexpr double min_sweep = 2.0;  // of bandwidth times length; a CW pulse has 1
+  const double longest_s = std::min(1.0, model.range_m / model.sound_speed_mps);
+  if (line.pulse_length_s * line.bandwidth_hz > min_sweep && line.pulse_length_s < longest_s &&
+      line.bandwidth_hz > min_bandwidth * one_sample_hz) {
+    model.pulse.kind = PulseKind::lfm;
+    model.pulse.length_s = line.pulse_length_s;
+    for (const char* key : {"sonar.sidescan.pulse", "sonar.sidescan.pulse_length_s"})
+      model.evidence[key] = stated;
   }
+}
+
+/// The array's length from the stated width of its beam, and the vertical beam; else usual ones.
+void set_beam(const RecordedLine& line, LineModel& model) {
   const double wavelength_m = model.sound_speed_mps / model.frequency_hz;
   constexpr double usual_beamwidth_rad = 0.5 * degree;
   const bool width_stated = line.beamwidth_rad > 1e-3 && line.beamwidth_rad < 0.5;
   model.array_length_m = Shading().beam_width_x() * wavelength_m /
                          (width_stated ? line.beamwidth_rad : usual_beamwidth_rad);
-  if (width_stated) note("sonar.sidescan.array_length_m", Confidence::stated, "the beam's width");
+  if (width_stated)
+    model.evidence["sonar.sidescan.array_length_m"] = {Confidence::stated, "the beam's width"};
   const VerticalPattern usual;
   model.beamwidth_rad = usual.beamwidth_rad;
   model.tilt_rad = usual.tilt_rad;
-  if (states_vertical_beam(line)) {
-    model.beamwidth_rad = line.vertical_beamwidth_rad;
-    model.tilt_rad = *line.tilt_rad;
-    for (const char* key : {"vertical_beamwidth_deg", "tilt_deg"})
-      note(std::string("sonar.sidescan.") + key, Confidence::stated, "of the channel");
-  }
-  model.range_slope_db = range_slope_db(line, model.recorder);
-  model.levels_db = grazing_levels_of_sides(line, model.recorder);
+  if (!states_vertical_beam(line)) return;
+  model.beamwidth_rad = line.vertical_beamwidth_rad;
+  model.tilt_rad = *line.tilt_rad;
+  for (const char* key : {"sonar.sidescan.vertical_beamwidth_deg", "sonar.sidescan.tilt_deg"})
+    model.evidence[key] = {Confidence::stated, "of the channel"};
+}
+
+/// What the first model does not know.
+void note_gaps(const RecordedLine& line, const LineModel& model,
+               std::vector<std::string>& unknown) {
+  if (model.path.attitude.how == Confidence::assumed)
+    unknown.emplace_back("how the vehicle rolls and pitches: the pings have no attitude");
+  if (!states_frequency(line))
+    unknown.emplace_back("the frequency: the file does not state it, and samples do not show it");
   if (std::isnan(model.range_slope_db) && !states_vertical_beam(line))
     unknown.emplace_back(
-        "the gain over range apart from the vertical beam: the altitude is nearly "
-        "constant");
+        "the gain over range apart from the vertical beam: the altitude is nearly constant");
+}
+
+/// The model before any simulation.
+LineModel first_model(const RecordedLine& line) {
+  LineModel model;
+  model.path = vehicle_path(line);
+  model.recorder = recorder_signs(line);
+  model.samples = line.samples;
+  model.output_noise_db = std::clamp(model.recorder.column_db, -120.0, -6.0);
+  model.evidence["sonar.sidescan.output_noise_db"] = {Confidence::measured,
+                                                      "level of the water column"};
+  model.port = !line.port.empty();
+  model.starboard = !line.starboard.empty();
+  if (line.sound_speed_mps > 0.0) {
+    model.sound_speed_mps = line.sound_speed_mps;
+    model.evidence["sea.sound_speed_mps"] = {Confidence::stated, "of the pings"};
+  }
+  std::vector<double> ranges;
+  for (const RecordedPing& ping : line.pings) ranges.push_back(ping.range_m);
+  model.range_m = median(std::move(ranges));
+  if (states_frequency(line)) model.frequency_hz = line.frequency_hz;
+  model.evidence["sonar.sidescan.frequency_hz"] =
+      states_frequency(line) ? Evidence{Confidence::stated, "of the channel"}
+                             : Evidence{Confidence::assumed, "the file does not state it"};
+  model.absorption_db_per_m = scatter::absorption_db_per_m(
+      scatter::SeaWater{}, 0.5 * model.path.bed_depth_m, model.frequency_hz);
+  set_pulse(line, model);
+  set_beam(line, model);
+  model.range_slope_db = range_slope_db(line, model.recorder);
+  model.levels_db = grazing_levels_of_sides(line, model.recorder);
   return model;
 }
 
@@ -167,23 +179,21 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   for (std::size_t i = 0; i < made.line.pings.size(); ++i)
     made.line.pings[i].altitude_m = path.altitude_m[i];
   const std::size_t pings = made.line.pings.size();
-  std::vector<std::size_t> fit_blocks, fitted;
+  // Every other block is for the fit, the rest for its judgement. The fit simulates a few blocks of
+  // its half, spread over the line.
+  const std::size_t fit_blocks = ((pings + block / 2) / block + 1) / 2,
+                    step = (fit_blocks + max_fit_blocks - 1) / max_fit_blocks;
+  std::vector<std::size_t> half, fitted;
   for (std::size_t first = 0; first + block / 2 <= pings; first += block)
-    if (first / block % 2 == 0)
-      fit_blocks.push_back(first);
-    else
-      for (std::size_t i = first; i < std::min(first + block, pings); ++i) made.judged.push_back(i);
-  // A few blocks of the fit's half, spread over the line.
-  const std::size_t step = (fit_blocks.size() + max_fit_blocks - 1) / max_fit_blocks;
-  for (std::size_t k = 0; k < fit_blocks.size(); k += step)
-    for (std::size_t i = fit_blocks[k]; i < std::min(fit_blocks[k] + block, pings); ++i)
-      fitted.push_back(i);
-
-  std::vector<std::size_t> half;
-  for (const std::size_t first : fit_blocks)
-    for (std::size_t i = first; i < std::min(first + block, pings); ++i) half.push_back(i);
+    for (std::size_t i = first; i < std::min(first + block, pings); ++i) {
+      const std::size_t number = first / block;
+      (number % 2 == 0 ? half : made.judged).push_back(i);
+      if (number % (2 * step) == 0) fitted.push_back(i);
+    }
   LineModel& model = made.model;
-  model = first_model(some_pings(made.line, half), made.unknown);
+  const RecordedLine half_line = some_pings(made.line, half);
+  model = first_model(half_line);
+  note_gaps(half_line, model, made.unknown);
   // The path is that of all pings: where the vehicle is, is not fitted.
   model.path = path;
   if (const HeadingCheck check = correct_heading(made.line, model.path); check.exchanged)
@@ -191,7 +201,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
         "which side is port: the bed moves as if the file had exchanged the sides, or the headings "
         "were mirrored about the course");
   model.bed = bed_extent(model);
-  model.tones = tone_map(some_pings(made.line, half), some_pings(model.path, half), model.recorder,
+  model.tones = tone_map(half_line, some_pings(model.path, half), model.recorder,
                          model.range_slope_db, model.bed.east_m, model.bed.north_m);
   const bool beam_is_stated = states_vertical_beam(made.line);
 
@@ -218,13 +228,11 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   made.statistics =
       compare_lines(some_pings(made.line, made.judged), some_pings(made.imitated, made.judged));
   made.unknown.emplace_back(
-      "objects and relief of their own: the bed has the recording's statistics, "
-      "not its things");
+      "objects and relief of their own: the bed has the recording's statistics, not its things");
   made.unknown.emplace_back("the source level and the bed's strength apart from the gain");
   if (!beam_is_stated)
     made.unknown.emplace_back(
-        "the vertical beam apart from the bed's material: both make the level "
-        "over the angle");
+        "the vertical beam apart from the bed's material: both make the level over the angle");
   return made;
 }
 

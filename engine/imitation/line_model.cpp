@@ -195,6 +195,59 @@ std::string text_of(const std::vector<FoundKey>& keys, std::string text) {
   return text;
 }
 
+/// A draw between two numbers, as a recipe has it.
+std::string uniform(double low, double high, int digits) {
+  return fmt::format("{{ uniform = [{0:.{2}g}, {1:.{2}g}] }}", low, high, digits);
+}
+std::string about(double value, double share) {
+  return uniform(value * (1.0 - share), value * (1.0 + share), 6);
+}
+
+/// The bed of the scene for a straight line to the north, with its relief and its depth drawn.
+void add_drawn_bed(const LineModel& model, double track_m, double max_altitude_m, Keys& keys) {
+  add_bed(model, extent_of(model, 0.0, track_m), keys);
+  const double min_depth_m = std::max(model.path.bed_depth_m, 1.2 * max_altitude_m + 1.0);
+  for (FoundKey& key : keys.keys) {
+    if (key.key == "height_at_1m_m" && model.height_at_1m_m > 0.0)
+      key.value = fmt::format("{{ log_uniform = [{:.4g}, {:.4g}] }}", 0.5 * model.height_at_1m_m,
+                              2.0 * model.height_at_1m_m);
+    if (key.key == "depth_m") key.value = uniform(min_depth_m, 1.2 * min_depth_m, 6);
+  }
+}
+
+void add_crab(const VehiclePath& path, Keys& keys) {
+  if (path.heading_rad.empty() || path.place.how != Confidence::stated) return;
+  std::vector<double> crabs_deg;
+  for (std::size_t i = 0; i < path.heading_rad.size(); ++i)
+    crabs_deg.push_back(
+        std::remainder(path.heading_rad[i] - course_rad(path, i), 2.0 * std::numbers::pi) / degree);
+  keys.section("motion");
+  keys.add("crab_deg", uniform(quantile(crabs_deg, 0.1), quantile(crabs_deg, 0.9) + 0.01, 3),
+           {Confidence::measured, "from the 10th to the 90th percentile of heading less course"});
+}
+
+void add_oscillations(const VehiclePath& path, Keys& keys) {
+  struct Freedom {
+    std::string_view name, unit;
+    const std::vector<double>& values;
+    double unit_size, max_rms;  // that a scene may have
+    std::string_view from = "the attitude about its mean over 10 s";
+  };
+  for (const Freedom& freedom : {Freedom{"roll", "deg", path.roll_rad, degree, 45.0},
+                                 Freedom{"pitch", "deg", path.pitch_rad, degree, 45.0},
+                                 Freedom{"heading", "deg", path.heading_rad, degree, 45.0},
+                                 Freedom{"heave", "m", path.altitude_m, 1.0, 1000.0,
+                                         "the bottom line about its mean over 10 s"}}) {
+    if (freedom.values.empty()) continue;
+    const Oscillation found = oscillation_of(path.t_s, freedom.values);
+    const Evidence from{Confidence::measured, std::string(freedom.from)};
+    keys.section(fmt::format("motion.{}", freedom.name));
+    keys.add(fmt::format("rms_{}", freedom.unit),
+             about(std::min(found.rms / freedom.unit_size, freedom.max_rms / 1.5), 0.5), from);
+    keys.add("period_s", about(std::clamp(found.period_s, 0.1, 3000.0), 0.2), from);
+  }
+}
+
 }  // namespace
 
 std::string_view name_of(Confidence how) {
@@ -285,10 +338,6 @@ std::string beam_csv(const LineModel& model) {
 
 std::string recipe_text(const LineModel& model) {
   const VehiclePath& path = model.path;
-  const auto about = [](double value, double share) {
-    return fmt::format("{{ uniform = [{:.6g}, {:.6g}] }}", value * (1.0 - share),
-                       value * (1.0 + share));
-  };
   std::vector<double> altitudes = path.altitude_m;
   std::ranges::sort(altitudes);
   const double low_m = altitudes[altitudes.size() / 10],
@@ -297,56 +346,17 @@ std::string recipe_text(const LineModel& model) {
   constexpr int pings = 400;
   Keys keys(model);
   add_sea(model, keys);
-  const BedExtent extent = extent_of(model, 0.0, pings * speed_mps * path.ping_interval_s * 1.2);
-  add_bed(model, extent, keys);
-  for (FoundKey& key : keys.keys) {
-    if (key.key == "height_at_1m_m" && model.height_at_1m_m > 0.0)
-      key.value = fmt::format("{{ log_uniform = [{:.4g}, {:.4g}] }}", 0.5 * model.height_at_1m_m,
-                              2.0 * model.height_at_1m_m);
-    if (key.key == "depth_m")
-      key.value = fmt::format("{{ uniform = [{:.6g}, {:.6g}] }}",
-                              std::max(path.bed_depth_m, 1.2 * high_m + 1.0),
-                              1.2 * std::max(path.bed_depth_m, 1.2 * high_m + 1.0));
-  }
+  add_drawn_bed(model, pings * speed_mps * path.ping_interval_s * 1.2, high_m, keys);
   keys.section("track");
   keys.assume("kind", "\"line\"", "a straight line, as long as the recorder's pictures are");
   keys.assume("pings", fmt::format("{}", pings), "per sample");
   keys.add("speed_mps", about(speed_mps, 0.2), path.place);
   keys.add("ping_interval_s", number(path.ping_interval_s), path.time);
   keys.assume("heading_deg", "0", "along the bed's longer side");
-  keys.add("altitude_m",
-           fmt::format("{{ uniform = [{:.4g}, {:.4g}] }}", low_m, std::max(high_m, low_m * 1.01)),
+  keys.add("altitude_m", uniform(low_m, std::max(high_m, low_m * 1.01), 4),
            {Confidence::measured, "from the 10th to the 90th percentile of the bottom line"});
-  if (!path.heading_rad.empty() && path.place.how == Confidence::stated) {
-    std::vector<double> crabs_deg;
-    for (std::size_t i = 0; i < path.heading_rad.size(); ++i)
-      crabs_deg.push_back(
-          std::remainder(path.heading_rad[i] - course_rad(path, i), 2.0 * std::numbers::pi) /
-          degree);
-    const double least = quantile(crabs_deg, 0.1), greatest = quantile(crabs_deg, 0.9);
-    keys.section("motion");
-    keys.add("crab_deg", fmt::format("{{ uniform = [{:.3g}, {:.3g}] }}", least, greatest + 0.01),
-             {Confidence::measured, "from the 10th to the 90th percentile of heading less course"});
-  }
-  struct Freedom {
-    std::string_view name, unit;
-    const std::vector<double>& values;
-    double unit_size, most;  // the greatest rms that a scene may have
-  };
-  for (const Freedom& freedom : {Freedom{"roll", "deg", path.roll_rad, degree, 45.0},
-                                 Freedom{"pitch", "deg", path.pitch_rad, degree, 45.0},
-                                 Freedom{"heading", "deg", path.heading_rad, degree, 45.0},
-                                 Freedom{"heave", "m", path.altitude_m, 1.0, 1000.0}}) {
-    if (freedom.values.empty()) continue;
-    const Oscillation found = oscillation_of(path.t_s, freedom.values);
-    keys.section(fmt::format("motion.{}", freedom.name));
-    const Evidence from{Confidence::measured, freedom.name == "heave"
-                                                  ? "the bottom line about its mean over 10 s"
-                                                  : "the attitude about its mean over 10 s"};
-    keys.add(fmt::format("rms_{}", freedom.unit),
-             about(std::min(found.rms / freedom.unit_size, freedom.most / 1.5), 0.5), from);
-    keys.add("period_s", about(std::clamp(found.period_s, 0.1, 3000.0), 0.2), from);
-  }
+  add_crab(path, keys);
+  add_oscillations(path, keys);
   add_sonar(model, "data:beam.csv", keys);
   keys.section("output");
   keys.assume("exr", "false", "pictures are enough");

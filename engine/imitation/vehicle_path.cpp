@@ -18,9 +18,8 @@ namespace ensonify::engine {
 namespace {
 
 using Values = std::vector<double>;
-constexpr double place_smoothing_s = 3.0;  // navigation is often rounded, or slower than the pings
-
 using MaybeValues = std::vector<std::optional<double>>;
+constexpr double place_smoothing_s = 3.0;  // navigation is often rounded, or slower than the pings
 
 /// Gaps are filled between their neighbours. Empty if fewer than half of the values are known.
 Values filled(const MaybeValues& maybe) {
@@ -121,20 +120,25 @@ void leave_out_jumps(NavigationLog& log) {
     }
 }
 
-/// East and north on the file's map, or about the median place, which no wrong fix moves.
-void set_places(const RecordedLine& line, VehiclePath& path) {
+/// The median of the latitudes and of the longitudes, which no wrong fix moves.
+std::optional<GeographicPlace> median_place(const RecordedLine& line) {
   Values latitudes_rad, longitudes_rad;
   for (const RecordedPing& ping : line.pings)
     if (ping.place) {
       latitudes_rad.push_back(ping.place->latitude_rad);
       longitudes_rad.push_back(ping.place->longitude_rad);
     }
-  const bool geographic = !latitudes_rad.empty();
-  const GeographicPlace origin{median(std::move(latitudes_rad)), median(std::move(longitudes_rad))};
+  if (latitudes_rad.empty()) return std::nullopt;
+  return GeographicPlace{median(std::move(latitudes_rad)), median(std::move(longitudes_rad))};
+}
+
+/// East and north of `origin`, or on the file's map if there is none.
+NavigationLog places_of(const RecordedLine& line, const std::optional<GeographicPlace>& origin,
+                        const Values& t_s) {
   const auto place_of = [&](const RecordedPing& ping) -> std::optional<Eigen::Vector2d> {
-    if (!geographic) return ping.place_m;
+    if (!origin) return ping.place_m;
     if (!ping.place) return std::nullopt;
-    const Eigen::Vector2d place = tangent_place(*ping.place, origin).place;
+    const Eigen::Vector2d place = tangent_place(*ping.place, *origin).place;
     constexpr double wrong_m = 100e3;  // no line is as long
     return place.norm() < wrong_m ? std::optional(place) : std::nullopt;
   };
@@ -145,30 +149,26 @@ void set_places(const RecordedLine& line, VehiclePath& path) {
     });
   };
   NavigationLog log;
-  log.t_s = path.t_s;
+  log.t_s = t_s;
   log.x_m = part(0);
   log.y_m = part(1);
-  const std::size_t pings = path.t_s.size();
   if (!log.x_m.empty()) leave_out_jumps(log);
-  path.x_m.resize(pings);
-  path.y_m.resize(pings);
-  if (log.x_m.empty() || (all_equal(log.x_m) && all_equal(log.y_m))) {
-    const Values speeds = column(line, [](const RecordedPing& ping) { return ping.speed_mps; });
-    const double speed_mps = speeds.empty() ? 1.5 : median(speeds);
-    for (std::size_t i = 0; i < pings; ++i)
-      path.y_m[i] = speed_mps * (path.t_s[i] - path.t_s.front());
-    path.place = {Confidence::assumed,
-                  fmt::format("no positions: straight north at {:.2f} m/s{}", speed_mps,
-                              speeds.empty() ? "" : ", the stated speed")};
-  } else {
-    const RecordedTrack track(log, place_smoothing_s);
-    for (std::size_t i = 0; i < pings; ++i) {
-      const Eigen::Vector3d place = track.at(path.t_s[i]).position;
-      path.x_m[i] = place.x();
-      path.y_m[i] = place.y();
-    }
-    path.place = {Confidence::stated, "positions of the pings, smoothed over 3 s"};
-  }
+  return log;
+}
+
+void go_straight_north(const RecordedLine& line, VehiclePath& path) {
+  const Values speeds = column(line, [](const RecordedPing& ping) { return ping.speed_mps; });
+  const double speed_mps = speeds.empty() ? 1.5 : median(speeds);
+  path.x_m.resize(path.t_s.size());
+  for (const double t_s : path.t_s) path.y_m.push_back(speed_mps * (t_s - path.t_s.front()));
+  path.place = {Confidence::assumed,
+                fmt::format("no positions: straight north at {:.2f} m/s{}", speed_mps,
+                            speeds.empty() ? "" : ", the stated speed")};
+}
+
+/// Moves the origin to the middle of the path's box, and returns where that was. Throws
+/// RecordingError for a path that is too long.
+Eigen::Vector2d move_origin_to_middle(VehiclePath& path) {
   const auto [west, east] = std::ranges::minmax(path.x_m);
   const auto [south, north] = std::ranges::minmax(path.y_m);
   constexpr double max_m = 10e3;
@@ -178,14 +178,31 @@ void set_places(const RecordedLine& line, VehiclePath& path) {
         "km; split the recording",
         1e-3 * (east - west), 1e-3 * (north - south), 1e-3 * max_m));
   const Eigen::Vector2d middle(0.5 * (west + east), 0.5 * (south + north));
-  if (geographic && path.place.how == Confidence::stated)
-    path.origin = place_of_tangent(middle, origin).where;
-  double length_m = 0.0;
-  for (std::size_t i = 0; i < pings; ++i) {
-    path.x_m[i] -= middle.x();
-    path.y_m[i] -= middle.y();
-    if (i > 0) length_m += std::hypot(path.x_m[i] - path.x_m[i - 1], path.y_m[i] - path.y_m[i - 1]);
+  for (double& x_m : path.x_m) x_m -= middle.x();
+  for (double& y_m : path.y_m) y_m -= middle.y();
+  return middle;
+}
+
+void set_places(const RecordedLine& line, VehiclePath& path) {
+  const std::optional<GeographicPlace> origin = median_place(line);
+  const NavigationLog log = places_of(line, origin, path.t_s);
+  if (log.x_m.empty() || (all_equal(log.x_m) && all_equal(log.y_m))) {
+    go_straight_north(line, path);
+  } else {
+    const RecordedTrack track(log, place_smoothing_s);
+    for (const double t_s : path.t_s) {
+      const Eigen::Vector3d place = track.at(t_s).position;
+      path.x_m.push_back(place.x());
+      path.y_m.push_back(place.y());
+    }
+    path.place = {Confidence::stated, "positions of the pings, smoothed over 3 s"};
   }
+  const Eigen::Vector2d middle = move_origin_to_middle(path);
+  if (origin && path.place.how == Confidence::stated)
+    path.origin = place_of_tangent(middle, *origin).where;
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < path.t_s.size(); ++i)
+    length_m += std::hypot(path.x_m[i] - path.x_m[i - 1], path.y_m[i] - path.y_m[i - 1]);
   const double time_s = path.t_s.back() - path.t_s.front();
   path.speed_mps = time_s > 0.0 ? length_m / time_s : 0.0;
 }
