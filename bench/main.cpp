@@ -2,7 +2,6 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -11,6 +10,7 @@
 
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/read_file.h>
 
 #include "compare.h"
 #include "html.h"
@@ -34,10 +34,8 @@ void write(const fs::path& file, const std::string& text) {
 }
 
 nlohmann::ordered_json read(const fs::path& file) {
-  std::ifstream in(file);
-  if (!in) throw std::runtime_error(fmt::format("{}: cannot be opened for reading", file.string()));
   try {
-    return nlohmann::ordered_json::parse(in);
+    return nlohmann::ordered_json::parse(refine::read_user_file<std::runtime_error>(file));
   } catch (const nlohmann::ordered_json::exception& error) {
     throw std::runtime_error(fmt::format("{}: {}", file.string(), error.what()));
   }

@@ -22,6 +22,7 @@ set(public_headers
   engine/scene/reader.h
   engine/scene/scene.h
   engine/scene/scene_paths.h
+  engine/scene_error.h
   engine/seafloor/bed/fractal.h
   engine/seafloor/bed/geographic.h
   engine/seafloor/bed/heightfield.h

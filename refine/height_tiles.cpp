@@ -6,7 +6,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <system_error>
 #include <type_traits>
@@ -21,6 +20,8 @@
 #include <xxhash.h>
 
 #include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/file_page.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::refine {
 namespace {
@@ -28,16 +29,9 @@ namespace {
 using Tile = HeightGrid::Tile;
 using Range = HeightGrid::Range;
 
-constexpr std::uint64_t page_bytes = 4096;
 constexpr std::uint64_t max_numbers = std::numeric_limits<std::uint32_t>::max();
-// Like PNG's, it reveals a file that was converted as text.
-constexpr std::array<char, 8> magic = {'\x89', 'E', 'H', 'T', '\r', '\n', '\x1a', '\n'};
-constexpr std::uint32_t byte_order = 0x01020304;
+constexpr std::array<char, 8> magic = file_magic('E', 'H', 'T');
 constexpr std::uint32_t version = 1, version_with_kinds = 2;
-
-std::uint64_t page_end(std::uint64_t bytes) {
-  return (bytes + page_bytes - 1) / page_bytes * page_bytes;
-}
 
 int tiles_across(std::size_t points) {
   return (static_cast<int>(points) - 2) / HeightGrid::tile_cells + 1;
@@ -66,7 +60,7 @@ struct HeightTiles::Header {
   std::array<double, 3> world_origin;
   double mean_height_m;
   float lowest_m, highest_m;
-  std::array<char, 64> key;  // padded with zeros
+  FileKey key;
 };
 
 /// Where everything is: header, places of columns and rows, table, tiles, kinds.
@@ -135,7 +129,8 @@ HeightTiles::HeightTiles(std::vector<float> x_m, std::vector<float> y_m,
 }
 
 HeightTiles::HeightTiles(const std::filesystem::path& file) : name_(file.string()) {
-  descriptor_ = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  require_file<MeshError>(file);
+  descriptor_ = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0)
     throw MeshError(
         fmt::format("{}: cannot be opened: {}", name_, std::generic_category().message(errno)));
@@ -155,9 +150,7 @@ HeightTiles::~HeightTiles() {
 }
 
 bool HeightTiles::is_one(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::array<char, 8> begin{};
-  return in.read(begin.data(), begin.size()) && begin == magic;
+  return begins_with(file, {magic.data(), magic.size()});
 }
 
 int HeightTiles::tile_columns() const { return tiles_across(shape_.x_m.size()); }
@@ -251,7 +244,7 @@ void HeightTiles::read_header() {
   shape_.mean_height_m = header.mean_height_m;
   shape_.lowest_m = header.lowest_m;
   shape_.highest_m = header.highest_m;
-  key_.assign(header.key.data(), ::strnlen(header.key.data(), header.key.size()));
+  key_ = text_of(header.key);
 }
 
 void HeightTiles::map() {

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <limits>
 #include <new>
 #include <string>
@@ -16,6 +15,7 @@
 
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/mesh_formats.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::refine {
 namespace {
@@ -23,28 +23,6 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "bytes are copied as they are");
 
 constexpr std::array<std::string_view, 4> extensions{".ply", ".obj", ".stl", ".off"};
-
-std::string content(const std::filesystem::path& file) {
-  const auto fail = [&](const char* what) {
-    throw MeshError(fmt::format("{}: {}", file.string(), what));
-  };
-  // Checked before opening: opening a named pipe would block.
-  std::error_code unknown;
-  if (!std::filesystem::is_regular_file(file, unknown))
-    fail("is not a regular file; correct the path");
-  std::ifstream stream(file, std::ios::binary | std::ios::ate);
-  const auto size = static_cast<std::streamoff>(stream.tellg());
-  if (!stream || size < 0) fail("cannot be opened; check its permissions");
-  std::string bytes;
-  try {
-    bytes.resize(static_cast<std::size_t>(size));
-  } catch (const std::bad_alloc&) {
-    fail("is too large for the memory; split it");
-  }
-  stream.seekg(0);
-  if (!stream.read(bytes.data(), size)) fail("cannot be read to its end; check the disk");
-  return bytes;
-}
 
 FileMesh parse(std::string_view bytes, MeshFormat format, std::string_view name) {
   switch (format) {
@@ -103,7 +81,7 @@ TriangleMesh read_mesh(const std::filesystem::path& file) {
   if (!format)
     throw MeshError(fmt::format("{}: is not named like a mesh; meshes are .ply, .obj, .stl or .off",
                                 file.string()));
-  return parse_mesh(content(file), *format, file.string());
+  return parse_mesh(read_user_file<MeshError>(file), *format, file.string());
 }
 
 void write_ply(const std::filesystem::path& file, const TriangleMesh& mesh) {

@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <new>
@@ -25,7 +24,9 @@
 #include <xxhash.h>
 
 #include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/file_page.h>
 #include <ensonify/refine/mesh_formats.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::refine {
 namespace {
@@ -33,7 +34,6 @@ namespace {
 using Index = std::uint32_t;
 using Bytes = std::span<const std::byte>;
 constexpr Index none = ProgressiveMesh::none;
-constexpr std::uint64_t page_bytes = 4096;
 
 enum Section : std::size_t {
   points,
@@ -66,19 +66,14 @@ struct Header {
   std::uint64_t leaves, roots, base_faces, source_faces, tags, about_bytes;
   std::array<double, 3> world_origin;
   std::array<float, 3> lowest, highest;
-  std::array<char, 64> key;  // padded with zeros
+  FileKey key;
   std::array<Extent, section_count> sections;
 };
 static_assert(sizeof(Header) == 352 && std::is_trivially_copyable_v<Header>);
 static_assert(sizeof(Sphere) == 16 && sizeof(Face) == 12 && sizeof(Eigen::Vector3f) == 12);
 
-// Like PNG's, it reveals a file that was converted as text.
-constexpr std::array<char, 8> magic = {'\x89', 'E', 'P', 'M', '\r', '\n', '\x1a', '\n'};
-constexpr std::uint32_t byte_order = 0x01020304, other_byte_order = 0x04030201;
-
-std::uint64_t page_end(std::uint64_t bytes) {
-  return (bytes + page_bytes - 1) / page_bytes * page_bytes;
-}
+constexpr std::array<char, 8> magic = file_magic('E', 'P', 'M');
+constexpr std::uint32_t other_byte_order = 0x04030201;
 
 /// Where everything is; computed from the counts.
 class Layout {
@@ -310,17 +305,11 @@ namespace {
 class Mapping {
  public:
   explicit Mapping(const std::filesystem::path& file) {
-    const auto fail = [&](int error) {
-      throw MeshError(fmt::format("{}: cannot be opened: {}", file.string(),
-                                  std::generic_category().message(error)));
-    };
-    // Without O_NONBLOCK, opening a pipe would wait for a writer.
-    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (descriptor < 0) fail(errno);
+    require_file<MeshError>(file);
+    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
     struct stat status {};
-    int error = ::fstat(descriptor, &status) == 0 ? 0 : errno;
-    const bool is_plain = error == 0 && S_ISREG(status.st_mode);
-    if (is_plain && status.st_size > 0) {
+    int error = descriptor >= 0 && ::fstat(descriptor, &status) == 0 ? 0 : errno;
+    if (error == 0 && status.st_size > 0) {
       size_ = static_cast<std::size_t>(status.st_size);
       void* const at = ::mmap(nullptr, size_, PROT_READ, MAP_SHARED, descriptor, 0);
       if (at == MAP_FAILED)
@@ -329,10 +318,9 @@ class Mapping {
         data_ = static_cast<const std::byte*>(at);
     }
     ::close(descriptor);
-    if (error != 0) fail(error);
-    if (!is_plain)
-      throw MeshError(
-          fmt::format("{}: not a regular file; name a progressive mesh file", file.string()));
+    if (error != 0)
+      throw MeshError(fmt::format("{}: cannot be opened: {}", file.string(),
+                                  std::generic_category().message(error)));
   }
   ~Mapping() {
     if (data_) ::munmap(const_cast<std::byte*>(data_), size_);
@@ -501,8 +489,7 @@ ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const File> file) : file_(std::
   tags_ = file_->section<std::uint16_t>(Section::tags);
   const auto text = file_->section<char>(Section::about);
   about_ = {text.data(), text.size()};
-  key_ = {header.key.data(),
-          static_cast<std::size_t>(std::ranges::find(header.key, '\0') - header.key.begin())};
+  key_ = text_of(header.key);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<Eigen::Index>(axis);
     world_origin[a] = header.world_origin[axis];
@@ -527,9 +514,7 @@ ProgressiveMesh map_progressive_mesh(const std::filesystem::path& file) {
 }
 
 bool is_progressive_mesh(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::array<char, 8> begin{};
-  return in.read(begin.data(), begin.size()) && begin == magic;
+  return begins_with(file, {magic.data(), magic.size()});
 }
 
 }  // namespace ensonify::refine

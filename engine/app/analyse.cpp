@@ -19,6 +19,7 @@
 #include <ensonify/refine/height_tiles.h>
 #include <ensonify/refine/mesh_clusters.h>
 #include <ensonify/refine/parallel_for.h>
+#include <ensonify/refine/read_file.h>
 #include <ensonify/refine/tile_collapse.h>
 
 #include "app.h"
@@ -43,9 +44,7 @@ Scene read_input(const SceneArguments& input) {
   constexpr std::array meshes{".ply", ".obj", ".stl", ".off"};
   if (std::ranges::count(meshes, lower_case(input.file.extension().string())) == 0)
     return input.read();
-  if (!fs::exists(input.file))
-    throw UsageError(fmt::format("{}: there is no such file; give the path of a scene or a mesh",
-                                 input.file.string()));
+  refine::require_file<UsageError>(input.file);
   const fs::path file = fs::canonical(input.file);  // the user may name a link to a mesh elsewhere
   return parse_scene(fmt::format("version = 1\n[seafloor]\nkind = \"mesh\"\nmesh = {}\n",
                                  toml_string(file.filename().string())),

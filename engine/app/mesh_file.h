@@ -19,8 +19,6 @@ struct MeshFile {
   refine::TriangleMesh mesh;
 
   explicit MeshFile(const std::filesystem::path& file, double cell_m = 0.0) {
-    if (std::filesystem::is_directory(file))
-      throw UsageError(file.string() + ": is a folder; give the path of a mesh or a survey grid");
     if (refine::mesh_format(file)) {
       mesh = refine::read_mesh(file);
     } else {

@@ -1,12 +1,12 @@
-#include <algorithm>
 #include <array>
-#include <fstream>
+#include <cstdint>
+#include <limits>
 #include <memory>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <ensonify/engine/number_in.h>
+#include <ensonify/engine/csv_table.h>
 #include <ensonify/engine/trace/intersector.h>
 
 #include "app.h"
@@ -15,113 +15,43 @@
 namespace ensonify::engine::app {
 namespace {
 
-constexpr std::array<std::string_view, 8> columns = {"ox", "oy", "oz",    "dx",
-                                                     "dy", "dz", "t_min", "t_max"};
-constexpr std::size_t required_columns = 6;
-constexpr std::size_t longest_line = 4096;
+constexpr std::array<CsvColumn, 8> ray_columns{
+    {{"ox"},
+     {"oy"},
+     {"oz"},
+     {"dx"},
+     {"dy"},
+     {"dz"},
+     {"t_min", false},
+     {.name = "t_max", .required = false, .may_be_infinite = true}}};
+constexpr CsvFormat ray_format{.row = "ray",
+                               .columns = ray_columns,
+                               .may_have_no_rows = true,
+                               .max_bytes = std::numeric_limits<std::uintmax_t>::max()};
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view space = " \t\r";
-  const std::size_t begin = std::min(text.find_first_not_of(space), text.size());
-  text.remove_prefix(begin);
-  return text.substr(0, text.find_last_not_of(space) + 1);
-}
-
-std::vector<std::string_view> split(std::string_view line) {
-  std::vector<std::string_view> fields;
-  for (std::size_t comma; (comma = line.find(',')) != std::string_view::npos;) {
-    fields.push_back(trimmed(line.substr(0, comma)));
-    line.remove_prefix(comma + 1);
-  }
-  fields.push_back(trimmed(line));
-  return fields;
-}
-
-/// Reads rays from a CSV file, in the file's coordinates.
-class RayReader {
- public:
-  explicit RayReader(const std::filesystem::path& file)
-      : file_(file), stream_(file, std::ios::binary) {
-    if (!stream_ || std::filesystem::is_directory(file))
-      throw UsageError(fmt::format("{}: cannot be opened for reading", file.string()));
-  }
-
-  std::vector<Ray> read() {
-    std::string_view header;
-    if (!next_line(header))
-      throw fault("is empty, expected a header row: ox,oy,oz,dx,dy,dz[,t_min,t_max]");
-    read_header(header);
-    std::vector<Ray> rays;
-    for (std::string_view line; next_line(line);)
-      if (!trimmed(line).empty()) rays.push_back(ray(line));
-    return rays;
-  }
-
- private:
-  UsageError fault(std::string_view what) const {
-    return UsageError(fmt::format("{}:{}: {}", file_.string(), std::max(line_number_, 1), what));
-  }
-
-  bool next_line(std::string_view& line) {
-    if (!stream_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()))) {
-      if (stream_.eof() && !stream_.bad()) return false;
-      ++line_number_;
-      throw fault(stream_.bad() ? "cannot be read" : "the line is longer than 4096 characters");
-    }
-    ++line_number_;
-    line = buffer_.data();
-    if (line_number_ == 1 && line.starts_with("\xef\xbb\xbf")) line.remove_prefix(3);
-    return true;
-  }
-
-  void read_header(std::string_view line) {
-    for (const std::string_view name : split(line)) {
-      const auto column = std::ranges::find(columns, name);
-      if (column == columns.end())
-        throw fault(fmt::format("unknown column '{}', expected {}", name.substr(0, 40),
-                                fmt::join(columns, ",")));
-      const auto number = static_cast<std::size_t>(column - columns.begin());
-      if (std::ranges::count(order_, number) > 0)
-        throw fault(fmt::format("column '{}' occurs twice", name));
-      order_.push_back(number);
-    }
-    for (std::size_t i = 0; i < required_columns; ++i)
-      if (std::ranges::count(order_, i) == 0)
-        throw fault(
-            fmt::format("no column '{}', expected ox,oy,oz,dx,dy,dz[,t_min,t_max]", columns[i]));
-  }
-
-  Ray ray(std::string_view line) const {
-    const std::vector<std::string_view> fields = split(line);
-    if (fields.size() != order_.size())
-      throw fault(fmt::format("{} values, expected {}", fields.size(), order_.size()));
-    const Ray defaults;
-    std::array<double, columns.size()> value = {0, 0, 0, 0, 0, 0, defaults.t_min, defaults.t_max};
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      const std::string_view field = fields[i];
-      const std::string_view digits = field.starts_with('+') ? field.substr(1) : field;
-      const std::optional number = number_in<double>(digits);
-      if (!number)
-        throw fault(
-            fmt::format("{} is '{}', expected a number", columns[order_[i]], field.substr(0, 40)));
-      value[order_[i]] = *number;
-    }
-    const auto& [ox, oy, oz, dx, dy, dz, t_min, t_max] = value;
-    Ray ray{{ox, oy, oz}, {dx, dy, dz}, t_min, t_max};
+/// In the file's coordinates.
+std::vector<Ray> read_rays(const std::filesystem::path& file) {
+  const CsvTable table = CsvTable::read(file, ray_format);
+  if (!table.unknown().empty())
+    throw UsageError(
+        fmt::format("{}: unknown column {}, expected a header row with ox,oy,oz,dx,dy,dz and t_min "
+                    "or t_max, or both",
+                    file.string(), table.unknown().front()));
+  std::vector<Ray> rays;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const auto at = [&](std::size_t column) { return table.at(row, column); };
+    Ray ray{.origin = {at(0), at(1), at(2)}, .direction = {at(3), at(4), at(5)}};
+    if (table.has(6)) ray.t_min = at(6);
+    if (table.has(7)) ray.t_max = at(7);
     try {
       check_ray(ray);
     } catch (const std::invalid_argument& error) {
-      throw fault(error.what());
+      throw table.fault(row, error.what());
     }
-    return ray;
+    rays.push_back(ray);
   }
-
-  const std::filesystem::path& file_;
-  std::ifstream stream_;
-  std::array<char, longest_line + 1> buffer_;
-  int line_number_ = 0;
-  std::vector<std::size_t> order_;  // the index into `columns` of each field
-};
+  return rays;
+}
 
 void print_hits(const refine::Triangles& mesh, const std::vector<Hit>& hits, std::string& out) {
   for (std::size_t i = 0; i < hits.size(); ++i) {
@@ -140,7 +70,7 @@ void print_hits(const refine::Triangles& mesh, const std::vector<Hit>& hits, std
 
 void trace(const std::filesystem::path& mesh_file, double cell_m,
            const std::filesystem::path& ray_file, const std::string& name) {
-  std::vector<Ray> rays = RayReader(ray_file).read();
+  std::vector<Ray> rays = read_rays(ray_file);
   const MeshFile input(mesh_file, cell_m);
   for (Ray& ray : rays) ray.origin -= input.mesh.world_origin;
   const std::unique_ptr<Intersector> intersector = make_intersector(name, input.mesh);

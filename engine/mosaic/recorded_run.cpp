@@ -11,10 +11,10 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/csv_table.h>
 #include <ensonify/engine/mosaic/image_reader.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/scene/tables/csv_table.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/engine/untrusted.h>
 
@@ -116,7 +116,7 @@ class PingReader {
   PingReader(RecordedRun& run, Positions positions) : run_(run), positions_(positions) {}
 
   void read(const fs::path& table_file, std::size_t rows) {
-    const CsvTable table = CsvTable::read(table_file, "ping", columns);
+    const CsvTable table = CsvTable::read(table_file, {.row = "ping", .columns = columns});
     if (table.rows() != rows)
       fail_run(table_file,
                fmt::format("there are {} pings, but the image has {} rows; copy both files "

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <limits>
 #include <optional>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/recording/formats.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -24,22 +24,8 @@ constexpr std::array formats{Format{&is_xtf, &parse_xtf}, Format{&is_jsf, &parse
 
 constexpr std::size_t begin_bytes = 1024;  // that tell the format
 
-/// At most `most` bytes. Throws RecordingError.
-std::vector<std::byte> bytes_of(const fs::path& file, std::uintmax_t most) {
-  std::error_code unknown;
-  if (!fs::is_regular_file(file, unknown))  // a named pipe would wait for ever
-    throw RecordingError(
-        fmt::format("{}: is not a file that can be read; correct the path", file.string()));
-  std::vector<std::byte> bytes(
-      static_cast<std::size_t>(std::min(most, fs::file_size(file, unknown))));
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream)
-    throw RecordingError(fmt::format("{}: cannot be opened; check its permissions", file.string()));
-  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!stream)
-    throw RecordingError(
-        fmt::format("{}: cannot be read to its end; check the disk", file.string()));
-  return bytes;
+std::span<const std::byte> bytes_of(const std::string& content) {
+  return std::as_bytes(std::span(content));
 }
 
 /// Some recorders do not move the date at midnight: where times fall by a day, a day is added.
@@ -107,12 +93,9 @@ void append(RecordedLine& line, RecordedLine next) {
 }  // namespace
 
 bool is_recording(const fs::path& file) {
-  try {
-    const std::vector<std::byte> begin = bytes_of(file, begin_bytes);
-    return std::ranges::any_of(formats, [&](const Format& format) { return format.is(begin); });
-  } catch (const RecordingError&) {
-    return false;
-  }
+  const std::string begin = refine::begin_of_file(file, begin_bytes);
+  return std::ranges::any_of(formats,
+                             [&](const Format& format) { return format.is(bytes_of(begin)); });
 }
 
 std::vector<RecordedLine> parse_recording(std::span<const std::byte> bytes, std::string_view name) {
@@ -129,7 +112,7 @@ std::vector<RecordedLine> parse_recording(std::span<const std::byte> bytes, std:
 }
 
 std::vector<RecordedLine> read_recording(const fs::path& file) {
-  return parse_recording(bytes_of(file, static_cast<std::uintmax_t>(-1)), file.string());
+  return parse_recording(bytes_of(refine::read_user_file<RecordingError>(file)), file.string());
 }
 
 std::vector<RecordedLine> read_recordings(std::span<const fs::path> files) {

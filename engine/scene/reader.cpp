@@ -24,6 +24,7 @@
 #include <ensonify/engine/scene/tables/strength_table_reader.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/refine/read_file.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/nearest_names.h>
 
@@ -434,25 +435,7 @@ class Reader {
 }  // namespace
 
 std::string read_scene_text(const fs::path& file) {
-  std::error_code error;
-  const fs::file_status status = fs::status(file, error);
-  const auto refuse = [&](std::string_view why) {
-    return SceneError(fmt::format("{}: {}", file.string(), why));
-  };
-  if (status.type() == fs::file_type::not_found)
-    throw refuse("there is no such file; give the path of a scene file");
-  if (!fs::exists(status)) throw refuse(error.message());
-  if (!fs::is_regular_file(status))
-    throw refuse(fs::is_directory(status) ? "is a folder, expected a scene file"
-                                          : "expected a regular file");
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw refuse("cannot be opened for reading");
-  std::string text(largest_file_bytes + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.bad()) throw refuse("cannot be read");
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (text.size() > largest_file_bytes) throw refuse("is larger than 1 MiB, expected a scene file");
-  return text;
+  return refine::read_user_file<SceneError>(file, largest_file_bytes);
 }
 
 std::string toml_override(const std::string& override_text) {

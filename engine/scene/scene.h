@@ -11,6 +11,7 @@
 #include <ensonify/engine/image/display_options.h>
 #include <ensonify/engine/input_file.h>
 #include <ensonify/engine/output/layer_encoding.h>
+#include <ensonify/engine/scene_error.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
@@ -22,15 +23,9 @@
 #include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/intersector_options.h>
 #include <ensonify/engine/trace/refraction/refraction_mode.h>
-#include <ensonify/refine/error.h>
 #include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
-
-/// An error in a scene: `file:line:column: what is wrong, what was expected, what to do`.
-struct SceneError : Error {
-  using Error::Error;
-};
 
 /// The sea: its temperature and salinity, or a cast or plain numbers if given.
 struct Sea {

@@ -1,5 +1,5 @@
+#include <ensonify/engine/scene_error.h>
 #include <ensonify/engine/seafloor/objects/path_reader.h>
-#include <ensonify/refine/triangle_mesh.h>
 
 #include "fuzz/fuzz.h"
 
@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     tests::promise(path.size() >= 2, "there are two points");
     for (const Eigen::Vector2d& point : path)
       tests::promise(point.allFinite(), "points are finite");
-  } catch (const refine::MeshError&) {
+  } catch (const engine::SceneError&) {
   }
   return 0;
 }

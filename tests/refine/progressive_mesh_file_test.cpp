@@ -287,20 +287,20 @@ TEST_CASE("a file that is not a progressive mesh is refused with the reason") {
     INFO(said);
     CHECK(said.find(file.string() + ": " + what) == 0);
   };
-  says("cannot be opened: No such file");
+  says("there is no such file");
   put(file, "");
   says("not a progressive mesh file");
   put(file, "ply\nformat ascii 1.0\n");
   says("not a progressive mesh file");
   fs::remove(file);
   REQUIRE(mkfifo(file.c_str(), 0600) == 0);
-  says("not a regular file");
+  says("is not a regular file");
   fs::remove(file);
   fs::create_directory(file);
-  says("not a regular file");
+  says("is a folder");
   fs::remove(file);
   fs::create_symlink("/dev/zero", file);
-  says("not a regular file");
+  says("is not a regular file");
   fs::remove(file);
 
   save_with_extras(grid(), file);

@@ -109,7 +109,7 @@ TEST_CASE("Help goes to stdout, and a wrong command line gets one message and ex
   check_refused(run_program(folder.path(), {"run", "s.toml", "--threads", "0"}), 2, "--threads");
   check_refused(run_program(folder.path(), {"dump-default", "everything"}), 2, "everything");
   check_refused(run_program(folder.path(), {"run", "none.toml"}), 2,
-                "none.toml: there is no such file; give the path of a scene file");
+                "none.toml: there is no such file; correct the path");
   CHECK(fs::is_empty(folder.path()));
 }
 
@@ -554,20 +554,20 @@ TEST_CASE("A seafloor is written as a mesh, described by mesh-info, and hit by r
     check_refused(run_program(folder.path(), {"trace", "flat.ply", "rays.csv"}), 2,
                   "ensonify: rays.csv:" + message);
   };
-  refused("", "1: is empty");
-  refused("ox,oy,oz,dx,dy\n", "1: no column 'dz'");
-  refused("ox,oy,oz,dx,dy,dz,t\n", "1: unknown column 't'");
-  refused("ox,ox,oz,dx,dy,dz\n", "1: column 'ox' occurs twice");
-  refused(header + "0,0,0,0,0,-1\n0,0,0,0,0\n", "3: 5 values, expected 6");
+  refused("", "1: the file is empty");
+  refused("ox,oy,oz,dx,dy\n", "1: no column dz");
+  refused("ox,oy,oz,dx,dy,dz,t\n", " unknown column 't'");
+  refused("ox,ox,oz,dx,dy,dz\n", "1: column ox appears twice");
+  refused(header + "0,0,0,0,0,-1\n0,0,0,0,0\n", "3: 5 values in");
   refused(header + "0,0,zero,0,0,-1\n", "2: oz is 'zero', expected a number");
   refused(header + "0,0,,0,0,-1\n", "2: oz is '', expected a number");
-  refused(header + "0,0,nan,0,0,-1\n", "2: a ray's origin and direction must be finite");
+  refused(header + "0,0,nan,0,0,-1\n", "2: oz is 'nan', expected a number");
   refused(header + "0,0,1e30,0,0,-1\n", "2: a ray's origin and direction must be finite");
   refused(header + "0,0,1e999,0,0,-1\n", "2: oz is '1e999', expected a number");
   refused(header + "0,0,0,0,0,0\n", "2: a ray's direction must not be zero");
-  refused(header + std::string(5000, '1'), "2: the line is longer than 4096 characters");
+  refused(header + std::string(5000, '1'), "2: a line of more than 4096 characters");
   check_refused(run_program(folder.path(), {"trace", "flat.ply", "none.csv"}), 2,
-                "none.csv: cannot be opened");
+                "none.csv: there is no such file");
   check_refused(run_program(folder.path(), {"trace", "none.ply", "rays.csv"}), 2, "rays.csv:2:");
   write_text(folder / "rays.csv", header);
   CHECK(lines_of(run_program(folder.path(), {"trace", "flat.ply", "rays.csv"}).out).size() == 1);

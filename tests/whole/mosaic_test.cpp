@@ -561,7 +561,7 @@ TEST_CASE("A mosaic refuses what it cannot use, with one message and exit code 2
     table.replace(table.find("altitude_m"), 10, "altitude_k");
     write_text(run / "sidescan_pings.csv", table);
   });
-  damaged("sidescan_pings.csv: is not a file",
+  damaged("sidescan_pings.csv: there is no such file",
           [](const fs::path& run) { fs::remove(run / "sidescan_pings.csv"); });
   damaged("this is not the manifest of a run",
           [](const fs::path& run) { write_text(run / "manifest.json", "{\"files\": 3"); });

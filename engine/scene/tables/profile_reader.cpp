@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include <ensonify/engine/scene/tables/csv_table.h>
+#include <ensonify/engine/csv_table.h>
 
 namespace ensonify::engine {
 namespace {
@@ -11,6 +11,7 @@ namespace {
 constexpr std::array<CsvColumn, 2> profile_columns = {
     {{.name = "depth_m", .alias = "Depth (Meter)"},
      {.name = "soundspeed_mps", .alias = "Sound velocity (Meters per Second)"}}};  // a CastAway's
+constexpr CsvFormat profile_format{.row = "sample", .columns = profile_columns};
 
 scatter::SoundSpeedProfile profile_of(const CsvTable& table) {
   std::vector<scatter::SoundSpeedSample> samples;
@@ -28,11 +29,11 @@ scatter::SoundSpeedProfile profile_of(const CsvTable& table) {
 }  // namespace
 
 scatter::SoundSpeedProfile parse_profile(std::string_view text, std::string_view name) {
-  return profile_of(CsvTable::parse(text, name, "sample", profile_columns));
+  return profile_of(CsvTable::parse(text, name, profile_format));
 }
 
 scatter::SoundSpeedProfile read_profile(const std::filesystem::path& file) {
-  return profile_of(CsvTable::read(file, "sample", profile_columns));
+  return profile_of(CsvTable::read(file, profile_format));
 }
 
 }  // namespace ensonify::engine

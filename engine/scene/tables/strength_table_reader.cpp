@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/tables/csv_table.h>
+#include <ensonify/engine/csv_table.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
@@ -17,6 +17,7 @@ using scatter::StrengthCurve, scatter::StrengthTable;
 enum StrengthColumn : std::size_t { grazing, strength, frequency };
 constexpr std::array<CsvColumn, 3> strength_columns = {
     {{"grazing_deg"}, {"strength_db"}, {"frequency_hz", false}}};
+constexpr CsvFormat strength_format{.row = "strength", .columns = strength_columns};
 
 /// The value in a column, if it is in its range.
 double value(const CsvTable& table, std::size_t row, StrengthColumn column, double low,
@@ -59,11 +60,11 @@ std::shared_ptr<const StrengthTable> strengths_of(const CsvTable& table) {
 
 std::shared_ptr<const StrengthTable> parse_strength_table(std::string_view text,
                                                           std::string_view name) {
-  return strengths_of(CsvTable::parse(text, name, "strength", strength_columns));
+  return strengths_of(CsvTable::parse(text, name, strength_format));
 }
 
 std::shared_ptr<const StrengthTable> read_strength_table(const std::filesystem::path& file) {
-  return strengths_of(CsvTable::read(file, "strength", strength_columns));
+  return strengths_of(CsvTable::read(file, strength_format));
 }
 
 }  // namespace ensonify::engine

@@ -9,9 +9,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/csv_table.h>
 #include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/recording/recording_reader.h>
-#include <ensonify/engine/scene/tables/csv_table.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/units.h>
 
@@ -50,6 +50,7 @@ constexpr std::array<CsvColumn, 15> track_columns{{{"t_s", false},
                                                    {"roll_deg", false},
                                                    {"pitch_deg", false},
                                                    {"heading_deg", false}}};
+constexpr CsvFormat track_format{.row = "pose", .columns = track_columns};
 constexpr double farthest_m = 1e9, longest_s = 1e12;  // beyond, nothing is meant
 
 /// The column of recordings with that name; null if they have none.
@@ -310,14 +311,14 @@ class TrackReader {
 
 NavigationLog parse_track(std::string_view text, std::string_view name, const TrackOptions& track,
                           const LocalFrame& frame) {
-  return TrackReader(CsvTable::parse(text, name, "pose", track_columns), name, track, frame).read();
+  return TrackReader(CsvTable::parse(text, name, track_format), name, track, frame).read();
 }
 
 NavigationLog read_track(const TrackOptions& track, const LocalFrame& frame) {
   const std::filesystem::path& file = track.file.path;
   std::vector<std::string> warnings;
-  const CsvTable table = is_recording(file) ? navigation_table(file, warnings)
-                                            : CsvTable::read(file, "pose", track_columns);
+  const CsvTable table =
+      is_recording(file) ? navigation_table(file, warnings) : CsvTable::read(file, track_format);
   NavigationLog log = TrackReader(table, file.string(), track, frame).read();
   log.warnings.insert(log.warnings.begin(), warnings.begin(), warnings.end());
   return log;

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/tables/csv_table.h>
+#include <ensonify/engine/csv_table.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
@@ -14,6 +14,7 @@ namespace {
 enum PatternColumn : std::size_t { depression, both, port, starboard };
 constexpr std::array<CsvColumn, 4> pattern_columns = {
     {{"depression_deg"}, {"level_db", false}, {"port_db", false}, {"starboard_db", false}}};
+constexpr CsvFormat pattern_format{.row = "level", .columns = pattern_columns};
 constexpr double lowest_db = -200.0;
 
 std::vector<VerticalLevel> side_of(const CsvTable& table, PatternColumn column) {
@@ -51,11 +52,11 @@ std::array<std::vector<VerticalLevel>, 2> pattern_of(const CsvTable& table) {
 
 std::array<std::vector<VerticalLevel>, 2> parse_vertical_pattern(std::string_view text,
                                                                  std::string_view name) {
-  return pattern_of(CsvTable::parse(text, name, "level", pattern_columns));
+  return pattern_of(CsvTable::parse(text, name, pattern_format));
 }
 
 std::array<std::vector<VerticalLevel>, 2> read_vertical_pattern(const std::filesystem::path& file) {
-  return pattern_of(CsvTable::read(file, "level", pattern_columns));
+  return pattern_of(CsvTable::read(file, pattern_format));
 }
 
 }  // namespace ensonify::engine

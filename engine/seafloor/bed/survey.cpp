@@ -35,6 +35,7 @@
 #include <ensonify/engine/seafloor/bed/unit_of_length.h>
 #include <ensonify/engine/seafloor/bed/variable_resolution.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/refine/read_file.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -301,14 +302,13 @@ class SurveyReader {
   }
 
   void open() {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file_, error)) fail("there is no such file");
+    refine::require_file<refine::MeshError>(file_);
     bytes_ = static_cast<double>(std::filesystem::file_size(file_));
     if (bytes_ == 0.0) fail("the file is empty");
     // HDF5 would otherwise print, on this thread, for a damaged BAG.
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
-    if (begins_with(file_, "\x93NUMPY")) {
+    if (refine::begins_with(file_, "\x93NUMPY")) {
       require_cell("an .npy file, which has no cell size");
       open_as(vrt_of_npy(file_, cell_m_), vrt_driver.data());
     } else if (is_mosaic(file_)) {

@@ -1,24 +1,22 @@
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
 
-#include <fstream>
 #include <memory>
 
 #include <cpl_vsi.h>
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
+#include <ensonify/refine/read_file.h>
+
 namespace ensonify::engine {
 
-bool begins_with(const std::filesystem::path& file, std::string_view begin) {
-  std::string found(begin.size(), '\0');
-  std::ifstream in(file, std::ios::binary);
-  in.read(found.data(), static_cast<std::streamsize>(found.size()));
-  return found == begin;
+bool is_hdf5(const std::filesystem::path& file) {
+  return refine::begins_with(file, "\x89HDF\r\n\x1a\n");
 }
 
-bool is_hdf5(const std::filesystem::path& file) { return begins_with(file, "\x89HDF\r\n\x1a\n"); }
-
-bool is_mosaic(const std::filesystem::path& file) { return begins_with(file, "<VRTDataset"); }
+bool is_mosaic(const std::filesystem::path& file) {
+  return refine::begins_with(file, "<VRTDataset");
+}
 
 bool has_refinements(GDALDataset& dataset) {
   // GDAL copies the item into what it makes of a BAG.

@@ -3,7 +3,6 @@
 #include <array>
 #include <filesystem>
 #include <string>
-#include <string_view>
 
 class GDALDataset;
 class OGRSpatialReference;
@@ -15,7 +14,6 @@ namespace ensonify::engine {
 inline constexpr std::array<const char*, 5> survey_drivers = {"GTiff", "BAG", "AAIGrid", "netCDF",
                                                               nullptr};
 
-bool begins_with(const std::filesystem::path& file, std::string_view begin);
 /// As BAG files and newer netCDF files are. HDF5 is not safe for threads.
 bool is_hdf5(const std::filesystem::path& file);
 /// A VRT file, which puts other files together.

@@ -251,11 +251,11 @@ TEST_CASE("A missing file, a pipe, a folder, an endless or a huge file is refuse
     CHECK_THROWS_WITH(read_profile(file),
                       Catch::StartsWith(file.string() + ":") && Catch::Contains(expected));
   };
-  refused(folder / "none.csv", "not a file that can be read");
-  refused(folder.path(), "not a file that can be read");
-  refused("/dev/zero", "not a file that can be read");
+  refused(folder / "none.csv", "there is no such file");
+  refused(folder.path(), "is a folder");
+  refused("/dev/zero", "is not a regular file");
   REQUIRE(mkfifo((folder / "pipe.csv").c_str(), 0600) == 0);
-  refused(folder / "pipe.csv", "not a file that can be read");
+  refused(folder / "pipe.csv", "is not a regular file");
   write_text(folder / "huge.csv", "");
   std::filesystem::resize_file(folder / "huge.csv", std::uintmax_t{1} << 40);
   refused(folder / "huge.csv", "expected at most 67108864");

@@ -627,14 +627,16 @@ TEST_CASE("A scene file that cannot be one is refused by name") {
   TemporaryFolder folder;
   const auto error = [&](const fs::path& file) { return error_of([&] { read_scene(file); }); };
   CHECK(error(folder / "none.toml") ==
-        (folder / "none.toml").string() + ": there is no such file; give the path of a scene file");
-  CHECK(error(folder.path()) == folder.path().string() + ": is a folder, expected a scene file");
-  CHECK(error("/dev/zero") == "/dev/zero: expected a regular file");
+        (folder / "none.toml").string() + ": there is no such file; correct the path");
+  CHECK(error(folder.path()) == folder.path().string() + ": is a folder; give the path of a file");
+  CHECK(error("/dev/zero") == "/dev/zero: is not a regular file; correct the path");
   REQUIRE(mkfifo((folder / "fifo").c_str(), 0600) == 0);
-  CHECK(error(folder / "fifo") == (folder / "fifo").string() + ": expected a regular file");
+  CHECK(error(folder / "fifo") ==
+        (folder / "fifo").string() + ": is not a regular file; correct the path");
   write(folder / "huge.toml", head + std::string(1 << 20, '\n'));
   CHECK(error(folder / "huge.toml") ==
-        (folder / "huge.toml").string() + ": is larger than 1 MiB, expected a scene file");
+        (folder / "huge.toml").string() +
+            ": has 1048588 bytes, expected at most 1048576; is it the right file?");
   write(folder / "fine.toml", head + std::string((1 << 20) - head.size(), '\n'));
   CHECK(error(folder / "fine.toml") == "no error");
 }

@@ -8,6 +8,7 @@
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/scene_error.h>
 #include <ensonify/engine/seafloor/objects/path_reader.h>
 
 using namespace ensonify;
@@ -177,16 +178,16 @@ TEST_CASE(
              "east_m,north_m\r\n# the landing\r\n\r\n1, 2\r\n-3.5,4e1\r\n") ==
         std::vector<Vector2d>{{1, 2}, {-3.5, 40}});
   for (const auto& [text, message] :
-       {std::pair{"", "path.csv:0: the file ends"},
-        {"x,y\n", "path.csv:1: expected the header row"},
-        {"east_m,north_m\n1,2\n", "path.csv:2: the file ends"},
-        {"east_m,north_m\n1,2,3\n", "path.csv:2: expected two numbers"},
-        {"east_m,north_m\n1\n", "path.csv:2: expected two numbers"},
-        {"east_m,north_m\n1,\n", "path.csv:2: expected two numbers"},
-        {"east_m,north_m\nnan,2\n", "path.csv:2: expected two numbers"},
-        {"east_m,north_m\n1,1e300\n", "path.csv:2: expected two numbers"}})
+       {std::pair{"", "path.csv:1: the file is empty"},
+        {"x,y\n", "path.csv:1: no column east_m"},
+        {"east_m,north_m\n1,2\n", "path.csv:2: a single point"},
+        {"east_m,north_m\n1,2,3\n", "path.csv:2: 3 values"},
+        {"east_m,north_m\n1\n", "path.csv:2: 1 values"},
+        {"east_m,north_m\n1,\n", "path.csv:2: north_m is ''"},
+        {"east_m,north_m\nnan,2\n", "path.csv:2: east_m is 'nan'"},
+        {"east_m,north_m\n1,1e300\n", "path.csv:2: a point at 1, 1e+300"}})
     CHECK_THROWS_WITH(read(text), Catch::Contains(message));
-  CHECK_THROWS_AS(read_path(folder / "none.csv"), refine::MeshError);
+  CHECK_THROWS_AS(read_path(folder / "none.csv"), SceneError);
 }
 
 TEST_CASE("Ten thousand boulders are placed in seconds", "[slow]") {

@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/tables/csv_table.h>
+#include <ensonify/engine/csv_table.h>
 
 #include <array>
 #include <cmath>
@@ -12,7 +12,9 @@ using namespace ensonify::engine;
 namespace {
 constexpr std::array<CsvColumn, 3> columns = {{{"angle_deg"}, {"a", false}, {"b", false}}};
 
-CsvTable parsed(std::string_view text) { return CsvTable::parse(text, "t.csv", "level", columns); }
+CsvTable parsed(std::string_view text) {
+  return CsvTable::parse(text, "t.csv", {.row = "level", .columns = columns});
+}
 }  // namespace
 
 TEST_CASE("A CSV table has the columns that are there, in the order they are asked for") {
@@ -29,11 +31,21 @@ TEST_CASE("A CSV table has the columns that are there, in the order they are ask
 
 TEST_CASE("A field of a CSV table is empty only where its column allows it") {
   constexpr std::array<CsvColumn, 2> may{{{"a"}, {.name = "b", .may_be_empty = true}}};
-  const CsvTable table = CsvTable::parse("a,b\n1,\n2,3\n", "t.csv", "row", may);
+  const CsvTable table = CsvTable::parse("a,b\n1,\n2,3\n", "t.csv", {.row = "row", .columns = may});
   CHECK(std::isnan(table.at(0, 1)));
   CHECK(table.at(1, 1) == 3.0);
-  CHECK_THROWS_WITH(CsvTable::parse("a,b\n,3\n", "t.csv", "row", may),
+  CHECK_THROWS_WITH(CsvTable::parse("a,b\n,3\n", "t.csv", {.row = "row", .columns = may}),
                     "t.csv:2: a is '', expected a number such as 12.5");
+}
+
+TEST_CASE("A CSV table has infinite numbers and no rows only where its format allows it") {
+  constexpr std::array<CsvColumn, 2> may{{{"a"}, {.name = "b", .may_be_infinite = true}}};
+  const CsvFormat format{.row = "row", .columns = may, .may_have_no_rows = true};
+  CHECK(CsvTable::parse("a,b\n", "t.csv", format).rows() == 0);
+  CHECK(std::isinf(CsvTable::parse("a,b\n1,inf\n", "t.csv", format).at(0, 1)));
+  for (const char* text : {"a,b\ninf,1\n", "a,b\n1,nan\n", "a,b\n1,1e999\n"})
+    CHECK_THROWS_WITH(CsvTable::parse(text, "t.csv", format),
+                      Catch::Contains("expected a number such as 12.5"));
 }
 
 TEST_CASE("Errors of a CSV table name file and line, and the columns that are optional") {

@@ -1,20 +1,18 @@
-#include <ensonify/engine/scene/tables/csv_table.h>
+#include <ensonify/engine/csv_table.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/number_in.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr std::uintmax_t largest_file_bytes = 64 << 20;
 constexpr std::size_t longest_line = 4096;
 
 /// A quote of an untrusted file for a message: short and printable.
@@ -61,9 +59,8 @@ std::string header_of(std::span<const CsvColumn> columns) {
 /// Fills a table from text.
 class CsvReader {
  public:
-  CsvReader(std::string_view text, std::string_view name, std::string_view a_row,
-            std::span<const CsvColumn> columns)
-      : text_(text), a_row_(a_row), columns_(columns) {
+  CsvReader(std::string_view text, std::string_view name, const CsvFormat& format)
+      : text_(text), format_(format), columns_(format.columns) {
     if (text_.starts_with("\xef\xbb\xbf")) text_.remove_prefix(3);
     table_.name_ = name;
   }
@@ -76,8 +73,8 @@ class CsvReader {
     } while (line.starts_with('%'));
     read_header(line);
     while (next_line(line)) read_row(line);
-    if (table_.rows() == 0)
-      fail(fmt::format("no {} follows the header row, expected at least one", a_row_));
+    if (table_.rows() == 0 && !format_.may_have_no_rows)
+      fail(fmt::format("no {} follows the header row, expected at least one", format_.row));
     return std::move(table_);
   }
 
@@ -95,7 +92,7 @@ class CsvReader {
       ++line_;
       if (line.size() > longest_line)
         fail(fmt::format("a line of more than {} characters, expected one {} per line",
-                         longest_line, a_row_));
+                         longest_line, format_.row));
       if (!line.empty() && !line.starts_with('#')) return true;
     }
     return false;
@@ -139,20 +136,17 @@ class CsvReader {
     const std::string_view field = fields_[place_[column]];
     if (field.empty() && columns_[column].may_be_empty)
       return std::numeric_limits<double>::quiet_NaN();
-    return number(field, headings_[column]);
-  }
-
-  double number(std::string_view field, std::string_view column) const {
     const std::string_view digits =
         field.starts_with('+') && !field.starts_with("+-") ? field.substr(1) : field;
     const std::optional value = number_in<double>(digits);
-    if (!value || !std::isfinite(*value))
-      fail(fmt::format("{} is {}, expected a number such as 12.5", column, quoted(field)));
+    if (!value || std::isnan(*value) || (std::isinf(*value) && !columns_[column].may_be_infinite))
+      fail(fmt::format("{} is {}, expected a number such as 12.5", headings_[column],
+                       quoted(field)));
     return *value;
   }
 
   std::string_view text_;
-  std::string_view a_row_;
+  const CsvFormat& format_;
   std::span<const CsvColumn> columns_;
   int line_ = 0;
   std::vector<std::string_view> fields_;    // of a line
@@ -162,28 +156,12 @@ class CsvReader {
   CsvTable table_;
 };
 
-CsvTable CsvTable::parse(std::string_view text, std::string_view name, std::string_view a_row,
-                         std::span<const CsvColumn> columns) {
-  return CsvReader(text, name, a_row, columns).read();
+CsvTable CsvTable::parse(std::string_view text, std::string_view name, const CsvFormat& format) {
+  return CsvReader(text, name, format).read();
 }
 
-CsvTable CsvTable::read(const std::filesystem::path& file, std::string_view a_row,
-                        std::span<const CsvColumn> columns) {
-  const auto fail = [&](std::string_view what) {
-    throw SceneError(fmt::format("{}: {}", file.string(), what));
-  };
-  // Before it is opened: a named pipe would wait for ever.
-  std::error_code unknown;
-  if (!std::filesystem::is_regular_file(file, unknown))
-    fail("is not a file that can be read; correct the path");
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) fail("cannot be opened; check its permissions");
-  if (const auto bytes = std::filesystem::file_size(file, unknown); bytes > largest_file_bytes)
-    fail(fmt::format("has {} bytes, expected at most {}; leave out some of its rows", bytes,
-                     largest_file_bytes));
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (stream.bad()) fail("cannot be read to its end; check the disk");
-  return parse(text, file.string(), a_row, columns);
+CsvTable CsvTable::read(const std::filesystem::path& file, const CsvFormat& format) {
+  return parse(refine::read_user_file<SceneError>(file, format.max_bytes), file.string(), format);
 }
 
 CsvTable CsvTable::of(std::string name, std::vector<bool> has, std::vector<double> values,

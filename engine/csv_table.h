@@ -1,12 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/scene_error.h>
 
 namespace ensonify::engine {
 
@@ -16,9 +17,17 @@ struct CsvColumn {
   bool required = true;
   std::string_view alias = {};  ///< an instrument's name for it, used if `name` is missing
   bool may_be_empty = false;    ///< whether a field may be empty; it is then NaN
+  bool may_be_infinite = false;
 };
 
-/// Columns of an untrusted CSV file: finite numbers, or NaN where a column may be empty.
+struct CsvFormat {
+  std::string_view row;  ///< what a row is, such as "sample", for messages
+  std::span<const CsvColumn> columns;
+  bool may_have_no_rows = false;
+  std::uintmax_t max_bytes = 64 << 20;
+};
+
+/// Columns of an untrusted CSV file: numbers, which are finite unless the column allows otherwise.
 ///
 /// A header row names the columns, in any order; unknown columns are skipped. Then one row per
 /// line. Blank lines, lines that begin with #, a byte-order mark, CRLF and quoted fields are
@@ -26,20 +35,17 @@ struct CsvColumn {
 /// Every fault throws SceneError with `file:line: what is wrong, what was expected`.
 class CsvTable {
  public:
-  /// A regular file of at most 64 MiB; `a_row` is what a row is, such as "sample", for messages.
-  static CsvTable read(const std::filesystem::path& file, std::string_view a_row,
-                       std::span<const CsvColumn> columns);
+  static CsvTable read(const std::filesystem::path& file, const CsvFormat& format);
   /// The same from text; `name` stands for the file in messages.
-  static CsvTable parse(std::string_view text, std::string_view name, std::string_view a_row,
-                        std::span<const CsvColumn> columns);
+  static CsvTable parse(std::string_view text, std::string_view name, const CsvFormat& format);
 
   /// A table from elsewhere: which columns it has, and its values row by row. In messages its rows
   /// have these numbers.
   static CsvTable of(std::string name, std::vector<bool> has, std::vector<double> values,
                      std::vector<int> row_numbers);
 
-  std::size_t rows() const { return lines_.size(); }  ///< at least one
-  /// Whether the file has a column, by its index in `columns`.
+  std::size_t rows() const { return lines_.size(); }
+  /// Whether the file has a column, by its index in CsvFormat::columns.
   bool has(std::size_t column) const { return has_[column]; }
   double at(std::size_t row, std::size_t column) const {
     return values_[row * has_.size() + column];
