@@ -99,7 +99,8 @@ class ObjectEchoes {
   bool any_small() const { return !small_labels_.empty(); }
 
  private:
-  struct Line {     // from the sonar to a place
+  static constexpr double max_cells = 256.0;  // of a flat part, in each direction
+  struct Line {                               // from the sonar to a place
     double energy;  // of 1 m^2 of cross-section there, with the medium's mean absorption taken out
     double sin_azimuth, sin_elevation;
   };
@@ -107,6 +108,12 @@ class ObjectEchoes {
   bool see(const RayToPlace& ray, Line& line) const;
   double seen_share(const Line& line, double time_range_m, int own_label = -1, double own_m = 0.0,
                     double own_slope = 0.0) const;
+  struct Sight {  // of a place
+    double range_m;
+    double seen;    // share of the sound that reaches it
+    double energy;  // of 1 m^2 of cross-section there, of what is seen
+  };
+  std::optional<Sight> sight_of(const Eigen::Vector3d& place, double nearer_m = 0.0) const;
   struct FirstHit {  // of a ray
     double range_m = std::numeric_limits<double>::infinity();
     int label = -1;
@@ -117,6 +124,8 @@ class ObjectEchoes {
   void look_at(const ObjectSurface& object);
   void add_glint(const FlatPart& flat_part, const Eigen::Vector3d& away,
                  const Eigen::Vector3d& apparent, double specular, const ObjectSurface& object);
+  void add_glint_at(const Eigen::Vector3d& place, double range_m, double energy,
+                    std::uint16_t label, std::uint32_t surface);
   void add_corner(const RightCorner& corner, double specular, const ObjectSurface& object);
   void add_facets(const FlatPart& flat_part, const Eigen::Vector3d& away,
                   const ObjectSurface& object, double small_m);

@@ -1,0 +1,147 @@
+#include <ensonify/engine/sonar/echo/object_echoes.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <ensonify/engine/sonar/echo/beam.h>
+#include <ensonify/scatter/decibel.h>
+
+// What the sonar sees of a place.
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::Vector3d;
+
+}  // namespace
+
+/// The ray to a place; none in a shadow zone of bent rays.
+std::optional<RayToPlace> ObjectEchoes::ray_to(const Vector3d& away) const {
+  if (first_.rays) return first_.rays->ray_to(view_->fan->origin, away);
+  const double range_m = away.norm(), from_m = -view_->fan->origin.z();
+  const double db_per_m = medium_.profile
+                              ? medium_.profile->mean_absorption_db_per_m(from_m, from_m - away.z())
+                              : medium_.absorption_db_per_m;
+  return RayToPlace{.launch = away / range_m,
+                    .apparent = away,
+                    .range_m = range_m,
+                    .absorption_db = db_per_m * range_m};
+}
+
+/// The line of a ray to its place, if that is within the fan and its beam.
+bool ObjectEchoes::see(const RayToPlace& ray, Line& line) const {
+  const RayFan& fan = *view_->fan;
+  const double side = ray.launch.dot(fan.array_axis), ahead = ray.launch.dot(fan.middle);
+  line.sin_elevation = ray.launch.dot(fan.pole);
+  const double cos_elevation = std::hypot(side, ahead);
+  if (!(ahead > 0.0) || std::abs(side) > fan.grid->sin_truncation ||
+      line.sin_elevation < fan.grid->sin_elevation.front() ||
+      line.sin_elevation > fan.grid->sin_elevation.back())
+    return false;
+  line.sin_azimuth = side / cos_elevation;
+  const BeamSample sample{static_cast<float>(line.sin_azimuth), 1.0f};
+  const double weight = view_->beam->two_way(view_->side, {&sample, 1}, cos_elevation, ray.launch,
+                                             ray.range_m, *view_->motion) /
+                        cos_elevation;
+  // EchoFormer absorbs over the range, the same at all depths.
+  const double more_db = ray.absorption_db - medium_.absorption_db_per_m * ray.range_m;
+  line.energy = weight / std::pow(ray.apparent.squaredNorm(), 2) * scatter::from_db(-2.0 * more_db);
+  return line.energy > 0.0;
+}
+
+/// Where a ray and the one above it end, or infinity; and the labels there.
+std::array<ObjectEchoes::FirstHit, 2> ObjectEchoes::first_hits(std::size_t plane,
+                                                               std::size_t ray) const {
+  const RayFan& fan = *view_->fan;
+  std::array<FirstHit, 2> ends;
+  if (!first_.runs) {
+    for (std::size_t k = 0; k < 2; ++k)
+      if (const Hit& hit = first_.hits[plane * fan.elevations() + ray + k])
+        ends[k] = {hit.t, labels_->label_of(hit.face)};
+    return ends;
+  }
+  const FanRuns& runs = *first_.runs;
+  const auto begin = runs.end.begin() + static_cast<std::ptrdiff_t>(runs.first[plane]);
+  const std::size_t end = runs.first[plane + 1];
+  const auto found = std::upper_bound(begin, runs.end.begin() + static_cast<std::ptrdiff_t>(end),
+                                      static_cast<std::uint32_t>(ray));
+  auto run = static_cast<std::size_t>(found - runs.end.begin());
+  for (std::size_t k = 0; k < 2; ++k, ++ray) {
+    if (run < end && runs.end[run] <= ray) ++run;
+    if (run == end || runs.begin[run] > ray) continue;
+    const double range_m = runs.distance[run] / (runs.level[run] * fan.grid->cos_elevation[ray] +
+                                                 runs.pole[run] * fan.grid->sin_elevation[ray]);
+    if (range_m > 0.0) ends[k].range_m = range_m;
+    ends[k].label = labels_->label_of(runs.face[run]);
+  }
+  return ends;
+}
+
+/// The share of the sound that reaches a place: of the four rays around it, those that go at least
+/// as far. A hit with own_label (-1: none) that is nearer by less than own_m does not hide the
+/// place if the tangent plane there can be as near (own_slope: its range over the distance across),
+/// because no convex body lies before its tangent plane.
+double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_label, double own_m,
+                                double own_slope) const {
+  const FanGrid& grid = *view_->fan->grid;
+  const auto beside = [](const auto& values, double value, const auto& of) {
+    const auto above = std::ranges::lower_bound(values, value, {}, of);
+    const auto last = static_cast<std::size_t>(values.size() - 1);
+    const std::size_t to =
+        std::clamp<std::size_t>(static_cast<std::size_t>(above - values.begin()), 1, last);
+    const double low = of(values[to - 1]), high = of(values[to]);
+    return std::pair(to, std::clamp((value - low) / (high - low), 0.0, 1.0));
+  };
+  const auto plane =
+      beside(grid.planes, line.sin_azimuth, [](const FanGrid::Plane& p) { return p.sin_azimuth; });
+  const auto ray = beside(grid.sin_elevation, line.sin_elevation, [](double sine) { return sine; });
+  const double apart_m =
+      time_range_m *
+      std::hypot(grid.planes[plane.first].sin_azimuth - grid.planes[plane.first - 1].sin_azimuth,
+                 grid.sin_elevation[ray.first] - grid.sin_elevation[ray.first - 1]);
+  own_m = std::min(own_m, own_slope * apart_m);
+  double seen = 0.0;
+  for (const std::size_t p : {0, 1}) {
+    const std::array<FirstHit, 2> ends = first_hits(plane.first - 1 + p, ray.first - 1);
+    for (const std::size_t j : {0, 1}) {
+      const double share =
+          (p ? plane.second : 1.0 - plane.second) * (j ? ray.second : 1.0 - ray.second);
+      const double own = ends[j].label == own_label ? own_m : 0.0;
+      if (!(ends[j].range_m < time_range_m - tolerance_m_ - own)) seen += share;
+    }
+  }
+  return seen;
+}
+
+/// The place as it is seen; none if it is not. The rays there must go at least as far, less
+/// nearer_m.
+std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Vector3d& place,
+                                                          double nearer_m) const {
+  const std::optional<RayToPlace> ray = ray_to(place);
+  Line line;
+  if (!ray || !see(*ray, line)) return std::nullopt;
+  const double seen = seen_share(line, ray->range_m - nearer_m);
+  if (!(seen > 0.0)) return std::nullopt;
+  return Sight{.range_m = ray->range_m, .seen = seen, .energy = seen * line.energy};
+}
+
+/// Whether a ball may reach into the fan's beam and range.
+bool ObjectEchoes::may_see(const Vector3d& middle, double radius_m) const {
+  const RayFan& fan = *view_->fan;
+  return (middle - fan.origin).norm() <= fan.range_m * fan.bend.lengthening + radius_m &&
+         may_be_in_beam(middle, radius_m);
+}
+
+/// The same at any range: an echo from a little beyond the fan's range still counts in the last
+/// bin.
+bool ObjectEchoes::may_be_in_beam(const Vector3d& middle, double radius_m) const {
+  const RayFan& fan = *view_->fan;
+  const Vector3d away = middle - fan.origin;
+  const double distance_m = away.norm(), strays_m = radius_m + fan.bend.turn_rad * distance_m;
+  return away.dot(fan.middle) >= -strays_m &&
+         std::abs(away.dot(fan.array_axis)) <= strays_m + fan.grid->sin_truncation * distance_m;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,199 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include <ensonify/engine/sonar/reception/other_paths.h>
+#include <ensonify/scatter/forward_lobe.h>
+
+namespace ensonify::engine {
+namespace {
+
+using std::numbers::pi;
+
+}  // namespace
+
+/// The sound of the array as a wall mirrors it onto a line of the bed along the track, and the
+/// array that receives it from there. Distances from the middles of both beams.
+struct OtherPaths::MirroredBeam {
+  double image_m, receiver_m;  // from the array's image and from the array to the line
+  double begin_m, end_m;       // between which the image is seen through the wall
+  double shift_m;              // from the image's middle to the receiver's
+  double blur_m;               // rms
+};
+
+/// The integral along the line of both one-way patterns.
+double OtherPaths::mirrored_m(const MirroredBeam& beam) const {
+  constexpr int steps = 32;
+  const double image_reach_m = beams_->main_m(beam.image_m);
+  const double begin_m = std::max(beam.begin_m, -image_reach_m);
+  const double step_m = (std::min(beam.end_m, image_reach_m) - begin_m) / steps;
+  if (!(step_m > 0.0)) return 0.0;
+  // The receiver's beam, blurred: a Gaussian with the beam's integral and peak, widened.
+  const double peak = beams_->power(OneWayBeams::receiver, beam.receiver_m, 0.0);
+  double width_m = 0.0;
+  const double reach_m = beams_->main_m(beam.receiver_m), cell_m = 2.0 * reach_m / steps;
+  for (int i = 0; i < steps / 2; ++i)
+    width_m +=
+        2.0 * cell_m * beams_->power(OneWayBeams::receiver, beam.receiver_m, (i + 0.5) * cell_m);
+  const double rms_m = width_m / std::max(peak, 1e-9) / std::sqrt(2.0 * pi);
+  const double blurred_m = std::hypot(rms_m, beam.blur_m);
+  const bool sharp = beam.blur_m < 0.2 * rms_m;
+  const auto received = [&](double along_m) {
+    if (sharp) return beams_->power(OneWayBeams::receiver, beam.receiver_m, along_m);
+    const double x = along_m / blurred_m;
+    return width_m / (std::sqrt(2.0 * pi) * blurred_m) * std::exp(-0.5 * x * x);
+  };
+  double sum = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double along_m = begin_m + (i + 0.5) * step_m;
+    sum += beams_->power(OneWayBeams::transmitter, beam.image_m, along_m) *
+           received(along_m + beam.shift_m);
+  }
+  return sum * step_m;
+}
+
+/// A wall as the bed before it has it: by the distance abeam x, and the height z above the bed.
+struct OtherPaths::WallOverBed {
+  const WallFacet& facet;
+  double x_m;                      // of the wall
+  double array_height_m;           // above the bed
+  double low_m, high_m;            // of the wall
+  double begin_m, end_m;           // along the track, from the beam's middle
+  double turned_rad, upwards_rad;  // of its normal
+  std::size_t bed_bin;             // the last bin of bed before the wall's
+
+  static constexpr double lowest_rad = 0.01;  // of sound that reaches the bed after the wall
+
+  /// The depression of sound from the wall to the bed.
+  double depression_rad(double z_m) const {
+    return std::atan2(array_height_m - z_m, x_m) - 2.0 * upwards_rad;
+  }
+  /// From the array to where that sound meets the bed.
+  double range_on_bed_m(double z_m) const {
+    const double before_m = z_m / std::tan(std::max(depression_rad(z_m), lowest_rad));
+    return std::hypot(x_m - before_m * std::cos(2.0 * turned_rad), array_height_m);
+  }
+};
+
+/// None if the wall sends the sound away from the array, or has no bed before it.
+std::optional<OtherPaths::WallOverBed> OtherPaths::wall_over_bed(const PingContext& context,
+                                                                 const EchoLine& line,
+                                                                 const WallFacet& wall) const {
+  const Eigen::Vector3d abeam = (line.side == Side::port ? -1.0 : 1.0) *
+                                context.array.axis.cross(Eigen::Vector3d::UnitZ()).normalized();
+  const Eigen::Vector3d along =
+      Eigen::Vector3d(context.array.axis.x(), context.array.axis.y(), 0.0).normalized();
+  const double facing = -wall.normal.dot(abeam), aside = wall.normal.dot(along);
+  if (!(facing > std::abs(aside))) return std::nullopt;
+  const double tangent = aside / facing, turned_rad = std::atan(tangent);
+  const double upwards_rad = std::asin(std::clamp(wall.normal.z(), -1.0, 1.0));
+  // The wall's ends along the track, and its distance where it is nearest to the beam's middle.
+  const double middle_m = wall.middle.dot(along);
+  const double half_m = 0.5 * wall.length_m * std::cos(turned_rad);
+  const double begin_m = middle_m - half_m, end_m = middle_m + half_m;
+  const double x_m =
+      wall.middle.dot(abeam) + (std::clamp(0.0, begin_m, end_m) - middle_m) * tangent;
+  if (!(x_m > 0.0)) return std::nullopt;
+  const std::vector<std::uint32_t>& regions = line.bins.region;
+  auto bed = static_cast<std::size_t>(std::hypot(x_m, wall.middle.z()) / law_.bin_m());
+  bed = std::min(bed, regions.size() - 1);
+  while (bed > 0 && regions[bed] != static_cast<std::uint32_t>(Region::seabed)) --bed;
+  if (bed == 0) return std::nullopt;
+  const double height_m = context.array.origin.z() - double(line.bins.z_m[bed]);
+  if (!(height_m > 0.0)) return std::nullopt;
+  const double tall_m = 0.5 * wall.height_m * std::cos(upwards_rad);
+  return WallOverBed{.facet = wall,
+                     .x_m = x_m,
+                     .array_height_m = height_m,
+                     .low_m = std::max(height_m + wall.middle.z() - tall_m, 0.0),
+                     .high_m = std::min(height_m + wall.middle.z() + tall_m, 0.99 * height_m),
+                     .begin_m = begin_m,
+                     .end_m = end_m,
+                     .turned_rad = turned_rad,
+                     .upwards_rad = upwards_rad,
+                     .bed_bin = bed};
+}
+
+// A wall mirrors the array: the bed before it receives sound from an image of the array behind the
+// wall, through the window that the wall is. For each place of the bed the path array - wall - bed
+// - array is nearly as long as that to the wall's foot and back, if the wall is upright. In the
+// direction abeam let the wall be at the distance x, the array H above the bed, and the normal of
+// the wall turned away from the array by the angle a, to the side, and by t, upwards. Sound that
+// meets the wall z above the bed, at the depression g, tan g = (H - z) / x, leaves it at the
+// depression g' = g - 2 t and meets the bed z / tan g' before the wall, turned by 2 a to the side.
+// The array hears it with its own beam from there. So of a wall that is wide, upright and faces the
+// sonar the array's two beams overlap, from the image and from the array; of an oblique one they
+// part, more so the farther from the wall; of a narrow one the image is seen in a part of its beam.
+// Along the track the image is blurred by the inclinations of the wall's surface, with the rms
+// slope s by 2 s times the distance from the wall, and by diffraction: sinc^2(L sin / lambda) has
+// the peak and the integral of a Gaussian with the rms angle lambda / (sqrt(2 pi) L).
+//
+// Seen from the bed, sound from the wall continues forwards, near the specular direction, turned by
+// 2 a: it has the strength of the bed's forward lobe and, around it, sqrt(s(g) s(g')) as a
+// multiple. For each place the paths in both directions are equally long and alike, so that their
+// amplitudes add: four times the energy of one. Left out: rough walls that send sound up or farther
+// down than smooth ones.
+void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& line,
+                                   const BeamPlane& plane, std::span<const float> direct,
+                                   std::span<float> power) const {
+  for (const WallFacet& facet : line.walls)
+    if (const std::optional<WallOverBed> wall = wall_over_bed(context, line, facet))
+      add_wall(*wall, line.side, plane, direct, power);
+}
+
+void OtherPaths::add_wall(const WallOverBed& wall, Side side, const BeamPlane& plane,
+                          std::span<const float> direct, std::span<float> power) const {
+  constexpr int max_steps = 16;
+  const double x_m = wall.x_m, height_m = wall.array_height_m;
+  const double bins =
+      std::abs(wall.range_on_bed_m(wall.high_m) - wall.range_on_bed_m(wall.low_m)) / law_.bin_m();
+  const int steps = static_cast<int>(std::clamp(std::ceil(bins), 1.0, double(max_steps)));
+  const double step_m = (wall.high_m - wall.low_m) / steps;
+  for (int i = 0; i < steps && step_m > 0.0; ++i) {
+    const double z_m = wall.low_m + (i + 0.5) * step_m;
+    const double in_rad = wall.depression_rad(z_m);
+    if (!(in_rad > WallOverBed::lowest_rad && in_rad < 0.5 * pi)) continue;
+    const double before_m = z_m / std::tan(in_rad), to_wall_m = std::hypot(x_m, height_m - z_m);
+    if (!(before_m < x_m)) continue;
+    const double image_m = to_wall_m + std::hypot(before_m, z_m);
+    const double range_m = wall.range_on_bed_m(z_m);
+    const double bins_of_step = std::abs(wall.range_on_bed_m(z_m + 0.5 * step_m) -
+                                         wall.range_on_bed_m(z_m - 0.5 * step_m)) /
+                                law_.bin_m();
+    const auto foot = static_cast<std::size_t>(0.5 * (image_m + range_m) / law_.bin_m());
+    if (foot >= power.size()) continue;
+    // A rough wall also turns what the array hears, within its beam.
+    const double spread_rad =
+        std::min(2.0 * wall.facet.slope, std::atan2(beams_->main_m(range_m), before_m));
+    const double sine_in = std::sin(in_rad), sine_out = std::min(height_m / range_m, 1.0);
+    const double direct_strength = bed_strength(sine_out);
+    double forwards = std::sqrt(bed_strength(sine_in) * direct_strength);
+    if (sediment_)
+      forwards += scatter::forward_lobe(*sediment_, k_per_cm_, in_rad, std::asin(sine_out),
+                                        std::hypot(2.0 * wall.turned_rad, spread_rad));
+    const double beyond = (x_m + before_m) / x_m;
+    const double mirrored = mirrored_m(
+        {.image_m = image_m,
+         .receiver_m = range_m,
+         .begin_m = wall.begin_m * beyond,
+         .end_m = wall.end_m * beyond,
+         .shift_m = before_m * std::tan(2.0 * wall.turned_rad),
+         .blur_m = std::hypot(2.0 * wall.facet.slope * before_m,
+                              law_.wavelength_m() / (std::sqrt(2.0 * pi) * wall.facet.length_m) *
+                                  (image_m - to_wall_m))});
+    const double to_bed = law_.vertical(side, plane, x_m - before_m, height_m);
+    const double to_wall = law_.vertical(side, plane, x_m, height_m - z_m);
+    // Energy of the path over the wall, relative to the direct echo of the same place.
+    const double gain = forwards / direct_strength *
+                        std::sqrt(law_.per_m2_at(image_m) / law_.per_m2_at(range_m)) * to_wall /
+                        to_bed * mirrored / beams_->overlap_m(range_m, range_m);
+    const auto bin = std::min(static_cast<std::size_t>(range_m / law_.bin_m()), wall.bed_bin);
+    power[foot] +=
+        static_cast<float>(4.0 * wall.facet.reflected * gain * bins_of_step * double(direct[bin]));
+  }
+}
+
+}  // namespace ensonify::engine

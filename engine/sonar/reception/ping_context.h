@@ -1,0 +1,61 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include <ensonify/engine/sonar/echo/beam.h>
+#include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/reception/scatterers.h>
+
+namespace ensonify::engine {
+
+/// The number, time and geometry of a ping.
+struct PingContext {
+  std::uint64_t ping = 0;
+  int beam = 0;
+  double t_s = 0.0;
+  ArrayFrame array;
+  double altitude_m = 10.0;                ///< above the bed below
+  double speed_mps = 0.0;                  ///< of the vehicle
+  std::array<ReceiverMotion, 2> motion{};  ///< by side
+  // Set by the signal chain:
+  double sea_height_m = 0.0;  ///< of the waves
+  /// Range, which is travel time at the sound speed of the ranges, per metre of the way up to the
+  /// sea surface and down to the bed. Rays are straight, so it is the same on oblique ways.
+  double range_per_m_up = 1.0, range_per_m_down = 1.0;
+  /// What this beam gets of the sound that the array's middle beam would, by bin; empty: all.
+  std::span<const double> beam_shares;
+
+  double beam_share(std::size_t bin) const {
+    return beam_shares.empty() ? 1.0 : beam_shares[std::min(bin, beam_shares.size() - 1)];
+  }
+  double depth_m() const { return std::max(sea_height_m - array.origin.z(), 0.0); }
+};
+
+/// The plane abeam of an array, in which it transmits and receives, and the rotation of one side's
+/// pattern in it; and how the receiver has moved when an echo comes back. Horizontal planes, the
+/// surface and the bed, cut it in horizontal lines.
+struct BeamPlane {
+  double cos_pitch = 1.0, sin_pitch = 0.0;          ///< of the pitch
+  double cos_roll_tilt = 1.0, sin_roll_tilt = 0.0;  ///< the pattern's rotation down, by the roll
+  // The receiver's motion, per metre of the echo's range:
+  double roll_tilt_per_m = 0.0;                          ///< of that rotation
+  double turn_level_per_m = 0.0, turn_down_per_m = 0.0;  ///< of the axis, to the side and down
+  double drift_along = 0.0;                              ///< along the axis
+
+  BeamPlane() = default;  ///< of a level array at rest
+  BeamPlane(const PingContext& context, Side side);
+  bool turns() const { return turn_level_per_m != 0.0 || turn_down_per_m != 0.0; }
+  bool at_rest() const { return roll_tilt_per_m == 0.0 && drift_along == 0.0 && !turns(); }
+  /// By how much the sine of the direction to a place in the plane, along the array, has grown for
+  /// the receiver when its echo is back.
+  double shift(double level_m, double down_m) const {
+    return level_m * turn_level_per_m + down_m * turn_down_per_m - drift_along;
+  }
+  /// The distance, within the plane, of a horizontal line that lies height_m above or below.
+  double slant_m(double height_m) const { return height_m / std::max(cos_pitch, 1e-6); }
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include <ensonify/engine/sonar/echo/beam.h>
+#include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/reception/moved_beam.h>
+#include <ensonify/engine/sonar/reception/other_paths_options.h>
+#include <ensonify/engine/sonar/reception/ping_context.h>
+#include <ensonify/engine/sonar/reception/scatterers.h>
+
+namespace ensonify::engine {
+
+/// The sonar equation without the scatterer's strength.
+class SonarEquation {
+ public:
+  /// The scatterers must outlive this object.
+  SonarEquation(const Sonar& sonar, double sound_speed_mps, double absorption_db_per_m,
+                const Scatterers& scatterers);
+
+  std::size_t bins() const { return per_m2_.size(); }
+  double bin_m() const { return bin_m_; }
+  double range_m(std::size_t bin) const { return (static_cast<double>(bin) + 0.5) * bin_m_; }
+  /// The middle of the ranges that a bin receives from: its own for a sweep, half a range cell
+  /// nearer for a CW pulse, whose leading edge is at the bin.
+  double cell_middle_m(std::size_t bin) const {
+    return std::max(range_m(bin) - lead_m_, 0.5 * range_m(bin));  // no cell begins before range 0
+  }
+  /// Intensity, uPa^2, of the echo of 1 m^2 of scattering cross-section at a bin's range on the
+  /// beam's axis.
+  double per_m2(std::size_t bin) const { return per_m2_[bin]; }
+  /// The same at any range, also beyond the last bin.
+  double per_m2_at(double range_m) const;
+  /// c tau_e / 2.
+  double cell_m() const { return cell_m_; }
+  /// Integral of the two-way power pattern along the array, m.
+  double width_m(std::size_t bin) const { return scatterers_->width_m(bin); }
+  double width_m_at(double range_m) const;
+  /// Two-way power pattern at a distance along the array, relative to the axis.
+  double pattern(std::size_t bin, double along_m) const {
+    return scatterers_->pattern(bin, along_m);
+  }
+  double wavelength_m() const { return wavelength_m_; }
+  double frequency_hz() const { return frequency_hz_; }
+  double sound_speed_mps() const { return wavelength_m_ * frequency_hz_; }
+  /// One-way power of a side's vertical pattern, for a direction's components abeam and down in
+  /// the sonar's frame.
+  double vertical(Side side, double abeam, double down) const {
+    return vertical_[static_cast<std::size_t>(side)].power(abeam, down);
+  }
+  /// The same, for a direction's components in the plane abeam: horizontally to the side, and down
+  /// within the plane.
+  double vertical(Side side, const BeamPlane& plane, double level, double down) const {
+    return vertical(side, level * plane.cos_roll_tilt + down * plane.sin_roll_tilt,
+                    down * plane.cos_roll_tilt - level * plane.sin_roll_tilt);
+  }
+  /// The same when an echo from a range comes back; from a negative range: that long before the
+  /// ping.
+  double vertical_at(Side side, const BeamPlane& plane, double range_m, double level,
+                     double down) const {
+    const double turned_rad = range_m * plane.roll_tilt_per_m;
+    return vertical(side, plane, level + turned_rad * down, down - turned_rad * level);
+  }
+  /// Two-way power of the vertical pattern towards a place in the plane, at a range, times what is
+  /// left of the beam along the track. before_m: how long before this ping the sound was
+  /// transmitted, as a range.
+  double two_way(Side side, const BeamPlane& plane, double range_m, double level_m, double down_m,
+                 double before_m = 0.0) const {
+    const double sent = vertical_at(side, plane, -before_m, level_m, down_m);
+    if (plane.at_rest()) return sent * sent;
+    return sent * vertical_at(side, plane, range_m - before_m, level_m, down_m) *
+           moved_share(plane, range_m, level_m, down_m);
+  }
+  double moved_share(const BeamPlane& plane, double range_m, double level_m, double down_m) const {
+    return plane.at_rest() ? 1.0 : moved_beam_.share(range_m, plane.shift(level_m, down_m));
+  }
+  const MovedBeam& moved_beam() const { return moved_beam_; }
+  /// Intensity, uPa^2, of the echo of a level bed of unit strength on one side of the plane, from
+  /// cells about a range. `sine`: of their depression in the plane; at most 0.9 counts, since cells
+  /// near the vertical do not grow without limit. before_m: as in two_way().
+  double level_bed(Side side, const BeamPlane& plane, double range_m, double sine,
+                   double before_m = 0.0) const;
+  /// Integral over depression of the one-way vertical pattern raised to `power`: 1: one-way, 2:
+  /// two-way.
+  double vertical_width_rad(Side side, int power) const;
+
+ private:
+  double on_axis(double range_m) const;
+
+  double bin_m_, cell_m_, lead_m_, wavelength_m_, frequency_hz_;
+  double source_level_db_, absorption_db_per_m_;
+  std::vector<double> per_m2_;
+  std::array<VerticalTable, 2> vertical_;
+  MovedBeam moved_beam_;
+  const Scatterers* scatterers_;
+};
+
+/// Received power of the sea's noise, uPa^2, the same at all ranges: the ambient noise
+/// (scatter/ambient_noise.h) in the band of the pulse, reduced by the directivity of the receiving
+/// array.
+double sea_noise_power(const Sonar& sonar, const SonarEquation& law, const SeaState& sea,
+                       Side side);
+
+}  // namespace ensonify::engine
