@@ -1,0 +1,143 @@
+#include <ensonify/engine/seafloor/objects/wreck.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::Vector2d, Eigen::Vector3d;
+using std::numbers::pi;
+
+}  // namespace
+
+/// What a stretch of the ship is made of, from stern (0) to bow (1).
+void Wreck::stretch(double from, double to) {
+  const bool from_torn = from > 0.0, to_torn = to < 1.0;
+  const double rust = 1.5 - 0.75 * wear_;  // the noise above which plating is gone
+  solids_.begin_part(hull);
+  add_plating(solids_, lines_,
+              {.from = from,
+               .to = to,
+               .stations = stations(from, to),
+               .thick_m = plate_m_,
+               .from_torn = from_torn,
+               .to_torn = to_torn,
+               .missing =
+                   [&](double s, double t) {
+                     return std::abs(t) > 0.3 && s > 0.04 && s < 0.96 && noise(s, t) > rust;
+                   }},
+              draws_);
+  if (from == 0.0) transom();
+  inside(from, to);
+  deck_of(from, to);
+  upper_works(from, to);
+  if (from == 0.0) stern_gear();
+}
+
+/// The plate across the stern.
+void Wreck::transom() {
+  const double half = lines_.half_breadth_m(0.0), keel = lines_.keel_m(0.0);
+  const double top = lines_.top_m(0.0);
+  solids_.block({0.0, -0.5 * length_m_ + plate_m_, 0.5 * (keel + top)},
+                {1.1 * half, plate_m_, 0.8 * (top - keel)});
+}
+
+/// Frames, and in the holds the cargo and the machinery.
+void Wreck::inside(double from, double to) {
+  if (type_ == Type::submarine) return;
+  const int count = std::clamp(static_cast<int>(length_m_ / 2.0), 8, 24);
+  solids_.begin_part(frame);
+  for (int i = 1; i < count; ++i) {
+    const double s = 0.05 + 0.9 * i / count;
+    const bool beam = draws_.chance(0.9 - 0.4 * wear_);
+    if (s < from + 0.02 || s > to - 0.02) continue;
+    rib(s, 0.0);
+    if (!beam || in_hatch(s, 0.0)) continue;  // of the deck, which shows where the deck is gone
+    const double half = lines_.half_breadth_m(s, bulwark_m_ + 3.0 * plate_m_);
+    solids_.block({0.0, length_m_ * (s - 0.5), deck_m(s, 1.0) - 3.2 * plate_m_},
+                  {2.0 * half - plate_m_, 3.0 * plate_m_, 3.8 * plate_m_});
+  }
+  solids_.begin_part(cargo);
+  for (const Vector2d& hatch : hatches_)
+    if (hatch.x() > from && hatch.y() < to) heap(hatch);
+  if (open_ && from < 0.3 && to > 0.6) heap({0.35, 0.55});
+  infill(from, to);
+}
+
+/// Sediment, and what has fallen on it: an uneven floor in the hull.
+void Wreck::infill(double from, double to) {
+  solids_.begin_part(wreck_debris);
+  constexpr int across_cells = 12;
+  const int rows = 3 * stations(from, to);
+  const double level = open_ ? draws_.between(0.35, 0.85) : draws_.between(0.25, 0.6);
+  const double first = std::max(from, 0.02), last = std::min(to, 0.97);
+  PlateGrid grid{.rows = rows + 1, .columns = across_cells + 1, .front = {}, .back = {}, .cut = {}};
+  for (int r = 0; r <= rows; ++r)
+    for (int c = 0; c <= across_cells; ++c) {
+      // Random shifts, because regular rows would be visible.
+      const bool at_end = r == 0 || r == rows, at_side = c == 0 || c == across_cells;
+      const double along = draws_.between(-0.3, 0.3), aside = draws_.between(-0.3, 0.3);
+      const double s = first + (last - first) * (r + (at_end ? 0.0 : along)) / rows;
+      const double across = 1.0 - 2.0 * (c + (at_side ? 0.0 : aside)) / across_cells;
+      const double up =
+          std::min(0.95, level + 0.1 * noise(0.6 * s, 2.0 * across) + draws_.between(-0.04, 0.04));
+      // The hull's half breadth where the floor is lowest.
+      const double keel = lines_.keel_m(s), deep = lines_.top_m(s) - keel;
+      const double half = 0.97 * lines_.half_breadth_m(s, (1.0 - level + 0.16) * deep);
+      const Vector3d at(half * across, length_m_ * (s - 0.5), keel + up * deep);
+      grid.front.push_back(at);
+      grid.back.emplace_back(at - Vector3d(0.0, 0.0, 0.08 * lines_.depth_m));
+    }
+  solids_.plate(grid);
+}
+
+void Wreck::rib(double s, double lost) {
+  const double wide = 0.006 * std::max(1.0, 30.0 / length_m_);
+  add_plating(solids_, lines_,
+              {.from = s - 0.5 * wide,
+               .to = s + 0.5 * wide,
+               .stations = 1,
+               .inset_m = 0.8 * plate_m_,
+               .thick_m = 2.5 * plate_m_,
+               .missing = [&](double, double t) { return std::abs(t) > 1.0 - lost; }},
+              draws_);
+}
+
+/// Boxes, bales or coal in a hold.
+void Wreck::heap(const Vector2d& hold) {
+  const double middle = 0.5 * (hold.x() + hold.y());
+  const double floor = lines_.keel_m(middle) + plate_m_, deep = lines_.depth_m;
+  const double full = draws_.between(0.1, 0.6), half = 0.6 * lines_.half_breadth_m(middle);
+  for (int i = 0; i < 24; ++i) {
+    const std::size_t mark = solids_.mark();
+    const double size = draws_.between(0.05, 0.22) * lines_.beam_m;
+    solids_.block(Vector3d::Zero(), {size, draws_.between(0.6, 1.5) * size, 0.7 * size});
+    const double y = length_m_ * (draws_.between(hold.x(), hold.y()) - 0.5);
+    const double x = draws_.between(-half, half), up = draws_.between(0.2, 1.0) * full * deep;
+    const double turn = draws_.between(0.0, pi);
+    const double about_y = draws_.between(-0.3, 0.3), about_x = draws_.between(-0.3, 0.3);
+    solids_.move(mark, motion({x, y, floor + up}, about_x, about_y, turn));
+  }
+}
+
+void Wreck::stern_gear() {
+  if (type_ == Type::barge) return;
+  solids_.begin_part(machinery);
+  const double high = 0.6 * lines_.depth_m, y = -0.5 * length_m_;
+  solids_.block({0.0, y + 0.012 * length_m_, 0.5 * high},
+                {1.5 * plate_m_, 0.025 * length_m_, high});  // rudder
+  if (type_ == Type::sailing_ship) return;
+  const double r = 0.3 * lines_.depth_m;
+  const Vector3d hub(0.0, y + 0.05 * length_m_, 0.4 * lines_.depth_m);
+  solids_.taper(hub - Vector3d(0.0, 0.3 * r, 0.0), hub + Vector3d(0.0, 0.3 * r, 0.0), 0.2 * r,
+                0.2 * r, 10);
+  for (int k = 0; k < 4; ++k) {
+    const double angle = 0.5 * pi * k + 0.3;
+    const Vector3d out(std::cos(angle), 0.0, std::sin(angle));
+    solids_.taper(hub, hub + r * out, 0.18 * r, 0.3 * r, 6);
+  }
+}
+
+}  // namespace ensonify::engine
