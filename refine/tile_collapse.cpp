@@ -69,15 +69,6 @@ struct HalfEdges {
       fmt::format("face {} of the mesh {}; repair the mesh first", half_edge / 3, what));
 }
 
-/// Calls work(begin, end) for equal parts of [0, items), one per thread.
-template <class Work>
-void for_parts(std::size_t items, int threads, const Work& work) {
-  const auto parts = static_cast<std::size_t>(threads);
-  parallel_for(parts, threads, [&](std::size_t part, int) {
-    work(static_cast<Index>(items * part / parts), static_cast<Index>(items * (part + 1) / parts));
-  });
-}
-
 /// Joins the half-edges whose lower end is in [begin, end). Sorts them by that end, then by the
 /// other.
 void find_opposites(HalfEdges& mesh, Index begin, Index end) {

@@ -19,15 +19,6 @@ constexpr Index none = ProgressiveMesh::none;
 // A child's number is a collapse's; with this bit, a vertex's.
 constexpr Index leaf_bit = Index{1} << 31;
 
-/// Calls work(begin, end) for equal parts of [0, items), one per thread.
-template <class Work>
-void for_parts(std::size_t items, int threads, const Work& work) {
-  const auto parts = static_cast<std::size_t>(threads);
-  parallel_for(parts, threads, [&](std::size_t part, int) {
-    work(items * part / parts, items * (part + 1) / parts);
-  });
-}
-
 /// The trees that the collapses make; nodes are numbered by collapse.
 struct Forest {
   struct Node {
