@@ -71,9 +71,9 @@ double stratified(const RandomStream& stream, std::uint64_t index) {
 }
 
 /// The values of one sample.
-class Draws {
+class SampleDraws {
  public:
-  Draws(const DrawnKeys& text, std::size_t sample, std::size_t seafloor, std::size_t render)
+  SampleDraws(const DrawnKeys& text, std::size_t sample, std::size_t seafloor, std::size_t render)
       : text_(text), sample_(sample), seafloor_(seafloor), render_(render) {}
 
   /// A key's value as in TOML; empty: left out. `asked_by` is the place for messages.
@@ -388,6 +388,48 @@ bool in_absent(const std::string& key, const auto& absent) {
   return std::ranges::any_of(absent, [&](const std::string& table) { return under(key, table); });
 }
 
+bool is_presence(const std::string& key) { return key.ends_with(".present"); }
+
+/// The values with which a recipe becomes the scene of a sample. `name` is the recipe's.
+DrawnValues values_of(SampleDraws& draws, const DrawnKeys& d, const std::string& name,
+                      std::size_t sample) {
+  DrawnValues values;
+  for (const auto& [list, size] : d.lists)
+    for (std::size_t i = 0; i < size; ++i) {
+      const std::string table = fmt::format("{}.{}", list, i), key = table + ".present";
+      if (!d.distributions.contains(key) && !d.values.contains(key)) continue;
+      const std::string& present = draws.value(key, name);
+      if (present != "true" && present != "false")
+        throw SceneError(fmt::format("{}: sample {}: '{}' is {}, expected true or false", name,
+                                     sample, key, present));
+      if (present == "false") values.absent.insert(table);
+    }
+  for (const auto& [key, distribution] : d.distributions) {
+    if (in_absent(key, values.absent)) continue;
+    const std::string& value = draws.value(key, name);
+    if (!is_presence(key)) values.values[renumbered(key, d.lists, values.absent)] = value;
+    if (d.overridden.contains(key))
+      add_override(renumbered(key, d.lists, values.absent), value, values);
+  }
+  return values;
+}
+
+/// The split of a sample. Samples with equal keys of 'dataset.split.by' share it.
+std::string split_of_sample(SampleDraws& draws, const DrawnKeys& d, const SplitOptions& split,
+                            const std::string& name, std::size_t seafloor) {
+  bool by_seafloor = false;
+  std::vector<std::string> group;
+  for (const std::string& key : split.by)
+    if (key == "seafloor")
+      by_seafloor = true;
+    else
+      group.push_back(bare(draws.value(key, name + ": 'dataset.split.by'")));
+  // The other keys are drawn once per seafloor: those of one seafloor agree in all of them.
+  const std::uint64_t group_number =
+      by_seafloor ? seafloor : key_number(fmt::format("{}", fmt::join(group, "\n")));
+  return split_of(d.seed, split, group, group_number, by_seafloor);
+}
+
 }  // namespace
 
 Recipe::Recipe(const std::filesystem::path& file, const std::filesystem::path& data_folder,
@@ -442,9 +484,9 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
 Scene Recipe::with_every_table() const {
   return first_that_is(samples(), [&](std::size_t sample) {
     DrawnValues whole;
-    Draws draws(*drawn_keys_, sample, seafloor_of(sample), 0);
+    SampleDraws draws(*drawn_keys_, sample, seafloor_of(sample), 0);
     for (const auto& [key, distribution] : drawn_keys_->distributions)
-      if (!key.ends_with(".present")) whole.values[key] = draws.value(key, name_);
+      if (!is_presence(key)) whole.values[key] = draws.value(key, name_);
     for (const std::string& key : drawn_keys_->overridden)
       add_override(key, whole.values.at(key), whole);
     // Unchecked: this scene has all optional tables at once, and they may contradict each other.
@@ -469,44 +511,14 @@ SampleScene Recipe::sample(std::size_t number) const {
   const DrawnKeys& d = *drawn_keys_;
   SampleScene result;
   result.seafloor = seafloor_of(number);
-  const auto sample_name = [&] { return fmt::format("{}: sample {}", name_, number); };
-
   const auto scene_of = [&](std::size_t render) {
-    Draws draws(d, number, result.seafloor, render);
-    DrawnValues values;
-    for (const auto& [list, size] : d.lists)
-      for (std::size_t i = 0; i < size; ++i) {
-        const std::string table = fmt::format("{}.{}", list, i), key = table + ".present";
-        if (!d.distributions.contains(key) && !d.values.contains(key)) continue;
-        const std::string& present = draws.value(key, name_);
-        if (present != "true" && present != "false")
-          throw SceneError(
-              fmt::format("{}: '{}' is {}, expected true or false", sample_name(), key, present));
-        if (present == "false") values.absent.insert(table);
-      }
-    for (const auto& [key, distribution] : d.distributions) {
-      if (render == 0 && key.ends_with(".present")) result.drawn[key] = draws.value(key, name_);
-      if (in_absent(key, values.absent)) continue;
-      const std::string& value = draws.value(key, name_);
-      if (render == 0) result.drawn[key] = value;
-      if (!key.ends_with(".present"))
-        values.values[renumbered(key, d.lists, values.absent)] = value;
-      if (d.overridden.contains(key))
-        add_override(renumbered(key, d.lists, values.absent), value, values);
-    }
+    SampleDraws draws(d, number, result.seafloor, render);
+    const DrawnValues values = values_of(draws, d, name_, number);
     if (render == 0) {
-      const SplitOptions& split = options_.split;
-      bool by_seafloor = false;
-      std::vector<std::string> group;
-      for (const std::string& key : split.by)
-        if (key == "seafloor")
-          by_seafloor = true;
-        else
-          group.push_back(bare(draws.value(key, name_ + ": 'dataset.split.by'")));
-      // The other keys are drawn once per seafloor: those of one seafloor agree in all of them.
-      const std::uint64_t group_number =
-          by_seafloor ? result.seafloor : key_number(fmt::format("{}", fmt::join(group, "\n")));
-      result.split = split_of(d.seed, split, group, group_number, by_seafloor);
+      for (const auto& [key, distribution] : d.distributions)
+        if (is_presence(key) || !in_absent(key, values.absent))
+          result.drawn[key] = draws.value(key, name_);
+      result.split = split_of_sample(draws, d, options_.split, name_, result.seafloor);
     }
     try {
       return parse_recipe(text_, name_, values, paths());
