@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/grids.h"
 #include "support/spare_thread.h"
 #include "support/temporary_folder.h"

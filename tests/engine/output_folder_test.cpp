@@ -9,10 +9,12 @@
 #include <ensonify/engine/scene/scene.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
 
 using namespace ensonify::engine;
+using ensonify::tests::names_in;
 using ensonify::tests::read_text;
 using ensonify::tests::TemporaryFolder;
 using ensonify::tests::write_text;
@@ -39,13 +41,6 @@ void make_run(const fs::path& folder, const std::set<std::string>& names,
   output.begin();
   write_run(output, names, content);
   output.keep();
-}
-
-std::set<std::string> names_in(const fs::path& folder) {
-  std::set<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    names.insert(entry.path().filename().string());
-  return names;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
 

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/mesh_files.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
+#include "support/tree.h"
 
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/seafloor/analysis.h>
@@ -17,6 +18,7 @@
 
 using namespace ensonify;
 using namespace ensonify::engine;
+using ensonify::tests::tree_of;
 using tests::read_text;
 using tests::TemporaryFolder;
 using tests::write_text;
@@ -59,18 +61,11 @@ Scene scene_with_object(const fs::path& folder) {
   return scene;
 }
 
-std::map<std::string, std::string> contents(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(folder))
-    files[entry.path().filename()] = read_text(entry.path());
-  return files;
-}
-
 std::map<std::string, std::string> run_into(const fs::path& folder, const Scene& scene,
                                             const fs::path& cache, RunReport* report = nullptr) {
   RunReport did = run(scene, folder, {.threads = 2, .cache = cache});
   if (report) *report = did;
-  return contents(folder);
+  return tree_of(folder);
 }
 
 }  // namespace
@@ -119,7 +114,7 @@ TEST_CASE("a run's bytes are the same without a cache, with a cold one and with 
     CHECK((run_into(folder / (name + "-warm"), scene, cache, &warm) == expected));
     CHECK(warm.origin.cached);
     CHECK(warm.warnings == cold.warnings);
-    CHECK(contents(cache).size() == 1);
+    CHECK(tree_of(cache).size() == 1);
 
     // The manifest names the surface; nothing else may differ.
     Scene whole = scene;
@@ -144,7 +139,7 @@ TEST_CASE(
     write_text(file, bad);
     CHECK((run_into(folder / "again", scene, cache, &report) == expected));
     CHECK((read_text(file) == good));
-    CHECK(contents(cache).size() == 1);
+    CHECK(tree_of(cache).size() == 1);
     return report.warnings.size();
   };
   const std::size_t warnings = report.warnings.size();

@@ -19,6 +19,7 @@
 #include <ensonify/refine/mesh_clusters.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/grids.h"
 #include "support/temporary_folder.h"
 

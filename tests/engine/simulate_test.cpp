@@ -14,6 +14,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/meshes.h"
 #include "support/paths.h"
 #include "support/temporary_folder.h"

@@ -12,6 +12,7 @@
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
 
+#include "support/files.h"
 #include "support/manifold.h"
 #include "support/temporary_folder.h"
 

@@ -4,6 +4,7 @@
 #include <ensonify/engine/scene/scene.h>
 
 #include "fuzz/fuzz.h"
+#include "support/files.h"
 #include "support/small_run.h"
 
 using namespace ensonify;

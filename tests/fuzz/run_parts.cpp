@@ -6,6 +6,8 @@
 
 #include "fuzz/fuzz.h"
 
+#include "support/files.h"
+
 using namespace ensonify;
 
 // A run in parts: run.json, then, each after a zero byte, part.json and the targets of a part.

@@ -12,6 +12,7 @@
 #include <ensonify/refine/read_file.h>
 
 #include "support/damaged_meshes.h"
+#include "support/files.h"
 #include "support/grids.h"
 #include "support/small_dataset.h"
 #include "support/small_recording.h"

@@ -38,10 +38,6 @@ double cell_middle_m(const Sonar& sonar, const Medium& medium, double range_m) {
                         : 0.0);
 }
 
-std::size_t bin_at(const Sonar& sonar, double range_m) {
-  return static_cast<std::size_t>(range_m / sonar.bin_m());
-}
-
 double worst_error_db(const Sonar& sonar, const Medium& medium, const EchoLine& line,
                       double from_m) {
   double worst = 0.0;

@@ -10,6 +10,7 @@
 
 #include "support/beds.h"
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/scene/scene.h>

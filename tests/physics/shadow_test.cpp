@@ -14,14 +14,6 @@ const Pose above_bed{.position = {0.0, 0.0, -10.0}};
 
 double slant_m(double ground_m) { return std::hypot(ground_m, height_m); }
 
-std::size_t bin_at(const Sonar& sonar, double range_m) {
-  return static_cast<std::size_t>(range_m / sonar.bin_m());
-}
-
-bool is(const EchoLine& line, std::size_t bin, Region region) {
-  return line.bins.region[bin] == static_cast<std::uint32_t>(region);
-}
-
 }  // namespace
 
 TEST_CASE("a wall's shadow begins behind its foot and ends at X h / (h - t)") {

@@ -45,10 +45,6 @@ EchoLine starboard_of(const Scene& scene, double depth_m) {
   return simulator.ping_numbered({.position = {0.0, 0.0, -depth_m}}, 0)[1];
 }
 
-bool is(const EchoLine& line, std::size_t bin, Region region) {
-  return line.bins.region[bin] == static_cast<std::uint32_t>(region);
-}
-
 Scene scene_over(const TemporaryFolder& folder) {
   Scene scene;
   scene.speckle = false;

@@ -3,7 +3,6 @@
 #include <atomic>
 #include <csignal>
 #include <fstream>
-#include <iterator>
 #include <set>
 #include <span>
 #include <stdexcept>
@@ -18,25 +17,16 @@
 #include <unistd.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 
 namespace fs = std::filesystem;
 using ensonify::refine::write_file;
+using ensonify::tests::names_in;
+using ensonify::tests::read_text;
 using ensonify::tests::TemporaryFolder;
 
 namespace {
-
-std::string content(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-std::set<std::string> names(const fs::path& folder) {
-  std::set<std::string> found;
-  for (const auto& entry : fs::directory_iterator(folder))
-    found.insert(entry.path().filename().string());
-  return found;
-}
 
 /// Writes where that must fail, and checks the error.
 void check_refused(const fs::path& file, std::errc reason) {
@@ -57,12 +47,12 @@ TEST_CASE("A file holds the bytes written, and a second write replaces them") {
   const TemporaryFolder folder;
   const std::string bytes("a\0b\n\xff", 5);
   write_file(folder / "f", bytes);
-  CHECK(content(folder / "f") == bytes);
+  CHECK(read_text(folder / "f") == bytes);
   write_file(folder / "f", std::string(3'000'000, 'x'));
-  CHECK(content(folder / "f") == std::string(3'000'000, 'x'));
+  CHECK(read_text(folder / "f") == std::string(3'000'000, 'x'));
   write_file(folder / "f", "");
-  CHECK(content(folder / "f").empty());
-  CHECK(names(folder.path()) == std::set<std::string>{"f"});
+  CHECK(read_text(folder / "f").empty());
+  CHECK(names_in(folder.path()) == std::set<std::string>{"f"});
 }
 
 TEST_CASE("A file can be written piece by piece, also before what is written already") {
@@ -73,7 +63,7 @@ TEST_CASE("A file can be written piece by piece, also before what is written alr
     write_at(1, std::as_bytes(std::span("23", 2)));
   };
   ensonify::refine::write_staged(folder / "f", in_pieces);
-  CHECK(content(folder / "f") == ".23.abcdef");
+  CHECK(read_text(folder / "f") == ".23.abcdef");
   CHECK_THROWS_AS(ensonify::refine::write_staged(folder / "g",
                                                  [&](const ensonify::refine::WriteAt& write_at) {
                                                    in_pieces(write_at);
@@ -122,7 +112,7 @@ TEST_CASE("A failed write names file and reason, and leaves nothing behind") {
   fs::create_directory(folder / "folder");
   fs::create_symlink("/dev/null", folder / "device");
   REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
-  const auto before = names(folder.path());
+  const auto before = names_in(folder.path());
 
   check_refused(folder / "missing" / "f", std::errc::no_such_file_or_directory);
   check_refused(folder / "plain" / "f", std::errc::not_a_directory);
@@ -130,8 +120,8 @@ TEST_CASE("A failed write names file and reason, and leaves nothing behind") {
   check_refused(folder / "device", std::errc::invalid_argument);
   check_refused(folder / "pipe", std::errc::invalid_argument);
   check_refused(folder / std::string(300, 'n'), std::errc::filename_too_long);
-  CHECK(names(folder.path()) == before);
-  CHECK(content(folder / "plain") == "old");
+  CHECK(names_in(folder.path()) == before);
+  CHECK(read_text(folder / "plain") == "old");
 }
 
 TEST_CASE("A write beyond the file-size limit leaves the old file and no temporary") {
@@ -160,8 +150,8 @@ TEST_CASE("A write beyond the file-size limit leaves the old file and no tempora
   REQUIRE(waitpid(child, &status, 0) == child);
   CHECK(WIFEXITED(status));
   CHECK(WEXITSTATUS(status) == 0);
-  CHECK(content(file) == "old");
-  CHECK(names(folder.path()) == std::set<std::string>{"f"});
+  CHECK(read_text(file) == "old");
+  CHECK(names_in(folder.path()) == std::set<std::string>{"f"});
 }
 
 TEST_CASE("A killed process's temporary is removed by the file's next writer") {
@@ -169,8 +159,8 @@ TEST_CASE("A killed process's temporary is removed by the file's next writer") {
   for (const char* name : {".f.0.tmp", ".f.1.tmp", ".g.0.tmp"})
     std::ofstream(folder / name) << "half";
   write_file(folder / "f", "whole");
-  CHECK(content(folder / "f") == "whole");
-  CHECK(names(folder.path()) == std::set<std::string>{"f", ".g.0.tmp"});
+  CHECK(read_text(folder / "f") == "whole");
+  CHECK(names_in(folder.path()) == std::set<std::string>{"f", ".g.0.tmp"});
 }
 
 TEST_CASE("A temporary that is being written stays, and its writer is not disturbed") {
@@ -179,12 +169,12 @@ TEST_CASE("A temporary that is being written stays, and its writer is not distur
   ensonify::refine::NewFile slow(folder / "f");
   slow.write(bytes);
   write_file(folder / "f", "whole");
-  CHECK(content(folder / "f") == "whole");
-  CHECK(names(folder.path()) == std::set<std::string>{"f", ".f.0.tmp"});
+  CHECK(read_text(folder / "f") == "whole");
+  CHECK(names_in(folder.path()) == std::set<std::string>{"f", ".f.0.tmp"});
   slow.write(bytes);
   slow.commit();
-  CHECK(content(folder / "f") == "halfhalf");
-  CHECK(names(folder.path()) == std::set<std::string>{"f"});
+  CHECK(read_text(folder / "f") == "halfhalf");
+  CHECK(names_in(folder.path()) == std::set<std::string>{"f"});
 }
 
 TEST_CASE("A writer whose temporary was removed says so") {
@@ -208,14 +198,14 @@ TEST_CASE("While several write a file, a reader sees one writer's complete file"
     });
   int torn = 0, reads = 0;
   for (; writers > 0; ++reads) {
-    const std::string bytes = content(file);
+    const std::string bytes = read_text(file);
     if (bytes.size() != 20'000 || bytes.find_first_not_of(bytes.front()) != std::string::npos)
       ++torn;
   }
   CHECK(reads > 0);
   CHECK(torn == 0);
   threads.clear();
-  CHECK(names(folder.path()) == std::set<std::string>{"f"});
+  CHECK(names_in(folder.path()) == std::set<std::string>{"f"});
 }
 
 TEST_CASE("A folder is made with its parents, which can be removed again if nothing is in them") {
@@ -226,17 +216,17 @@ TEST_CASE("A folder is made with its parents, which can be removed again if noth
   CHECK(make_folder(folder / "a/b/c").empty());
   write_file(folder / "a/f", "x");
   remove_empty(made);
-  CHECK(names(folder.path()) == std::set<std::string>{"a"});
-  CHECK(names(folder / "a") == std::set<std::string>{"f"});
+  CHECK(names_in(folder.path()) == std::set<std::string>{"a"});
+  CHECK(names_in(folder / "a") == std::set<std::string>{"f"});
   // One that cannot be made leaves no parents.
   CHECK_THROWS_AS(make_folder(folder / "d/e" / std::string(300, 'n')), std::system_error);
   CHECK_THROWS_AS(make_folder(folder / "a/f/g"), std::system_error);
   CHECK_THROWS_AS(make_folder(folder / "a/f"), std::system_error);
-  CHECK(names(folder.path()) == std::set<std::string>{"a"});
+  CHECK(names_in(folder.path()) == std::set<std::string>{"a"});
   fs::create_directory_symlink(folder / "gone", folder / "link");
   CHECK_THROWS_WITH(make_folder(folder / "link/x"),
                     Catch::Contains((folder / "link").string() + ", which is a link to a folder"));
   fs::remove(folder / "link");
   remove_empty(make_folder(folder / "d/e/"));
-  CHECK(names(folder.path()) == std::set<std::string>{"a"});
+  CHECK(names_in(folder.path()) == std::set<std::string>{"a"});
 }

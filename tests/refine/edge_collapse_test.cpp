@@ -24,6 +24,7 @@
 using namespace ensonify::refine;
 using Catch::Contains;
 using ensonify::tests::for_each_node;
+using ensonify::tests::manifold_fault;
 using ensonify::tests::Topology;
 using ensonify::tests::topology;
 
@@ -108,15 +109,6 @@ class Replay {
   std::vector<std::uint32_t> stand_in_;
   std::vector<Node> nodes_;
 };
-
-std::string manifold_fault(const Faces& faces) {
-  TriangleMesh mesh{.faces = faces};
-  std::map<std::uint32_t, std::uint32_t> number;
-  for (Face& f : mesh.faces)
-    for (std::uint32_t& v : f) v = number.try_emplace(v, number.size()).first->second;
-  mesh.positions.resize(number.size());
-  return ensonify::tests::manifold_fault(mesh);
-}
 
 void check_build(const TriangleMesh& source, std::size_t looks) {
   const ProgressiveMesh mesh = build_by_edge_collapse(source);

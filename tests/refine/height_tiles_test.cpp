@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -16,6 +15,7 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/heights.h"
 #include "support/little_memory.h"
 #include "support/temporary_folder.h"
@@ -23,8 +23,10 @@
 #include <ensonify/refine/grid_footprint.h>
 
 using namespace ensonify::refine;
+using ensonify::tests::change_byte;
 using ensonify::tests::Heights;
 using ensonify::tests::random_heights;
+using ensonify::tests::read_text;
 using ensonify::tests::TemporaryFolder;
 
 namespace {
@@ -77,19 +79,6 @@ void require_same_faces(GridFootprint& expected, GridFootprint& found,
   REQUIRE(std::ranges::equal(a.faces, b.faces));
   REQUIRE(std::ranges::equal(a.points, b.points));
   REQUIRE(std::ranges::equal(a.source_faces, b.source_faces));
-}
-
-void change_byte(const fs::path& file, std::uint64_t place) {
-  std::fstream open(file, std::ios::in | std::ios::out | std::ios::binary);
-  open.seekg(static_cast<std::streamoff>(place));
-  const int byte = open.get();
-  open.seekp(static_cast<std::streamoff>(place));
-  open.put(static_cast<char>(byte ^ 0x10));
-}
-
-std::string content_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace
@@ -160,7 +149,7 @@ TEST_CASE("A damaged tile is made again") {
     tiles->require_chunk(0);
     bytes = tiles->file_bytes();
   }
-  const std::string whole = content_of(file);
+  const std::string whole = read_text(file);
   REQUIRE(whole.size() == bytes);
   const TriangleMesh expected = heights.grid().mesh();
   // In a tile, in the table, and in the last tile.
@@ -168,15 +157,15 @@ TEST_CASE("A damaged tile is made again") {
   for (const std::uint64_t place : {first_tile + 3000, first_tile - 4096 + 40, bytes - 130}) {
     CAPTURE(place);
     change_byte(file, place);
-    REQUIRE(content_of(file) != whole);
+    REQUIRE(read_text(file) != whole);
     const HeightGrid tiled(tiles_of(source, file));
     CHECK(tiled.mesh().positions == expected.positions);
-    CHECK(content_of(file) == whole);
+    CHECK(read_text(file) == whole);
   }
   // Cut off.
   fs::resize_file(file, first_tile + 5000);
   CHECK(HeightGrid(tiles_of(source, file)).mesh().positions == expected.positions);
-  CHECK(content_of(file) == whole);
+  CHECK(read_text(file) == whole);
 }
 
 TEST_CASE(
@@ -219,13 +208,13 @@ TEST_CASE(
     CHECK(differ == 0);
   };
   check();
-  const std::string whole = content_of(file);
+  const std::string whole = read_text(file);
   CHECK(whole.size() == open(true)->file_bytes());
   for (const std::uint64_t before_end : {1u, 5000u, 30000u}) {
     CAPTURE(before_end);
     change_byte(file, whole.size() - before_end);
     check();
-    CHECK(content_of(file) == whole);
+    CHECK(read_text(file) == whole);
   }
   CHECK_THROWS_AS(open(false), MeshError);
 }
@@ -268,7 +257,7 @@ TEST_CASE("Two users of one file of tiles, with two threads each, get the same t
   const fs::path alone = folder.path() / "b.tiles";
   const auto one = tiles_of(source, alone);
   for (std::size_t chunk = 0; chunk < one->chunks(); ++chunk) one->require_chunk(chunk);
-  CHECK(content_of(file) == content_of(alone));
+  CHECK(read_text(file) == read_text(alone));
 }
 
 #ifdef ENSONIFY_CAN_LIMIT_MEMORY

@@ -17,6 +17,7 @@
 #include <ensonify/refine/height_tiles.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/heights.h"
 #include "support/invariants.h"
 #include "support/meshes.h"
@@ -103,14 +104,6 @@ std::vector<Named> named_at(MeshClusters& clusters,
   std::vector<Named> all;
   for (const auto& [x_m, y_m] : where) all.push_back(named(active.refine(fans_at(x_m, y_m))));
   return all;
-}
-
-void change_byte(const fs::path& file, std::uint64_t place) {
-  std::fstream open(file, std::ios::in | std::ios::out | std::ios::binary);
-  open.seekg(static_cast<std::streamoff>(place));
-  const int byte = open.get();
-  open.seekp(static_cast<std::streamoff>(place));
-  open.put(static_cast<char>(byte ^ 0x10));
 }
 
 }  // namespace

@@ -21,6 +21,7 @@
 #include "support/catch.h"
 #include "support/damaged_meshes.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/settings.h"
 #include "support/temporary_folder.h"
 #include "support/tricky_meshes.h"
@@ -33,11 +34,6 @@ namespace {
 const std::array<const char*, 4> format_names{"ply", "obj", "stl", "off"};
 
 std::string named(MeshFormat format) { return format_names[static_cast<std::size_t>(format)]; }
-
-std::string content(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 Eigen::Vector3d world_corner(const TriangleMesh& mesh, std::size_t face, std::size_t k) {
   return mesh.world_origin + mesh.positions.at(mesh.faces.at(face)[k]).cast<double>();
@@ -451,7 +447,7 @@ TEST_CASE("A mesh is written as a binary PLY of doubles, with the expected bytes
     expected += '\3';
     for (const std::uint32_t vertex : face) expected += raw(vertex);
   }
-  CHECK(content(folder / "square.ply") == expected);
+  CHECK(read_text(folder / "square.ply") == expected);
 }
 
 TEST_CASE("A mesh at UTM coordinates comes back the same within a tenth of a millimetre") {

@@ -24,6 +24,7 @@
 #include <ensonify/refine/tile_collapse.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/invariants.h"
 #include "support/meshes.h"
 #include "support/progressive_file.h"
@@ -32,11 +33,14 @@
 namespace fs = std::filesystem;
 using namespace ensonify::refine;
 using ensonify::tests::broken_invariants;
+using ensonify::tests::names_in;
 using ensonify::tests::ProgressiveFile;
 using ensonify::tests::Random;
 using ensonify::tests::random_volume;
+using ensonify::tests::read_text;
 using ensonify::tests::same_bytes;
 using ensonify::tests::TemporaryFolder;
+using ensonify::tests::write_text;
 
 namespace {
 
@@ -76,15 +80,6 @@ void save_with_extras(const TriangleMesh& mesh, const fs::path& file, std::strin
   save(ProgressiveMesh(build_by_tiles(mesh, 1)), {tags, "about\0it", key}, file);
 }
 
-std::string content(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-void put(const fs::path& file, std::string_view bytes) {
-  std::ofstream(file, std::ios::binary) << bytes;
-}
-
 void flip(const fs::path& file, std::size_t bit) {
   std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
   stream.seekg(static_cast<std::streamoff>(bit / 8));
@@ -101,13 +96,6 @@ std::string complaint(const fs::path& file) {
     return error.what();
   }
   return "";
-}
-
-std::set<std::string> names(const fs::path& folder) {
-  std::set<std::string> found;
-  for (const auto& entry : fs::directory_iterator(folder))
-    found.insert(entry.path().filename().string());
-  return found;
 }
 
 /// Runs work in another process and returns its exit status.
@@ -168,7 +156,7 @@ TEST_CASE("a file has 68 bytes per vertex and some pages, and the same mesh give
   const ProgressiveMesh mesh = build_by_tiles(large_grid(), 2);
   save(mesh, {}, folder / "a");
   save(mesh, {}, folder / "b");
-  CHECK(content(folder / "a") == content(folder / "b"));
+  CHECK(read_text(folder / "a") == read_text(folder / "b"));
   CHECK(fs::file_size(folder / "a") < 68 * mesh.points.size() + 12 * 4096);
 }
 
@@ -199,7 +187,7 @@ TEST_CASE("every truncation of a file is refused, and so are bytes after its end
   const TemporaryFolder folder;
   save_with_extras(grid(), folder / "f");
   const std::size_t size = fs::file_size(folder / "f");
-  put(folder / "longer", content(folder / "f") + '\0');
+  write_text(folder / "longer", read_text(folder / "f") + '\0');
   CHECK(complaint(folder / "longer").find("bytes, but its header requires") != std::string::npos);
   std::size_t accepted = 0;
   for (std::size_t bytes = size; bytes-- > 0;) {
@@ -288,9 +276,9 @@ TEST_CASE("a file that is not a progressive mesh is refused with the reason") {
     CHECK(said.find(file.string() + ": " + what) == 0);
   };
   says("there is no such file");
-  put(file, "");
+  write_text(file, "");
   says("not a progressive mesh file");
-  put(file, "ply\nformat ascii 1.0\n");
+  write_text(file, "ply\nformat ascii 1.0\n");
   says("not a progressive mesh file");
   fs::remove(file);
   REQUIRE(mkfifo(file.c_str(), 0600) == 0);
@@ -304,13 +292,13 @@ TEST_CASE("a file that is not a progressive mesh is refused with the reason") {
   fs::remove(file);
 
   save_with_extras(grid(), file);
-  ProgressiveFile other{content(file)};
+  ProgressiveFile other{read_text(file)};
   other.put(ProgressiveFile::version, std::uint32_t{2});
   other.correct_checksums();
-  put(file, other.bytes);
+  write_text(file, other.bytes);
   says("has version 2 of the format, but only 1 can be read");
   other.put(ProgressiveFile::byte_order, std::uint32_t{0x04030201});
-  put(file, other.bytes);
+  write_text(file, other.bytes);
   says("from a machine of the other byte order");
 }
 
@@ -319,7 +307,7 @@ TEST_CASE("invalid headers and tables are refused, even with right checksums or 
   const TemporaryFolder folder;
   const fs::path file = folder / "f";
   save_with_extras(grid(), file);
-  const File good{content(file)};
+  const File good{read_text(file)};
   {
     File same = good;
     same.correct_checksums();
@@ -332,7 +320,7 @@ TEST_CASE("invalid headers and tables are refused, even with right checksums or 
     File bad = good;
     change(bad);
     bad.correct_checksums();
-    put(file, bad.bytes);
+    write_text(file, bad.bytes);
     const std::string said = complaint(file);
     INFO(what);
     CHECK(said.find(file.string() + ": ") == 0);
@@ -387,7 +375,7 @@ TEST_CASE("contradictory hierarchies with right checksums are refused without a 
   const TemporaryFolder folder;
   const fs::path file = folder / "f";
   save(build_by_tiles(ensonify::tests::open_grid(9, 9, 1.0, 0.5, 5), 1), {}, file);
-  const File good{content(file)};
+  const File good{read_text(file)};
   Random random(21);
   int refused = 0, fine = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -409,7 +397,7 @@ TEST_CASE("contradictory hierarchies with right checksums are refused without a 
       }
     }
     bad.correct_checksums();
-    put(file, bad.bytes);
+    write_text(file, bad.bytes);
     bool is_fine = true;
     try {
       const ProgressiveMesh mesh = map_progressive_mesh(file);
@@ -449,7 +437,7 @@ TEST_CASE("a base face with two corners in one tree is refused") {
   const TemporaryFolder folder;
   const fs::path file = folder / "f";
   save(build_by_tiles(ensonify::tests::open_grid(9, 9, 1.0, 0.5, 5), 1), {}, file);
-  const File good{content(file)};
+  const File good{read_text(file)};
   const std::size_t first_base_face = 2 * good.bytes_of(File::mid) / sizeof(std::uint32_t);
   const std::size_t at = good.offset_of(File::faces) + first_base_face * sizeof(Face);
   for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -457,7 +445,7 @@ TEST_CASE("a base face with two corners in one tree is refused") {
     File bad = good;
     bad.put(at + 4 * corner, good.get<std::uint32_t>(at + 4 * ((corner + 1) % 3)));
     bad.correct_checksums();
-    put(file, bad.bytes);
+    write_text(file, bad.bytes);
     const ProgressiveMesh mesh = map_progressive_mesh(file);
     CHECK_THROWS_WITH(ActiveMesh(mesh), Catch::Contains("a base face has two corners in one tree"));
   }
@@ -521,7 +509,7 @@ TEST_CASE("a killed writer leaves a complete file, old or new") {
     torn += !(found.key() == "a" ? same_bytes(found, a) : same_bytes(found, b));
   }
   CHECK(torn == 0);
-  for (const std::string& name : names(folder.path()))
+  for (const std::string& name : names_in(folder.path()))
     CHECK((name == "f" || (name.starts_with(".f.") && name.ends_with(".tmp"))));
 }
 
@@ -555,7 +543,7 @@ TEST_CASE("two processes that save one file both succeed, and readers see comple
     CHECK(WEXITSTATUS(status) == 0);
   }
   CHECK(torn == 0);
-  CHECK(names(folder.path()) == std::set<std::string>{"f"});
+  CHECK(names_in(folder.path()) == std::set<std::string>{"f"});
 }
 
 TEST_CASE("a failed save names the place and reason, and leaves nothing") {
@@ -582,8 +570,8 @@ TEST_CASE("a failed save names the place and reason, and leaves nothing") {
           if (geteuid() == 0 && seteuid(65534) != 0) return 3;
           return fails_naming(folder / "read-only" / "f");
         }) == 0);
-  CHECK(names(folder / "read-only").empty());
-  CHECK(names(folder.path()) == std::set<std::string>{"read-only"});
+  CHECK(names_in(folder / "read-only").empty());
+  CHECK(names_in(folder.path()) == std::set<std::string>{"read-only"});
 }
 
 TEST_CASE("what a file cannot hold is not saved") {
@@ -607,5 +595,5 @@ TEST_CASE("what a file cannot hold is not saved") {
   CHECK_THROWS_AS(save(good, {.key = std::string(65, 'k')}, folder / "f"), std::invalid_argument);
   CHECK_THROWS_AS(save(good, {.key = std::string_view("a\0b", 3)}, folder / "f"),
                   std::invalid_argument);
-  CHECK(names(folder.path()).empty());
+  CHECK(names_in(folder.path()).empty());
 }

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <set>
 #include <span>
@@ -29,6 +28,7 @@
 using namespace ensonify::refine;
 using Catch::Contains;
 using ensonify::tests::broken_invariants;
+using ensonify::tests::manifold_fault;
 using ensonify::tests::NamedMesh;
 using ensonify::tests::Random;
 using ensonify::tests::random_volume;
@@ -88,16 +88,6 @@ std::vector<Face> base_of(const ProgressiveMesh& mesh) {
   return out;
 }
 
-std::string fault_of(std::vector<Face> faces) {
-  TriangleMesh mesh;
-  std::map<std::uint32_t, std::uint32_t> number;
-  for (Face& face : faces)
-    for (std::uint32_t& v : face) v = number.try_emplace(v, number.size()).first->second;
-  mesh.faces = std::move(faces);
-  mesh.positions.resize(number.size());
-  return ensonify::tests::manifold_fault(mesh);
-}
-
 /// All laws at random refinements, at full refinement and back at the base.
 void check_refinement(const TriangleMesh& source, const ProgressiveMesh& hierarchy, double size_m,
                       int pings) {
@@ -146,7 +136,7 @@ TEST_CASE("the base mesh of tiles has the mesh's topology, and nothing in it can
     const ProgressiveMesh mesh = build_by_tiles(source, 2);
     const std::vector<Face> base = base_of(mesh);
     CHECK(topology(base).kept() == topology(source.faces).kept());
-    if (!base.empty()) CHECK(fault_of(base) == "");
+    if (!base.empty()) CHECK(manifold_fault(base) == "");
     std::set<std::set<std::uint32_t>> corners;  // no two faces coincide
     for (const Face& face : base) corners.emplace(face.begin(), face.end());
     CHECK(corners.size() == base.size());

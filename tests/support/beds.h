@@ -69,4 +69,13 @@ inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
   return lines;
 }
 
+/// The bin of a range.
+inline std::size_t bin_at(const engine::Sonar& sonar, double range_m) {
+  return static_cast<std::size_t>(range_m / sonar.bin_m());
+}
+
+inline bool is(const engine::EchoLine& line, std::size_t bin, engine::Region region) {
+  return line.bins.region[bin] == static_cast<std::uint32_t>(region);
+}
+
 }  // namespace ensonify::tests

@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "support/temporary_folder.h"
-
 namespace ensonify::tests {
 
 /// A small GeoTIFF, uncompressed, one strip, heights in float. Written without GDAL, so that GDAL's

@@ -44,4 +44,15 @@ inline std::string manifold_fault(const refine::TriangleMesh& mesh) {
   return "";
 }
 
+/// The same of faces with any vertex numbers.
+inline std::string manifold_fault(std::vector<refine::Face> faces) {
+  std::map<std::uint32_t, std::uint32_t> number;
+  for (refine::Face& face : faces)
+    for (std::uint32_t& v : face) v = number.try_emplace(v, number.size()).first->second;
+  refine::TriangleMesh mesh;
+  mesh.faces = std::move(faces);
+  mesh.positions.resize(number.size());
+  return manifold_fault(mesh);
+}
+
 }  // namespace ensonify::tests

@@ -6,24 +6,16 @@
 
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "support/files.h"
 #include "support/paths.h"
 #include "support/temporary_folder.h"
 
 namespace ensonify::tests {
-
-inline std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
 
 /// The result of running a program.
 struct Outcome {

@@ -8,7 +8,7 @@
 
 #include <ensonify/engine/output/manifest.h>
 
-#include "support/temporary_folder.h"
+#include "support/files.h"
 
 namespace ensonify::tests {
 

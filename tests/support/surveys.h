@@ -8,6 +8,7 @@
 #include <ensonify/refine/triangle_mesh.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/grids.h"
 #include "support/temporary_folder.h"
 

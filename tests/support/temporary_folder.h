@@ -2,18 +2,9 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <stdexcept>
 #include <string>
 
 namespace ensonify::tests {
-
-/// Writes bytes into a file unchanged.
-inline void write_text(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  if (!out.flush()) throw std::runtime_error("test: cannot write " + file.string());
-}
 
 /// A folder that is removed when the test ends.
 class TemporaryFolder {

@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "support/files.h"
 #include "support/program.h"
 
 namespace ensonify::tests {

@@ -1,13 +1,14 @@
 #include <chrono>
-#include <map>
 #include <random>
 #include <thread>
 
 #include <nlohmann/json.hpp>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/program.h"
 #include "support/tiny_scene.h"
+#include "support/tree.h"
 
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/refine/mesh_reader.h>
@@ -18,13 +19,6 @@ using namespace ensonify::tests;
 namespace {
 
 namespace fs = std::filesystem;
-
-std::map<std::string, std::string> contents(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(folder))
-    files[entry.path().filename()] = read_text(entry.path());
-  return files;
-}
 
 /// Larger than the tiny scene, so that its analysis and its file take some time.
 std::string slow_scene() {
@@ -81,13 +75,13 @@ TEST_CASE("analyse writes a progressive mesh for a scene, from a scene and from 
 
   const auto refused = [&](std::vector<std::string> arguments, const std::string& message,
                            int code = 2) {
-    const auto before = contents(folder.path()).size();
+    const auto before = tree_of(folder.path()).size();
     const Outcome outcome = run_program(folder.path(), std::move(arguments));
     CHECK(outcome.code == code);
     INFO(outcome.err);
     CHECK(outcome.err.find(message) != std::string::npos);
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
-    CHECK(contents(folder.path()).size() == before);
+    CHECK(tree_of(folder.path()).size() == before);
   };
   refused({"analyse", "again.toml", "-o", "c.mesh"}, "its seafloor is already analysed");
   refused({"analyse", "none.ply", "-o", "c.mesh"}, "none.ply: there is no such file");
@@ -103,8 +97,8 @@ TEST_CASE("two processes that build the same seafloor leave one good file") {
                                        "refined", "--cache", "cache", "--threads", "1"});
   };
   REQUIRE(go("expected").code == 0);
-  const auto expected = contents(folder / "expected");
-  const auto good = contents(folder / "cache");
+  const auto expected = tree_of(folder / "expected");
+  const auto good = tree_of(folder / "cache");
   REQUIRE(good.size() == 1);
   for (int round = 0; round < 3; ++round) {
     fs::remove_all(folder / "cache");
@@ -113,9 +107,9 @@ TEST_CASE("two processes that build the same seafloor leave one good file") {
     codes[0] = go("a").code;
     other.join();
     CHECK(codes == std::array{0, 0});
-    CHECK((contents(folder / "a") == expected));
-    CHECK((contents(folder / "b") == expected));
-    CHECK((contents(folder / "cache") == good));
+    CHECK((tree_of(folder / "a") == expected));
+    CHECK((tree_of(folder / "b") == expected));
+    CHECK((tree_of(folder / "cache") == good));
   }
 }
 
@@ -130,8 +124,8 @@ TEST_CASE("a run that is killed at any moment leaves no bad seafloor in its cach
   const Clock::time_point start = Clock::now();
   REQUIRE(run_program(folder.path(), arguments("expected")).code == 0);
   const std::chrono::duration<double> whole = Clock::now() - start;
-  const auto expected = contents(folder / "expected");
-  const auto good = contents(folder / "cache");
+  const auto expected = tree_of(folder / "expected");
+  const auto good = tree_of(folder / "cache");
   std::mt19937 random(5);
   int killed = 0;
   for (int round = 0; round < 30; ++round) {
@@ -143,12 +137,12 @@ TEST_CASE("a run that is killed at any moment leaves no bad seafloor in its cach
     });
     killed += outcome.code == -SIGKILL;
     if (fs::exists(folder / "cache"))
-      for (const auto& [name, bytes] : contents(folder / "cache"))
+      for (const auto& [name, bytes] : tree_of(folder / "cache"))
         if (name.ends_with(".mesh")) CHECK((bytes == good.at(name)));
   }
   CHECK(killed > 10);
   const Outcome after = run_program(folder.path(), arguments("after"));
   CHECK(after.code == 0);
   CHECK(after.err == "");
-  CHECK((contents(folder / "after") == expected));
+  CHECK((tree_of(folder / "after") == expected));
 }

@@ -2,6 +2,7 @@
 #include <map>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/program.h"
 
 using namespace ensonify::tests;

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/program.h"
 #include "support/tiny_scene.h"
 #include "support/tree.h"
@@ -29,13 +30,6 @@ const std::string no_repairs =
     "repairs 0\nrepair_welded_vertices 0\nrepair_degenerate_faces 0\nrepair_duplicate_faces 0\n"
     "repair_non_manifold_edges 0\nrepair_unorientable_edges 0\nrepair_split_vertices 0\n"
     "repair_flipped_faces 0\nrepair_unreferenced_vertices 0\n";
-
-std::set<std::string> names_in(const fs::path& folder) {
-  std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder))
-    names.insert(entry.path().filename().string());
-  return names;
-}
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;

@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/png_pixels.h"
 #include "support/program.h"
 #include "support/tiny_recipe.h"

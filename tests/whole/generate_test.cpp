@@ -11,6 +11,7 @@
 #include <ensonify/engine/dataset/recipe.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/program.h"
 #include "support/tiny_recipe.h"
 #include "support/tree.h"

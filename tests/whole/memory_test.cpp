@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/little_memory.h"
 #include "support/meshes.h"
 #include "support/program.h"

@@ -26,6 +26,7 @@
 
 #include "support/catch.h"
 #include "support/dark_bed.h"
+#include "support/files.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/program.h"
 #include "support/tiny_recipe.h"
 #include "support/tiny_scene.h"

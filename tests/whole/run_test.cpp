@@ -6,6 +6,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/paths.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"

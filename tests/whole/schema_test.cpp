@@ -10,6 +10,7 @@
 #include <ensonify/engine/scene/reader.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/paths.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"

@@ -14,6 +14,7 @@
 
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
 

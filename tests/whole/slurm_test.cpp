@@ -1,6 +1,7 @@
 #include <cstdlib>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/paths.h"
 #include "support/program.h"
 #include "support/tiny_recipe.h"

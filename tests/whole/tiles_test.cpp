@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/little_memory.h"
 #include "support/program.h"
 #include "support/tree.h"

@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/program.h"
 #include "support/tiny_scene.h"
 

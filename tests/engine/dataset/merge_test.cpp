@@ -12,6 +12,7 @@
 #include <ensonify/engine/scene/scene.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/program.h"
 #include "support/small_dataset.h"
 #include "support/tiny_recipe.h"

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/paths.h"
 #include "support/temporary_folder.h"
 

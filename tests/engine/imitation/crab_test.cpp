@@ -5,6 +5,7 @@
 
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/dataset/recipe.h>

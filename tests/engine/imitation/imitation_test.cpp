@@ -9,6 +9,7 @@
 #include <random>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/small_recording.h"
 #include "support/temporary_folder.h"
 

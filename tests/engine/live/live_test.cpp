@@ -21,6 +21,7 @@
 #include <ensonify/engine/simulator/prepare.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"

@@ -6,6 +6,7 @@
 #include <ensonify/engine/scene/scene.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/small_run.h"
 #include "support/temporary_folder.h"
 

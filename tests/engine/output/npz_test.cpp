@@ -4,9 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <iterator>
-#include <map>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -16,6 +14,7 @@
 #include <ensonify/refine/atomic_file.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/sample_waterfall.h"
 #include "support/settings.h"
 #include "support/temporary_folder.h"
@@ -23,6 +22,7 @@
 
 using namespace ensonify::engine;
 using ensonify::tests::OtherSettings;
+using ensonify::tests::read_text;
 using ensonify::tests::sample_waterfall;
 using ensonify::tests::TemporaryFolder;
 
@@ -63,11 +63,6 @@ std::vector<std::byte> npz(const Waterfall& waterfall, const ImageOrigin& its_or
       [&](const auto& write_at) { encode_npz(waterfall, its_origin, write_at); });
 }
 
-std::string content(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 }  // namespace
 
 TEST_CASE("Python and NumPy read the archive's arrays back, bit by bit") {
@@ -84,7 +79,7 @@ TEST_CASE("Python and NumPy read the archive's arrays back, bit by bit") {
   }
   REQUIRE(std::system(
               ("python3 '" + path + "/read.py' '" + path + "' > '" + path + "/log'").c_str()) == 0);
-  const std::string log = content(folder / "log");
+  const std::string log = read_text(folder / "log");
   INFO(log);
   BinLayers::for_each([&](std::string_view name, auto) {
     CHECK(log.find("entry " + std::string(name) + ".npy\n") != std::string::npos);
@@ -99,13 +94,13 @@ TEST_CASE("Python and NumPy read the archive's arrays back, bit by bit") {
     const bool real = std::is_same_v<decltype(values[0]), const float&>;
     CHECK(log.find("array " + std::string(name) + (real ? " float32" : " uint32") + " 7 66\n") !=
           std::string::npos);
-    const std::string bytes = content(folder / std::string(name));
+    const std::string bytes = read_text(folder / std::string(name));
     REQUIRE(bytes.size() == values.size() * sizeof values[0]);
     CHECK(std::memcmp(bytes.data(), values.data(), bytes.size()) == 0);
   });
   CHECK(log.find("npy float64 2 3 -0.125 2.5\n") != std::string::npos);
 
-  const auto attributes = nlohmann::json::parse(content(folder / "attributes.json"));
+  const auto attributes = nlohmann::json::parse(read_text(folder / "attributes.json"));
   CHECK(attributes["row_order"] == "oldest_first");
   CHECK(attributes["sonar"] == waterfall.sonar.name);
   CHECK(attributes["bins"] == 33);

@@ -7,6 +7,7 @@
 
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/small_recording.h"
 #include "support/temporary_folder.h"
 

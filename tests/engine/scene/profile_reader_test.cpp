@@ -11,6 +11,7 @@
 
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/program.h"
 
 #include <ensonify/engine/scene/scene.h>

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <bit>
 #include <filesystem>
-#include <fstream>
 #include <random>
 #include <set>
 
@@ -15,6 +14,7 @@
 #include <fmt/ranges.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/scene/keys/schema.h>
@@ -23,6 +23,7 @@
 
 using namespace ensonify::engine;
 using ensonify::tests::TemporaryFolder;
+using ensonify::tests::write_text;
 namespace fs = std::filesystem;
 
 namespace {
@@ -96,10 +97,6 @@ std::string error_of(const std::string& text, const std::vector<std::string>& ov
 }
 Scene parsed(const std::string& text, const std::vector<std::string>& overrides = {}) {
   return parse_scene(text, "s.toml", overrides);
-}
-
-void write(const fs::path& file, std::string_view text) {
-  std::ofstream(file, std::ios::binary) << text;
 }
 
 const std::string head = "version = 1\n";
@@ -514,7 +511,7 @@ TEST_CASE("An override is read as TOML, a bare word as a string, and errors name
 
 TEST_CASE("Objects keep their order and their numbers, from the file, an override and a dump") {
   const TemporaryFolder folder;
-  for (const char* name : {"wreck.ply", "rock.stl"}) write(folder / name, "");
+  for (const char* name : {"wreck.ply", "rock.stl"}) write_text(folder / name, "");
   const std::string text =
       head +
       "[[objects]]\nmesh = \"wreck.ply\"\nclass = \"wreck\"\nheading_deg = 33.3\n"
@@ -553,7 +550,7 @@ TEST_CASE("A scene's files lie under its folder or the data folder, and nowhere 
   fs::create_directories(data);
   for (const fs::path& file :
        {scenes / "a.tif", scenes / "sub/b.tif", data / "c.tif", folder / "out.tif"})
-    write(file, "grid");
+    write_text(file, "grid");
   fs::create_symlink(folder / "out.tif", scenes / "leads_out.tif");
   fs::create_symlink(folder.path(), scenes / "up");
   fs::create_symlink("sub/b.tif", scenes / "stays.tif");
@@ -561,8 +558,8 @@ TEST_CASE("A scene's files lie under its folder or the data folder, and nowhere 
   fs::create_symlink("loop", scenes / "loop");
   REQUIRE(mkfifo((scenes / "fifo").c_str(), 0600) == 0);
   const auto read = [&](const std::string& survey, const fs::path& data_folder) {
-    write(scenes / "s.toml",
-          head + "[seafloor]\nkind = \"survey\"\nsurvey = " + toml_string(survey) + "\n");
+    write_text(scenes / "s.toml",
+               head + "[seafloor]\nkind = \"survey\"\nsurvey = " + toml_string(survey) + "\n");
     return read_scene(scenes / "s.toml", {}, data_folder);
   };
 
@@ -633,11 +630,11 @@ TEST_CASE("A scene file that cannot be one is refused by name") {
   REQUIRE(mkfifo((folder / "fifo").c_str(), 0600) == 0);
   CHECK(error(folder / "fifo") ==
         (folder / "fifo").string() + ": is not a regular file; correct the path");
-  write(folder / "huge.toml", head + std::string(1 << 20, '\n'));
+  write_text(folder / "huge.toml", head + std::string(1 << 20, '\n'));
   CHECK(error(folder / "huge.toml") ==
         (folder / "huge.toml").string() +
             ": has 1048588 bytes, expected at most 1048576; is it the right file?");
-  write(folder / "fine.toml", head + std::string((1 << 20) - head.size(), '\n'));
+  write_text(folder / "fine.toml", head + std::string((1 << 20) - head.size(), '\n'));
   CHECK(error(folder / "fine.toml") == "no error");
 }
 

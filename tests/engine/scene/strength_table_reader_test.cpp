@@ -1,10 +1,10 @@
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/tables/strength_table_reader.h>
 
-#include <fstream>
 #include <string>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/scene/keys/schema.h>
@@ -15,12 +15,9 @@
 
 using namespace ensonify;
 using namespace ensonify::engine;
+using ensonify::tests::write_text;
 
 namespace {
-
-void write(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream(file, std::ios::binary) << text;
-}
 
 const std::string scene_text =
     "version = 1\n[seafloor]\nmaterial = \"ground\"\n[material.ground]\nmodel = \"table\"\n";
@@ -63,7 +60,7 @@ TEST_CASE("A table of strengths that is out of order or out of range is refused 
 
 TEST_CASE("A scene's material has the strengths of its table, and its file is one of the scene's") {
   const tests::TemporaryFolder folder;
-  write(folder / "bed.csv", "grazing_deg,strength_db\n10,-30\n90,-10\n");
+  write_text(folder / "bed.csv", "grazing_deg,strength_db\n10,-30\n90,-10\n");
   const Scene scene =
       parse_scene(scene_text + "table = \"bed.csv\"\n", "s", {}, {folder.path(), {}});
   const auto bed = backscatter_of(scene.materials[0], 400e3, 1500.0, 0.0);
@@ -78,7 +75,7 @@ TEST_CASE("A scene's material has the strengths of its table, and its file is on
 
 TEST_CASE("A table that is missing, elsewhere or not asked for is refused with its key") {
   const tests::TemporaryFolder folder;
-  write(folder / "bed.csv", "grazing_deg,strength_db\n10,-30\n5,-10\n");
+  write_text(folder / "bed.csv", "grazing_deg,strength_db\n10,-30\n5,-10\n");
   const auto refused = [&](const std::string& text, const std::string& message) {
     CHECK_THROWS_WITH(parse_scene(text, "s", {}, {folder.path(), {}}), Catch::Contains(message));
   };
@@ -87,7 +84,7 @@ TEST_CASE("A table that is missing, elsewhere or not asked for is refused with i
   refused(scene_text + "table = \"../bed.csv\"\n", "without '..'");
   refused(scene_text + "table = \"data:bed.csv\"\n", "no data folder is known");
   refused(scene_text + "table = \"bed.csv\"\n", "bed.csv:3: grazing_deg is 5 after 10");
-  write(folder / "bed.csv", "grazing_deg,strength_db\n10,-30\n90,-10\n");
+  write_text(folder / "bed.csv", "grazing_deg,strength_db\n10,-30\n90,-10\n");
   refused("version = 1\n[material.ground]\nlike = \"clay\"\ntable = \"bed.csv\"\n",
           "'material.ground.table' needs material.ground.model = \"table\"");
   refused("version = 1\n[seafloor]\nmaterial = \"g\"\n[material.g]\nmodel = \"gsab\"\n",

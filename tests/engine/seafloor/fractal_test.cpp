@@ -12,6 +12,7 @@
 #include <ensonify/engine/random.h>
 
 #include "engine/seafloor/spectrum.h"
+#include "engine/seafloor/variogram.h"
 #include "support/catch.h"
 
 using namespace ensonify::engine;
@@ -29,14 +30,6 @@ Heightfield fractal(int columns, int rows, double dx, double dy, const FractalRe
 }
 
 // Mean squared height difference of points that are (east, north) cells apart.
-double variogram(const Heightfield& field, int east, int north) {
-  double sum = 0.0;
-  for (int row = 0; row + north < field.rows; ++row)
-    for (int column = 0; column + east < field.columns; ++column)
-      sum += std::pow(field.at(column + east, row + north) - field.at(column, row), 2);
-  return sum / (static_cast<double>(field.columns - east) * (field.rows - north));
-}
-
 double power(const FractalRelief& relief, double k) {
   const double h = relief.hurst;
   return relief.height_at_1m_m * relief.height_at_1m_m * std::pow(2.0, 2 * h - 1) * h *

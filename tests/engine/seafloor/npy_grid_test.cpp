@@ -9,6 +9,7 @@
 #include <ensonify/engine/seafloor/bed/survey.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/surveys.h"
 #include "support/temporary_folder.h"
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/seafloor/make_seafloor.h>

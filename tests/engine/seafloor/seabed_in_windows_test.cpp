@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <iterator>
 #include <span>
 #include <string>
@@ -19,6 +18,7 @@
 
 #include "engine/seafloor/spectrum.h"
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 
 using namespace ensonify::engine;
@@ -75,11 +75,6 @@ SeabedOptions many_layers() {
   seabed.boulders[0].relief.per_hectare = 300.0;
   seabed.boulders[0].area.on = "medium sand";
   return seabed;
-}
-
-std::string content_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace
@@ -165,7 +160,7 @@ TEST_CASE("Tiles with layers have the same bytes, whichever is made first") {
         true);
     REQUIRE(tiles.chunks() == order.size());
     for (const std::size_t chunk : order) tiles.require_chunk(chunk);
-    return content_of(folder.path() / name);
+    return read_text(folder.path() / name);
   };
   CHECK(make("a.tiles", {0, 1}) == make("b.tiles", {1, 0}));
 }

@@ -17,6 +17,7 @@
 
 #include "engine/seafloor/spectrum.h"
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/grids.h"
 #include "support/temporary_folder.h"
 

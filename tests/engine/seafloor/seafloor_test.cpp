@@ -8,6 +8,7 @@
 #include <string>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/grids.h"
 #include "support/temporary_folder.h"
 

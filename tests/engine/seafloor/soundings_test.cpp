@@ -11,6 +11,7 @@
 
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/surveys.h"
 #include "support/temporary_folder.h"
 

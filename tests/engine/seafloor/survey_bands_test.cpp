@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/surveys.h"
 #include "support/temporary_folder.h"
 

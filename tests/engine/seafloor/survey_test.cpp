@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <string>
@@ -15,6 +14,7 @@
 
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/surveys.h"
 #include "support/temporary_folder.h"
 
@@ -32,11 +32,6 @@ Range heights(const Heightfield& field) {
   for (const double z : field.z_m)
     if (!std::isnan(z)) range = {std::min(range.low, z), std::max(range.high, z)};
   return range;
-}
-
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace
@@ -299,7 +294,7 @@ TEST_CASE("A truncated BAG is refused") {
     return;
   }
   const TemporaryFolder folder;
-  const std::string whole = bytes_of(*file);
+  const std::string whole = read_text(*file);
   REQUIRE_NOTHROW(survey_of(folder, whole, "grid.bag"));
   for (int part = 0; part < 20; ++part)
     CHECK_THROWS_AS(

@@ -12,6 +12,7 @@
 #include <ensonify/engine/seafloor/bed/relief_fields.h>
 
 #include "engine/seafloor/spectrum.h"
+#include "engine/seafloor/variogram.h"
 #include "support/catch.h"
 
 using namespace ensonify::engine;
@@ -35,16 +36,6 @@ Heightfield in_tiles(const TiledField& tiled, int across, int up, double cell_m)
                     &field.at(column * block, row * block + j));
     }
   return field;
-}
-
-double variogram(const Heightfield& field, int east, int north) {
-  double sum = 0.0;
-  for (int row = 0; row + north < field.rows; ++row)
-    for (int column = 0; column + east < field.columns; ++column) {
-      const double step = field.at(column + east, row + north) - field.at(column, row);
-      sum += step * step;
-    }
-  return sum / (static_cast<double>(field.columns - east) * (field.rows - north));
 }
 
 double variance(const Heightfield& field) {

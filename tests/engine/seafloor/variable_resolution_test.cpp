@@ -21,6 +21,7 @@
 #include <ensonify/refine/error.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 
 using namespace ensonify::engine;

@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "support/catch.h"
+#include "support/hits.h"
 #include "support/meshes.h"
 
 #include <ensonify/engine/random.h>
@@ -24,6 +25,7 @@
 using namespace ensonify;
 using namespace ensonify::engine;
 using Eigen::Vector3d;
+using ensonify::tests::hit_of;
 
 namespace {
 
@@ -97,17 +99,11 @@ Vector3d in_float(const Vector3d& v) {
 
 Hit no_fault(const Ray&, const Hit& hit, const Intersector&) { return hit; }
 
-Hit ask(const Intersector& tracer, const Ray& ray) {
-  Hit hit;
-  tracer.intersect({&ray, 1}, {&hit, 1});
-  return hit;
-}
-
 /// The next hit behind a hit.
 Hit next(const Ray& ray, const Hit& hit, const Intersector& sound) {
   Ray rest = ray;
   rest.t_min = hit.t * (1.0 + 1e-9);
-  return rest.t_min <= rest.t_max ? ask(sound, rest) : Hit{};
+  return rest.t_min <= rest.t_max ? hit_of(sound, rest) : Hit{};
 }
 
 /// Static faces with an intersector, to which bodies may be added.
@@ -170,7 +166,7 @@ TEST_CASE("a different answer is judged by its place") {
   const auto reference = make_intersector("pluecker", mesh);
   const Judge judge(mesh, *reference);
   const auto verdict = [&](const Ray& ray, const Hit& found) {
-    return judge.judge(ray, ask(*reference, ray), found);
+    return judge.judge(ray, hit_of(*reference, ray), found);
   };
   const Hit miss;
   const double close = 1e-8, apart = 1e-4;
@@ -189,12 +185,12 @@ TEST_CASE("a different answer is judged by its place") {
   twice.faces.push_back({8, 9, 10});
   const auto reference_of_both = make_intersector("pluecker", twice);
   const Judge judge_of_both(twice, *reference_of_both);
-  const Hit upper = ask(*reference_of_both, down(0.7, 0.7));
+  const Hit upper = hit_of(*reference_of_both, down(0.7, 0.7));
   REQUIRE(upper.face == 0);
   const Hit of_other{4, 4, upper.t, 1.7 / 6.0, 1.7 / 6.0};
   CHECK(judge_of_both.judge(down(0.7, 0.7), upper, of_other) == Verdict::tie);
   CHECK(judge_of_both.is_overlap(down(0.7, 0.7), upper, of_other, Precision::in_float));
-  CHECK(!judge.is_overlap(down(1.0 - close, 1.0), ask(*reference, down(1.0 - close, 1.0)),
+  CHECK(!judge.is_overlap(down(1.0 - close, 1.0), hit_of(*reference, down(1.0 - close, 1.0)),
                           face_1_at(1.0 - close, 1.0, 1.0), Precision::in_float));
 
   // Passing through: a leak at the diagonal, allowed at the border, unexplained elsewhere.
@@ -209,24 +205,24 @@ TEST_CASE("a different answer is judged by its place") {
 
   // The square below, found through the diagonal of the upper one; and below that, nothing.
   const Ray at_diagonal = down(1.0 - close, 1.0);
-  const Hit lower = next(at_diagonal, ask(*reference, at_diagonal), *reference);
+  const Hit lower = next(at_diagonal, hit_of(*reference, at_diagonal), *reference);
   REQUIRE(lower.face >= 2);
   CHECK(verdict(at_diagonal, lower) == Verdict::leak);
-  CHECK(verdict(down(0.7, 0.7), next(down(0.7, 0.7), ask(*reference, down(0.7, 0.7)),
+  CHECK(verdict(down(0.7, 0.7), next(down(0.7, 0.7), hit_of(*reference, down(0.7, 0.7)),
                                      *reference)) == Verdict::unexplained);
 
   // At the ray's end.
   for (const double end : {1.0, 1.0 - 1e-9, 1.0 + 1e-9}) {
     Ray ray = down(0.5, 0.5);
     ray.t_max = end;
-    if (ask(*reference, ray)) CHECK(verdict(ray, miss) == Verdict::end);
-    if (!ask(*reference, ray)) CHECK(verdict(ray, {0, 0, end, 0.25, 0.25}) == Verdict::end);
+    if (hit_of(*reference, ray)) CHECK(verdict(ray, miss) == Verdict::end);
+    if (!hit_of(*reference, ray)) CHECK(verdict(ray, {0, 0, end, 0.25, 0.25}) == Verdict::end);
     CHECK(verdict(ray, {0, 0, 1.0 + 1e-6, 0.25, 0.25}) == Verdict::unexplained);  // beyond it
   }
 
   // A face whose plane contains the ray may be hit or not, anywhere; a face beside the ray may not.
   const Ray level{{-1.0, 1.0, 0.0}, {1, 0, 0}};
-  REQUIRE(!ask(*reference, level));
+  REQUIRE(!hit_of(*reference, level));
   CHECK(verdict(level, {0, 0, 1.3, 0.2, 0.5}) == Verdict::coplanar);
   CHECK(verdict({{-1.0, 2.5, 0.0}, {1, 0, 0}}, {0, 0, 1.3, 0.2, 0.5}) == Verdict::coplanar);
   CHECK(verdict({{-1.0, 1.0, 1e-3}, {1, 0, 0}}, {0, 0, 1.3, 0.2, 0.5}) == Verdict::unexplained);
@@ -247,7 +243,7 @@ TEST_CASE("beyond a needle's tip both edges may count as hit, beside the needle 
   const Judge judge(needle, *reference);
   const Hit tip{0, 0, 1.0, 0.0, 0.0};
   const auto verdict = [&](const Ray& ray) {
-    REQUIRE(!ask(*reference, ray));
+    REQUIRE(!hit_of(*reference, ray));
     return judge.judge(ray, {}, tip);
   };
   CHECK(verdict(down(-1e-4, 0.0)) == Verdict::edge);  // 3e-7 from the farther edge's line
@@ -422,7 +418,7 @@ TEST_CASE("an answer computed for the ray rounded to float is within the toleran
     Ray rounded = ray;
     rounded.origin = in_float(ray.origin);
     rounded.direction = in_float(ray.direction);
-    const Hit exact = ask(*tracer, ray), moved = ask(*tracer, rounded);
+    const Hit exact = hit_of(*tracer, ray), moved = hit_of(*tracer, rounded);
     if (!exact || moved.face != exact.face) continue;
     largest = std::max(largest, std::abs(moved.t - exact.t) * ray.direction.norm() /
                                     judge.tolerance_m(ray, exact.face));
@@ -543,7 +539,7 @@ std::vector<PingBlock> rocks_track() {
 
 /// The height of the rocks by the reference: a correct altitude.
 double height_of(const Intersector& reference, double x_m, double y_m) {
-  const Hit hit = ask(reference, {{x_m, y_m, 0.0}, {0, 0, -1}});
+  const Hit hit = hit_of(reference, {{x_m, y_m, 0.0}, {0, 0, -1}});
   return hit ? -hit.t : std::nan("");
 }
 
@@ -775,7 +771,7 @@ TEST_CASE(
   const auto rounded = std::make_shared<Spoilt>(far, [&](auto& ray, const Hit& hit, auto& sound) {
     Ray coarse = ray;
     coarse.origin = in_float(ray.origin);
-    return hit ? ask(sound, coarse) : hit;
+    return hit ? hit_of(sound, coarse) : hit;
   });
   const Candidate one{.surface = "static", .intersector = "candidate", .make = [&] {
                         return static_faces(far, rounded);
@@ -788,7 +784,7 @@ TEST_CASE(
   const Judge judge(far, *reference);
   const Vector3d target(50001.0, 0.5, -18.0), origin = target + Vector3d(-49000.0, 0.0, 9000.0);
   const Ray ray{origin, (target - origin).normalized()};
-  const Hit hit = ask(*reference, ray);
+  const Hit hit = hit_of(*reference, ray);
   REQUIRE(hit);
   CHECK(judge.is_coarse(ray, hit.face, Precision::in_float));
   CHECK(!judge.is_coarse(ray, hit.face, Precision::in_double));
@@ -814,7 +810,7 @@ TEST_CASE("aimed rays hit vertices and edges, and are the same for the same seed
     CHECK(rays[i].origin == same[i].origin);
     CHECK(rays[i].direction == same[i].direction);
     equal += rays[i].direction == different[i].direction;
-    look(rays[i], ask(*tracer, rays[i]));
+    look(rays[i], hit_of(*tracer, rays[i]));
   }
   CHECK(equal == 0);
   CHECK(hits > rays.size() / 2);

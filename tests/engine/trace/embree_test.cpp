@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <memory>
@@ -19,6 +18,7 @@
 #include <unistd.h>
 
 #include "support/catch.h"
+#include "support/hits.h"
 #include "support/little_memory.h"
 
 #include <ensonify/engine/trace/embree/embree.h>
@@ -28,6 +28,7 @@ using namespace ensonify;
 using namespace ensonify::engine;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
+using ensonify::tests::hits_of;
 
 namespace {
 
@@ -93,17 +94,14 @@ std::vector<Ray> rays_at_ties(const refine::TriangleMesh& mesh) {
   return rays;
 }
 
-std::vector<Hit> trace(const Intersector& tracer, const RayFan& fan) {
-  std::vector<Hit> hits(fan.grid->rays());
-  tracer.intersect(fan, hits);
-  return hits;
-}
-std::vector<Hit> trace(const Intersector& tracer, const std::vector<Ray>& rays) {
+std::vector<Hit> hits_of(const Intersector& tracer, const std::vector<Ray>& rays) {
   std::vector<Hit> hits(rays.size());
   tracer.intersect(rays, hits);
   return hits;
 }
-Hit shoot(const Intersector& tracer, const Ray& ray) { return trace(tracer, std::vector{ray})[0]; }
+Hit shoot(const Intersector& tracer, const Ray& ray) {
+  return hits_of(tracer, std::vector{ray})[0];
+}
 
 std::size_t count(const std::vector<Hit>& hits) {
   return static_cast<std::size_t>(std::ranges::count_if(hits, [](const Hit& h) { return !!h; }));
@@ -148,17 +146,17 @@ TEST_CASE("a rebuilt tree answers like a new one") {
     const IntersectorOptions options{.for_one_ping = for_one_ping};
     const auto fresh_one = make_intersector("embree", one, options);
     const auto fresh_other = make_intersector("embree", other, options);
-    REQUIRE(differences(trace(*fresh_one, fan), trace(*fresh_other, fan)) > 100);
+    REQUIRE(differences(hits_of(*fresh_one, fan), hits_of(*fresh_other, fan)) > 100);
 
     const auto again = make_embree(options);
-    CHECK(count(trace(*again, fan)) == 0);  // empty until it is built
+    CHECK(count(hits_of(*again, fan)) == 0);  // empty until it is built
     for (int round = 0; round < 2; ++round) {
       again->build(one);
-      CHECK(differences(trace(*again, fan), trace(*fresh_one, fan)) == 0);
+      CHECK(differences(hits_of(*again, fan), hits_of(*fresh_one, fan)) == 0);
       again->build(none);
-      CHECK(count(trace(*again, fan)) == 0);
+      CHECK(count(hits_of(*again, fan)) == 0);
       again->build(other);
-      CHECK(differences(trace(*again, fan), trace(*fresh_other, fan)) == 0);
+      CHECK(differences(hits_of(*again, fan), hits_of(*fresh_other, fan)) == 0);
     }
   }
 }
@@ -171,9 +169,9 @@ TEST_CASE("trees for one ping and for many give the same hits to the bit, ties i
     const auto many = make_intersector("embree", mesh, options);
     options.for_one_ping = true;
     const auto one = make_intersector("embree", mesh, options);
-    CHECK(count(trace(*many, fan)) > 5000);
-    CHECK(differences(trace(*many, fan), trace(*one, fan)) == 0);
-    CHECK(differences(trace(*many, ties), trace(*one, ties)) == 0);
+    CHECK(count(hits_of(*many, fan)) > 5000);
+    CHECK(differences(hits_of(*many, fan), hits_of(*one, fan)) == 0);
+    CHECK(differences(hits_of(*many, ties), hits_of(*one, ties)) == 0);
   });
 }
 
@@ -190,7 +188,7 @@ TEST_CASE("packets and single rays give the same hits: to the bit, with AVX2 to 
     for (const int elevations : {1, 2, 15, 16, 17, 1000}) {
       CAPTURE(elevations);
       const RayFan fan = fan_over(elevations);
-      const std::vector<Hit> together = trace(*packets, fan), alone = trace(*singles, fan);
+      const std::vector<Hit> together = hits_of(*packets, fan), alone = hits_of(*singles, fan);
       CHECK(same(together, alone));
       std::vector<Hit> within;  // as a list of rays
       for (std::size_t ray = 0; ray < together.size(); ++ray)
@@ -198,7 +196,7 @@ TEST_CASE("packets and single rays give the same hits: to the bit, with AVX2 to 
           within.push_back(together[ray]);
         else
           CHECK(!together[ray]);
-      CHECK(same(within, trace(*packets, rays_of(fan))));
+      CHECK(same(within, hits_of(*packets, rays_of(fan))));
     }
   });
 }
@@ -220,9 +218,9 @@ TEST_CASE("all rays of a packet hit the bed, even if one hardly leaves a plane o
          .middle = {0, -s, -s},
          .pole = {1, 0, 0},
          .range_m = 40.0};
-  const std::vector<Hit> expected = trace(*make_intersector("pluecker", mesh), fan);
+  const std::vector<Hit> expected = hits_of(*make_intersector("pluecker", mesh), fan);
   on_every_instruction_set([&](const IntersectorOptions& options) {
-    const std::vector<Hit> found = trace(*make_intersector("embree", mesh, options), fan);
+    const std::vector<Hit> found = hits_of(*make_intersector("embree", mesh, options), fan);
     for (std::size_t i = 0; i < found.size(); ++i) CHECK(found[i].t == Approx(expected[i].t));
   });
 }
@@ -242,7 +240,8 @@ TEST_CASE("of coincident faces the lowest is hit, at any place in the tree") {
       for (const char* name : {"embree", "embree-single"}) {
         options.for_one_ping = for_one_ping;
         const auto tracer = make_intersector(name, mesh, options);
-        for (const std::vector<Hit>& hits : {trace(*tracer, fan), trace(*tracer, rays_of(fan))}) {
+        for (const std::vector<Hit>& hits :
+             {hits_of(*tracer, fan), hits_of(*tracer, rays_of(fan))}) {
           std::size_t wrong = 0;
           for (const Hit& hit : hits) wrong += hit && hit.face != lowest[mesh.faces[hit.face]];
           CHECK(count(hits) > 2000);
@@ -259,7 +258,7 @@ TEST_CASE("robust trees stop rays at vertices and edges that fast ones let throu
     const auto tracer = make_intersector("embree", mesh, {.robust = robust});
     CHECK(tracer->code_path().ends_with(" fast") == !robust);
     return 1.0 -
-           static_cast<double>(count(trace(*tracer, rays))) / static_cast<double>(rays.size());
+           static_cast<double>(count(hits_of(*tracer, rays))) / static_cast<double>(rays.size());
   };
   CHECK(lost(true) < 0.01);
   CHECK(lost(false) > 0.05);
@@ -286,8 +285,8 @@ TEST_CASE("the triangles' memory is shared, not changed, and not read beyond its
       const IntersectorOptions options{.for_one_ping = for_one_ping};
       const auto tracer = make_intersector("embree", triangles, options);
       const auto expected = make_intersector("embree", mesh, options);
-      CHECK(count(trace(*tracer, fan)) > 50);
-      CHECK(differences(trace(*tracer, fan), trace(*expected, fan)) == 0);
+      CHECK(count(hits_of(*tracer, fan)) > 50);
+      CHECK(differences(hits_of(*tracer, fan), hits_of(*expected, fan)) == 0);
       CHECK(std::memcmp(at, mesh.positions.data(), bytes) == 0);
       CHECK(faces == mesh.faces);
     }
@@ -318,7 +317,7 @@ TEST_CASE("the chosen instruction set is the one that runs: the last bits differ
   const refine::TriangleMesh mesh = ripples(100);
   const RayFan fan = fan_over(1000);
   const auto on = [&](const char* set) {
-    return trace(*make_intersector("embree", mesh, {.instruction_set = set}), fan);
+    return hits_of(*make_intersector("embree", mesh, {.instruction_set = set}), fan);
   };
   CHECK(differences(on("sse4.2"), on("avx2")) > 100);
   CHECK(differences(on("avx2"), on("avx2")) == 0);
@@ -397,7 +396,7 @@ TEST_CASE("out of memory is an error, after which a tree can be built again") {
   const RayFan fan = fan_over(300);
   for (const bool for_one_ping : {false, true}) {
     const IntersectorOptions options{.for_one_ping = for_one_ping};
-    const std::vector<Hit> expected = trace(*make_intersector("embree", small, options), fan);
+    const std::vector<Hit> expected = hits_of(*make_intersector("embree", small, options), fan);
     const auto tracer = make_embree(options);
     tracer->build(small);
     std::size_t refused = 0, built = 0;
@@ -413,9 +412,9 @@ TEST_CASE("out of memory is an error, after which a tree can be built again") {
       }
       refused += failed;
       built += !failed;
-      if (failed) CHECK(count(trace(*tracer, fan)) == 0);
+      if (failed) CHECK(count(hits_of(*tracer, fan)) == 0);
       tracer->build(small);
-      CHECK(differences(trace(*tracer, fan), expected) == 0);
+      CHECK(differences(hits_of(*tracer, fan), expected) == 0);
     }
     CHECK(refused > 3);
     CHECK(built == 1);

@@ -12,6 +12,7 @@
 #include <hwy/targets.h>
 
 #include "support/catch.h"
+#include "support/hits.h"
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/trace/check/agreement.h>
@@ -23,6 +24,7 @@ using namespace ensonify::engine;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
+using ensonify::tests::hits_of;
 
 namespace {
 
@@ -128,12 +130,6 @@ RayFan fan_of(const Look& look, std::shared_ptr<const FanGrid> grid = nullptr) {
           turn * Vector3d(c, 0, -s),
           turn * Vector3d(s, 0, c),
           look.range_m};
-}
-
-std::vector<Hit> hits_of(const Intersector& tracer, const RayFan& fan) {
-  std::vector<Hit> hits(fan.grid->rays());
-  tracer.intersect(fan, hits);
-  return hits;
 }
 
 /// Compares fan_scan with the reference on these fans and on fans aimed at the mesh, with static

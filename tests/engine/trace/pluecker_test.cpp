@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "support/catch.h"
+#include "support/hits.h"
 
 #include <ensonify/engine/trace/intersector.h>
 
@@ -17,17 +18,12 @@ using namespace ensonify;
 using namespace ensonify::engine;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
+using ensonify::tests::hit_of;
 
 namespace {
 
 __extension__ using Wide = __int128;
 using WideVector = std::array<Wide, 3>;
-
-Hit shoot(const Intersector& tracer, const Ray& ray) {
-  Hit hit;
-  tracer.intersect({&ray, 1}, {&hit, 1});
-  return hit;
-}
 
 WideVector wide(const Vector3d& v) {
   return {static_cast<Wide>(v.x()), static_cast<Wide>(v.y()), static_cast<Wide>(v.z())};
@@ -116,7 +112,7 @@ TEST_CASE("a face is hit as integers decide, at corners, at edges and in its pla
           const double t = normal.dot(a - ray.origin) / normal.dot(ray.direction);
           if (t < expected.t) expected = {face, face, t};
         }
-        const Hit found = shoot(*tracer, ray);
+        const Hit found = hit_of(*tracer, ray);
         REQUIRE(found.face == expected.face);
         REQUIRE(found.t == expected.t);
         if (!found) continue;
@@ -187,7 +183,7 @@ TEST_CASE("a ray crosses a closed surface an odd number of times from inside, el
       if (i % 5 == 0) ray.direction.normalize();
       if (ray.direction.isZero(0.0)) continue;
       std::size_t crossings = 0;
-      for (const auto& face : faces) crossings += static_cast<bool>(shoot(*face, ray));
+      for (const auto& face : faces) crossings += static_cast<bool>(hit_of(*face, ray));
       REQUIRE(crossings % 2 == (!outside && is_full(cube)));
       through_ties += crossings > 1;
     }
@@ -249,14 +245,14 @@ TEST_CASE("a direction may be as short as a double can be, and as long as 1e18")
   const auto tracer = make_intersector("pluecker", mesh);
   for (const int exponent : {-1000, -200, -101, -100, -99, 0, 59}) {
     const double length = std::ldexp(1.0, exponent);
-    const Hit hit = shoot(*tracer, {{0, 0, 0}, {0.0, 0.0, length}});
+    const Hit hit = hit_of(*tracer, {{0, 0, 0}, {0.0, 0.0, length}});
     REQUIRE(hit);
     CHECK(hit.t == 4.0 / length);
     CHECK(hit.u == 0.25);
     CHECK(hit.v == 0.25);
-    CHECK(shoot(*tracer, {{0, 0, 0}, {0.0, 0.0, length}, 0.0, 4.0 / length}));
-    CHECK(!shoot(*tracer, {{0, 0, 0}, {0.0, 0.0, length}, 0.0, 3.99 / length}));
+    CHECK(hit_of(*tracer, {{0, 0, 0}, {0.0, 0.0, length}, 0.0, 4.0 / length}));
+    CHECK(!hit_of(*tracer, {{0, 0, 0}, {0.0, 0.0, length}, 0.0, 3.99 / length}));
   }
   // For the smallest denormal, t would overflow at four units.
-  CHECK(!shoot(*tracer, {{0, 0, 0}, {0.0, 0.0, std::numeric_limits<double>::denorm_min()}}));
+  CHECK(!hit_of(*tracer, {{0, 0, 0}, {0.0, 0.0, std::numeric_limits<double>::denorm_min()}}));
 }
