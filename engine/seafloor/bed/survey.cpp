@@ -26,13 +26,11 @@
 #include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/ascii_grid.h>
-#include <ensonify/engine/seafloor/bed/netcdf_axes.h>
 #include <ensonify/engine/seafloor/bed/npy_grid.h>
-#include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/engine/seafloor/bed/soundings.h>
+#include <ensonify/engine/seafloor/bed/survey_checks.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
 #include <ensonify/engine/seafloor/bed/survey_mosaic.h>
-#include <ensonify/engine/seafloor/bed/unit_of_length.h>
 #include <ensonify/engine/seafloor/bed/variable_resolution.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/refine/read_file.h>
@@ -218,10 +216,7 @@ class SurveyReader {
     gdal_error_.clear();  // warnings about a file that it could open
     if (resolution_) return;
     if (soundings_) take_soundings();
-    if (is_text())
-      if (const std::string fault = fault_of_ascii_grid(file_, field_.columns, field_.rows);
-          !fault.empty())
-        fail(fault);
+    if (is_text()) refuse(fault_of_ascii_grid(file_, field_.columns, field_.rows));
     int has_scale = 0, has_offset = 0;
     nodata_ = band().GetNoDataValue(&has_nodata_);
     declares_nodata_ = has_nodata_ != 0;
@@ -288,6 +283,9 @@ class SurveyReader {
 
   [[noreturn]] void fail(const std::string& what) const {
     throw refine::MeshError(fmt::format("{}: {}", file_.string(), what));
+  }
+  void refuse(const std::string& fault) const {
+    if (!fault.empty()) fail(fault);
   }
   [[noreturn]] void fail_with_gdal(const std::string& what) const {
     fail(gdal_error_.empty() ? what : fmt::format("{} ({})", what, gdal_error_));
@@ -359,24 +357,10 @@ class SurveyReader {
 
   bool is_text() const { return std::string_view(dataset_->GetDriverName()) == "AAIGrid"; }
 
-  // Refuses headers that promise more cells than the file can hold, before anything is allocated:
-  // a text cell needs two bytes, and no compression packs a thousand real heights into one byte.
   void check_size(GDALRasterBand& band) {
     field_.columns = dataset_->GetRasterXSize();
     field_.rows = dataset_->GetRasterYSize();
-    if (field_.columns < 2 || field_.rows < 2)
-      fail(fmt::format("has {} x {} cells; a seafloor needs at least 2 x 2", field_.columns,
-                       field_.rows));
-    const double cells = static_cast<double>(field_.columns) * field_.rows;
-    int block_columns = 0, block_rows = 0;
-    band.GetBlockSize(&block_columns, &block_rows);
-    const double block = static_cast<double>(block_columns) * block_rows;
-    if (!soundings_ &&
-        (cells > (is_text() ? 0.5 * (bytes_ + 1.0) : 1000.0 * bytes_) || block > 1000.0 * bytes_))
-      fail(
-          fmt::format("promises {} x {} cells, which a file of {:.0f} bytes cannot hold; it is "
-                      "truncated or its header is wrong",
-                      field_.columns, field_.rows, bytes_));
+    refuse(fault_of_size(band, soundings_ ? std::nullopt : std::optional(bytes_), is_text()));
     check_points(field_.columns, field_.rows);
   }
   void check_points(double columns, double rows) const {
@@ -405,54 +389,9 @@ class SurveyReader {
   void check_reference(GDALRasterBand& band) {
     if (dataset_->GetGeoTransform(transform_.data()) != CE_None)
       fail("does not define where its cells lie; add that with gdal_translate -a_ullr");
-    const auto [west, east_step, turn_1, north, turn_2, north_step] = transform_;
-    if (!std::all_of(transform_.begin(), transform_.end(),
-                     [](double x) { return std::isfinite(x); }) ||
-        !(east_step > 0.0) || north_step == 0.0)
-      fail(fmt::format("has cells of {} x {} m, expected positive sizes; {}", east_step, north_step,
-                       east_step < 0.0 ? "make it north-up with gdalwarp"
-                                       : "give it the right corners with gdal_translate -a_ullr"));
-    if (std::abs(turn_1) * field_.rows > 1e-3 * east_step ||
-        std::abs(turn_2) * field_.columns > 1e-3 * std::abs(north_step))
-      fail("is a grid rotated against north; make it north-up with gdalwarp");
-
-    const char* const cure =
-        "project it to metres, with gdalwarp -t_srs EPSG:326NN for UTM zone NN";
-    const OGRSpatialReference* reference = dataset_->GetSpatialRef();
-    if (!reference && !proj_message_.empty()) fail_without_reference();
-    if (reference && reference->IsGeographic()) fail(fmt::format("is in degrees; {}", cure));
-    if (std::string_view(dataset_->GetDriverName()) == "netCDF")
-      if (const char* const variable = band.GetMetadataItem("NETCDF_VARNAME"))
-        if (const std::string fault = fault_of_netcdf_axes(file_, variable); !fault.empty())
-          fail(fault);
-    if (reference && std::abs(reference->GetLinearUnits() - 1.0) > 1e-9)
-      fail(fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), cure));
-    constexpr double max_off = 0.05;  // of a length; that of maps of a continent is smaller
-    const Eigen::Vector2d middle(west + 0.5 * east_step * field_.columns,
-                                 north + 0.5 * north_step * field_.rows);
-    if (const auto scale =
-            reference ? scale_of_reference(wkt_of(*reference), middle) : std::optional<double>();
-        scale && std::abs(*scale - 1.0) > max_off)
-      fail(fmt::format("has map metres that are {:.2f} m on Earth, as Mercator's; {}", *scale,
-                       cure));
-    // A grid without a reference that looks like longitudes and latitudes.
-    // 30 seconds are no size in metres.
-    const bool seconds =
-        east_step < 0.1 && is_whole(3600.0 * east_step) && !is_whole(1000.0 * east_step);
-    if (!reference && (east_step < 0.005 || seconds) && std::abs(north_step) < 0.1 &&
-        west >= -180.0 && west + east_step * field_.columns <= 360.0 && std::abs(north) <= 90.0)
-      fail(fmt::format(
-          "seems to be in degrees, with cells of {}; {}. If they are metres, declare that with "
-          "gdal_translate -a_srs",
-          east_step, cure));
-    const std::string unit = band.GetUnitType();
-    if (!is_metre(unit))
-      fail(fmt::format("has heights in '{}'; convert them to metres with gdal_calc.py", unit));
-  }
-
-  /// Within what is left of a size that a file prints with few digits.
-  static bool is_whole(double number) {
-    return number > 0.5 && std::abs(number - std::round(number)) < 1e-4 * number;
+    refuse(fault_of_transform(transform_, field_.columns, field_.rows));
+    if (!dataset_->GetSpatialRef() && !proj_message_.empty()) fail_without_reference();
+    refuse(fault_of_reference(*dataset_, band, file_, transform_));
   }
 
   void place() {
@@ -461,21 +400,9 @@ class SurveyReader {
     field_.cell_north_m = std::abs(north_step);
     field_.world_origin = {west + 0.5 * field_.columns * east_step,
                            north + 0.5 * field_.rows * north_step, water_level_m_};
-    field_.utm_zone = utm_zone();
+    field_.utm_zone = utm_zone(*dataset_);
     if (const OGRSpatialReference* reference = dataset_->GetSpatialRef())
       field_.reference = wkt_of(*reference);
-  }
-
-  // Only for an ellipsoid within a millimetre of that of WGS 84 (such as GRS 80): datums that use
-  // it (NAD83, ETRS89, GDA94) agree with WGS 84 within two metres, older ones do not.
-  int utm_zone() const {
-    const OGRSpatialReference* reference = dataset_->GetSpatialRef();
-    if (!reference || std::abs(reference->GetSemiMajor() - 6378137.0) > 1e-3 ||
-        std::abs(reference->GetInvFlattening() - 298.2572) > 1e-4)
-      return 0;
-    int north = 1;
-    const int zone = reference->GetUTMZone(&north);
-    return north ? zone : -zone;
   }
 
   void read_heights() {

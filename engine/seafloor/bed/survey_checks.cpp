@@ -1,0 +1,109 @@
+#include <ensonify/engine/seafloor/bed/survey_checks.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include <Eigen/Core>
+#include <fmt/format.h>
+#include <gdal_priv.h>
+#include <ogr_spatialref.h>
+
+#include <ensonify/engine/seafloor/bed/netcdf_axes.h>
+#include <ensonify/engine/seafloor/bed/reference_map.h>
+#include <ensonify/engine/seafloor/bed/survey_formats.h>
+#include <ensonify/engine/seafloor/bed/unit_of_length.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// Within what is left of a size that a file prints with few digits.
+bool is_whole(double number) {
+  return number > 0.5 && std::abs(number - std::round(number)) < 1e-4 * number;
+}
+
+/// Whether a grid without a reference looks like one of longitudes and latitudes.
+bool seems_in_degrees(const std::array<double, 6>& transform, int columns) {
+  const auto [west, east_step, turn_1, north, turn_2, north_step] = transform;
+  // 30 seconds are no size in metres.
+  const bool seconds =
+      east_step < 0.1 && is_whole(3600.0 * east_step) && !is_whole(1000.0 * east_step);
+  return (east_step < 0.005 || seconds) && std::abs(north_step) < 0.1 && west >= -180.0 &&
+         west + east_step * columns <= 360.0 && std::abs(north) <= 90.0;
+}
+
+}  // namespace
+
+std::string fault_of_size(GDALRasterBand& band, std::optional<double> file_bytes, bool is_text) {
+  const int columns = band.GetXSize(), rows = band.GetYSize();
+  if (columns < 2 || rows < 2)
+    return fmt::format("has {} x {} cells; a seafloor needs at least 2 x 2", columns, rows);
+  if (!file_bytes) return {};
+  const double cells = static_cast<double>(columns) * rows, bytes = *file_bytes;
+  int block_columns = 0, block_rows = 0;
+  band.GetBlockSize(&block_columns, &block_rows);
+  const double block = static_cast<double>(block_columns) * block_rows;
+  if (cells > (is_text ? 0.5 * (bytes + 1.0) : 1000.0 * bytes) || block > 1000.0 * bytes)
+    return fmt::format(
+        "promises {} x {} cells, which a file of {:.0f} bytes cannot hold; it is truncated or its "
+        "header is wrong",
+        columns, rows, bytes);
+  return {};
+}
+
+std::string fault_of_transform(const std::array<double, 6>& transform, int columns, int rows) {
+  const auto [west, east_step, turn_1, north, turn_2, north_step] = transform;
+  if (!std::ranges::all_of(transform, [](double x) { return std::isfinite(x); }) ||
+      !(east_step > 0.0) || north_step == 0.0)
+    return fmt::format("has cells of {} x {} m, expected positive sizes; {}", east_step, north_step,
+                       east_step < 0.0 ? "make it north-up with gdalwarp"
+                                       : "give it the right corners with gdal_translate -a_ullr");
+  if (std::abs(turn_1) * rows > 1e-3 * east_step ||
+      std::abs(turn_2) * columns > 1e-3 * std::abs(north_step))
+    return "is a grid rotated against north; make it north-up with gdalwarp";
+  return {};
+}
+
+std::string fault_of_reference(GDALDataset& dataset, GDALRasterBand& band,
+                               const std::filesystem::path& file,
+                               const std::array<double, 6>& transform) {
+  const char* const cure = "project it to metres, with gdalwarp -t_srs EPSG:326NN for UTM zone NN";
+  const auto [west, east_step, turn_1, north, turn_2, north_step] = transform;
+  const int columns = band.GetXSize(), rows = band.GetYSize();
+  const OGRSpatialReference* reference = dataset.GetSpatialRef();
+  if (reference && reference->IsGeographic()) return fmt::format("is in degrees; {}", cure);
+  if (std::string_view(dataset.GetDriverName()) == "netCDF")
+    if (const char* const variable = band.GetMetadataItem("NETCDF_VARNAME"))
+      if (const std::string fault = fault_of_netcdf_axes(file, variable); !fault.empty())
+        return fault;
+  if (reference && std::abs(reference->GetLinearUnits() - 1.0) > 1e-9)
+    return fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), cure);
+  constexpr double max_off = 0.05;  // of a length; that of maps of a continent is smaller
+  const Eigen::Vector2d middle(west + 0.5 * east_step * columns, north + 0.5 * north_step * rows);
+  if (const auto scale =
+          reference ? scale_of_reference(wkt_of(*reference), middle) : std::optional<double>();
+      scale && std::abs(*scale - 1.0) > max_off)
+    return fmt::format("has map metres that are {:.2f} m on Earth, as Mercator's; {}", *scale,
+                       cure);
+  if (!reference && seems_in_degrees(transform, columns))
+    return fmt::format(
+        "seems to be in degrees, with cells of {}; {}. If they are metres, declare that with "
+        "gdal_translate -a_srs",
+        east_step, cure);
+  const std::string unit = band.GetUnitType();
+  if (!is_metre(unit))
+    return fmt::format("has heights in '{}'; convert them to metres with gdal_calc.py", unit);
+  return {};
+}
+
+int utm_zone(GDALDataset& dataset) {
+  const OGRSpatialReference* reference = dataset.GetSpatialRef();
+  if (!reference || std::abs(reference->GetSemiMajor() - 6378137.0) > 1e-3 ||
+      std::abs(reference->GetInvFlattening() - 298.2572) > 1e-4)
+    return 0;
+  int north = 1;
+  const int zone = reference->GetUTMZone(&north);
+  return north ? zone : -zone;
+}
+
+}  // namespace ensonify::engine
