@@ -121,6 +121,94 @@ class BentDistribution {
   std::vector<double> sum_;
 };
 
+/// The share of a fan's rays below an elevation: some are even in slant range, some in range beyond
+/// the fan's own, some over a rising slope, and the rest even in angle.
+class ElevationShares {
+ public:
+  explicit ElevationShares(const FanLayout& layout)
+      : middle_rad_(0.5 * (layout.sector_low_rad + layout.sector_high_rad)),
+        half_sector_rad_(0.5 * (layout.sector_high_rad - layout.sector_low_rad)),
+        tilt_rad_(layout.roll_tilt_rad),
+        slope_rad_(layout.rise_rad + std::asin(1.0 / std::max(layout.range_over_height, 1.0))),
+        bends_(!layout.bent.empty()),
+        rises_(layout.rise_rad > 0.0),
+        bent_within_(layout.bent, 0.0, layout.range_over_height),
+        bent_beyond_(layout.bent, layout.range_over_height, rising * layout.range_over_height) {
+    const double high_rad = layout.sector_high_rad + tilt_rad_,
+                 low_rad = layout.sector_low_rad + tilt_rad_;
+    const double end = flat_range_over_height(low_rad);
+    const double farthest = std::min(layout.range_over_height, end);
+    if (bends_) {
+      within_ = {bent_within_.at(high_rad), bent_within_.at(low_rad)};
+      beyond_ = {bent_beyond_.at(high_rad), bent_beyond_.at(low_rad)};
+    } else {
+      within_ = {flat_range_over_height(high_rad), farthest};
+      beyond_ = {farthest, std::min(rising * layout.range_over_height, end)};
+    }
+    // The slope that is seen so high at the end of the range.
+    slope_ = {over_slope(layout.sector_high_rad),
+              std::min(layout.range_over_height, over_slope(layout.sector_low_rad))};
+    if (within_.is_there()) range_share_ = rises_ ? share_to_range_below_slope : share_to_range;
+    if (beyond_.is_there() && !rises_) rising_share_ = share_rising;
+    if (slope_.is_there() && rises_) slope_share_ = share_slope;
+  }
+
+  double below(double elevation_rad) const {
+    const double depression_rad = middle_rad_ - elevation_rad + tilt_rad_;
+    const double r = flat_range_over_height(depression_rad);
+    const double by_angle = (elevation_rad + half_sector_rad_) / (2.0 * half_sector_rad_);
+    const double by_range = within_.share_to(bends_ ? bent_within_.at(depression_rad) : r);
+    const double by_farther = beyond_.share_to(bends_ ? bent_beyond_.at(depression_rad) : r);
+    const double straight = range_share_ * by_range + rising_share_ * by_farther +
+                            (1.0 - range_share_ - rising_share_ - slope_share_) * by_angle;
+    if (!rises_) return straight;
+    return straight + slope_share_ * slope_.share_to(over_slope(middle_rad_ - elevation_rad));
+  }
+
+ private:
+  struct Stretch {  // of range over height
+    double begin = 0.0, end = 0.0;
+    bool is_there() const { return end > begin; }
+    double share_to(double r) const {
+      return is_there() ? std::clamp((r - begin) / (end - begin), 0.0, 1.0) : 0.0;
+    }
+  };
+  double over_slope(double depression_rad) const {
+    return flat_range_over_height(std::max(depression_rad + tilt_rad_ + slope_rad_, 0.0));
+  }
+
+  double middle_rad_, half_sector_rad_, tilt_rad_, slope_rad_;
+  bool bends_, rises_;
+  BentDistribution bent_within_, bent_beyond_;
+  Stretch within_, beyond_, slope_;
+  double range_share_ = 0.0, rising_share_ = 0.0, slope_share_ = 0.0;
+};
+
+/// The elevations from one end of the sector to the other, between which equal shares lie.
+std::vector<double> lay_elevations(const ElevationShares& shares, double half_sector, int count) {
+  const auto distribution = [&](double elevation) { return shares.below(elevation); };
+  std::vector<double> elevations(static_cast<std::size_t>(count));
+  double below = -half_sector, step_rad = 2.0 * half_sector / count;
+  for (std::size_t j = 0; j < elevations.size(); ++j) {
+    const double wanted = static_cast<double>(j) / static_cast<double>(elevations.size() - 1);
+    const Known known = nearly_at(distribution, wanted, below, below + step_rad);
+    const double before = below;
+    double above = half_sector;
+    for (int step = 0; step < 60 && above - below > 1e-15; ++step) {
+      const double middle = 0.5 * (below + above);
+      const bool lower = middle <= known.below   ? true
+                         : middle >= known.above ? false
+                                                 : distribution(middle) < wanted;
+      below = lower ? middle : below;
+      above = lower ? above : middle;
+    }
+    step_rad = below - before;
+    elevations[j] = below;
+  }
+  elevations.back() = half_sector;
+  return elevations;
+}
+
 }  // namespace
 
 FanGrid::FanGrid(const FanLayout& layout)
@@ -137,76 +225,7 @@ FanGrid::FanGrid(const FanLayout& layout)
         "FanLayout: needs an even number of planes and at least two elevations");
 
   planes = lay_planes(layout, std::asin(std::min(1.0, sin_truncation / std::cos(half_sector))));
-
-  // The mixture's distribution over elevation; slant range grows with elevation.
-  const double tilt = layout.roll_tilt_rad;
-  const double nearest = flat_range_over_height(layout.sector_high_rad + tilt);
-  const double end = flat_range_over_height(layout.sector_low_rad + tilt);
-  const double farthest = std::min(layout.range_over_height, end);
-  const double beyond = std::min(rising * layout.range_over_height, end);
-  const auto even = [](double r, double from, double to) {
-    return to > from ? std::clamp((r - from) / (to - from), 0.0, 1.0) : 0.0;
-  };
-  // The slope that is seen so high at the end of the range.
-  const bool rises = layout.rise_rad > 0.0;
-  const double slope_rad =
-      layout.rise_rad + std::asin(1.0 / std::max(layout.range_over_height, 1.0));
-  const auto over_slope = [&](double depression_rad) {
-    return flat_range_over_height(std::max(depression_rad + tilt + slope_rad, 0.0));
-  };
-  const double slope_begins = over_slope(layout.sector_high_rad);
-  const double slope_ends = std::min(layout.range_over_height, over_slope(layout.sector_low_rad));
-  // Bent rays.
-  const bool bends = !layout.bent.empty();
-  const BentDistribution bent_within(layout.bent, 0.0, layout.range_over_height);
-  const BentDistribution bent_beyond(layout.bent, layout.range_over_height,
-                                     rising * layout.range_over_height);
-  const auto even_bent = [&](const BentDistribution& bent) {
-    const double first = bent.at(layout.sector_high_rad + tilt),
-                 last = bent.at(layout.sector_low_rad + tilt);
-    return [&bent, &even, first, last](double depression_rad) {
-      return even(bent.at(depression_rad), first, last);
-    };
-  };
-  const auto even_within = even_bent(bent_within), even_beyond = even_bent(bent_beyond);
-  const bool within = bends ? even_within(layout.sector_low_rad + tilt) > 0.0 : farthest > nearest;
-  const bool reaches_beyond =
-      bends ? even_beyond(layout.sector_low_rad + tilt) > 0.0 : beyond > farthest;
-
-  const double range_share = within ? (rises ? share_to_range_below_slope : share_to_range) : 0.0;
-  const double rising_share = reaches_beyond && !rises ? share_rising : 0.0;
-  const double slope_share = rises && slope_ends > slope_begins ? share_slope : 0.0;
-  const auto distribution = [&](double elevation) {
-    const double depression = middle_depression_rad - elevation + tilt;
-    const double r = flat_range_over_height(depression);
-    const double by_angle = (elevation + half_sector) / (2.0 * half_sector);
-    const double by_range = bends ? even_within(depression) : even(r, nearest, farthest);
-    const double by_farther = bends ? even_beyond(depression) : even(r, farthest, beyond);
-    const double straight = range_share * by_range + rising_share * by_farther +
-                            (1.0 - range_share - rising_share - slope_share) * by_angle;
-    if (!rises) return straight;
-    return straight + slope_share * even(over_slope(middle_depression_rad - elevation),
-                                         slope_begins, slope_ends);
-  };
-  elevation_rad.resize(static_cast<std::size_t>(layout.elevations));
-  double below = -half_sector, step_rad = 2.0 * half_sector / layout.elevations;
-  for (std::size_t j = 0; j < elevation_rad.size(); ++j) {
-    const double wanted = static_cast<double>(j) / static_cast<double>(elevation_rad.size() - 1);
-    const Known known = nearly_at(distribution, wanted, below, below + step_rad);
-    const double before = below;
-    double above = half_sector;
-    for (int step = 0; step < 60 && above - below > 1e-15; ++step) {
-      const double middle_of = 0.5 * (below + above);
-      const bool lower = middle_of <= known.below   ? true
-                         : middle_of >= known.above ? false
-                                                    : distribution(middle_of) < wanted;
-      below = lower ? middle_of : below;
-      above = lower ? above : middle_of;
-    }
-    step_rad = below - before;
-    elevation_rad[j] = below;
-  }
-  elevation_rad.back() = half_sector;
+  elevation_rad = lay_elevations(ElevationShares(layout), half_sector, layout.elevations);
   for (double e : elevation_rad) {
     sin_elevation.push_back(std::sin(e));
     cos_elevation.push_back(std::cos(e));
