@@ -160,11 +160,12 @@ double most_file_bytes(const Scene& scene, std::span<const Sonar> sonars, std::s
   return bytes;
 }
 
-PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& simulator,
-                       const std::string& ending, int threads, const WriteFile& write) {
-  const Scene& scene = run.scene;
+namespace {
+
+/// Gives the labels of the images the numbers of the output's names.
+PartRecord part_record_of(const RunState& run, ScenePings& pings, const Simulator& simulator) {
   const Seafloor& seafloor = simulator.seafloor();
-  const OutputOptions& output = scene.output;
+  const OutputOptions& output = run.scene.output;
   PartRecord record{.pings = pings.pings,
                     .surface = run.report.origin.surface,
                     .code_path = std::string(SimulatorInternals::code_path(simulator)),
@@ -174,6 +175,27 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
                                  {"faces", seafloor.faces},
                                  {"repairs", seafloor.repairs}},
                     .warnings = run.report.extrapolation.appended_to(run.warnings)};
+  count(pings, record);
+  if (pings.verified_pings > 0) record.verification = verification_of(pings);
+  return record;
+}
+
+std::vector<const OutputFormat*> recording_formats(const OutputOptions& output) {
+  std::vector<const OutputFormat*> formats;
+  for (const OutputFormat& format : output_formats())
+    if (output.*format.wanted && std::holds_alternative<EncodeRecording>(format.encode))
+      formats.push_back(&format);
+  return formats;
+}
+
+}  // namespace
+
+PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& simulator,
+                       const std::string& ending, int threads, const WriteFile& write) {
+  const Scene& scene = run.scene;
+  const Seafloor& seafloor = simulator.seafloor();
+  const OutputOptions& output = scene.output;
+  PartRecord record = part_record_of(run, pings, simulator);
   const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(run.scene_toml), record.names,
                            output.encoding};
 
@@ -183,14 +205,11 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
   const auto write_text = [&](const std::string& name, std::string_view text) {
     write_bytes(name, std::as_bytes(std::span(text)));
   };
+  const std::vector<const OutputFormat*> formats = recording_formats(output);
   std::vector<std::function<void()>> tasks;
   const auto add_recordings = [&](std::size_t first, std::size_t end, const std::string& name) {
-    std::vector<const OutputFormat*> formats;
-    for (const OutputFormat& format : output_formats())
-      if (output.*format.wanted && std::holds_alternative<EncodeRecording>(format.encode))
-        formats.push_back(&format);
     if (formats.empty()) return;
-    tasks.emplace_back([&, first, end, name, formats] {
+    tasks.emplace_back([&, first, end, name] {
       std::vector<Recording> sonars;
       for (std::size_t i = first; i < end; ++i)
         sonars.push_back(recording_of(scene, run.world, pings.images[i], simulator, i));
@@ -242,8 +261,6 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
       });
   }
   refine::parallel_for(tasks.size(), threads, [&](std::size_t task, int) { tasks[task](); });
-  count(pings, record);
-  if (pings.verified_pings > 0) record.verification = verification_of(pings);
   return record;
 }
 

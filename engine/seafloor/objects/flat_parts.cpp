@@ -112,37 +112,46 @@ struct Sum {
   }
 };
 
+struct Edge {
+  std::uint32_t from, to;
+  std::uint64_t side;  // of all faces, three each
+  std::uint32_t face() const { return static_cast<std::uint32_t>(side / 3); }
+};
+
+/// Where two faces meet that belong to one smooth surface, but not to one flat part.
+struct Bend {
+  const Edge *one, *other;
+  double angle_rad;
+};
+
+/// The edges of all faces that have an area; those at one place are neighbours.
+std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const double> areas_m2) {
+  const std::vector<std::uint32_t> place = places_of(triangles);
+  std::vector<Edge> edges;
+  edges.reserve(3 * areas_m2.size());
+  for (std::size_t f = 0; f < areas_m2.size(); ++f)
+    for (std::size_t k = 0; k < 3 && areas_m2[f] > 0.0; ++k) {
+      const refine::Face& face = triangles.faces[f];
+      const auto [from, to] = std::minmax(place[face[k]], place[face[(k + 1) % 3]]);
+      edges.push_back({from, to, 3 * f + k});
+    }
+  std::ranges::sort(edges, {}, [](const Edge& e) { return std::tuple(e.from, e.to, e.side); });
+  return edges;
+}
+
 }  // namespace
 
 std::vector<FlatPart> flat_parts_of(refine::Triangles triangles) {
-  struct Edge {
-    std::uint32_t from, to;
-    std::uint64_t side;  // of all faces, three each
-    std::uint32_t face() const { return static_cast<std::uint32_t>(side / 3); }
-  };
-  const std::vector<std::uint32_t> place = places_of(triangles);
   const auto faces = static_cast<std::uint32_t>(triangles.faces.size());
-  std::vector<Edge> edges;
-  edges.reserve(std::size_t{3} * faces);
   std::vector<Vector3d> normals(faces);
   std::vector<double> areas_m2(faces);
   for (std::uint32_t f = 0; f < faces; ++f) {
-    const refine::Face& face = triangles.faces[f];
     const Vector3d a = triangles.corner(f, 0);
     const Vector3d product = (triangles.corner(f, 1) - a).cross(triangles.corner(f, 2) - a);
     areas_m2[f] = 0.5 * product.norm();
-    if (!(areas_m2[f] > 0.0)) continue;
-    normals[f] = product.normalized();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [from, to] = std::minmax(place[face[k]], place[face[(k + 1) % 3]]);
-      edges.push_back({from, to, std::uint64_t{3} * f + k});
-    }
+    if (areas_m2[f] > 0.0) normals[f] = product.normalized();
   }
-  std::ranges::sort(edges, {}, [](const Edge& e) { return std::tuple(e.from, e.to, e.side); });
-  struct Bend {
-    const Edge *one, *other;
-    double angle_rad;
-  };
+  const std::vector<Edge> edges = sorted_edges(triangles, areas_m2);
   std::vector<Bend> bends;
   Sets flat(faces), smooth(faces);
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
