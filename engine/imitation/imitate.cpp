@@ -167,6 +167,23 @@ LineModel first_model(const RecordedLine& line) {
   return model;
 }
 
+/// The pings of every other block are for the fit, the others for its judgement. The fit simulates
+/// a few blocks of its half, spread over the line.
+struct Halves {
+  std::vector<std::size_t> fit, simulated, judged;
+
+  explicit Halves(std::size_t pings) {
+    const std::size_t fit_blocks = ((pings + block / 2) / block + 1) / 2,
+                      step = (fit_blocks + max_fit_blocks - 1) / max_fit_blocks;
+    for (std::size_t first = 0; first + block / 2 <= pings; first += block)
+      for (std::size_t i = first; i < std::min(first + block, pings); ++i) {
+        const std::size_t number = first / block;
+        (number % 2 == 0 ? fit : judged).push_back(i);
+        if (number % (2 * step) == 0) simulated.push_back(i);
+      }
+  }
+};
+
 }  // namespace
 
 Imitation imitate(const RecordedLine& recording, const std::filesystem::path& folder,
@@ -178,22 +195,12 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   // The bottom line of the whole recording leads the search for it in parts of the recording.
   for (std::size_t i = 0; i < made.line.pings.size(); ++i)
     made.line.pings[i].altitude_m = path.altitude_m[i];
-  const std::size_t pings = made.line.pings.size();
-  // Every other block is for the fit, the rest for its judgement. The fit simulates a few blocks of
-  // its half, spread over the line.
-  const std::size_t fit_blocks = ((pings + block / 2) / block + 1) / 2,
-                    step = (fit_blocks + max_fit_blocks - 1) / max_fit_blocks;
-  std::vector<std::size_t> half, fitted;
-  for (std::size_t first = 0; first + block / 2 <= pings; first += block)
-    for (std::size_t i = first; i < std::min(first + block, pings); ++i) {
-      const std::size_t number = first / block;
-      (number % 2 == 0 ? half : made.judged).push_back(i);
-      if (number % (2 * step) == 0) fitted.push_back(i);
-    }
+  const Halves halves(made.line.pings.size());
+  made.judged = halves.judged;
   LineModel& model = made.model;
-  const RecordedLine half_line = some_pings(made.line, half);
-  model = first_model(half_line);
-  note_gaps(half_line, model, made.unknown);
+  const RecordedLine half = some_pings(made.line, halves.fit);
+  model = first_model(half);
+  note_gaps(half, model, made.unknown);
   // The path is that of all pings: where the vehicle is, is not fitted.
   model.path = path;
   if (const HeadingCheck check = correct_heading(made.line, model.path); check.exchanged)
@@ -201,7 +208,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
         "which side is port: the bed moves as if the file had exchanged the sides, or the headings "
         "were mirrored about the course");
   model.bed = bed_extent(model);
-  model.tones = tone_map(half_line, some_pings(model.path, half), model.recorder,
+  model.tones = tone_map(half, some_pings(model.path, halves.fit), model.recorder,
                          model.range_slope_db, model.bed.east_m, model.bed.north_m);
   const bool beam_is_stated = states_vertical_beam(made.line);
 
@@ -209,14 +216,14 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
     if (control.progress && !control.progress(stage, done, of))
       throw Stopped("imitate was stopped; nothing was written");
   };
-  const std::size_t total = rounds * fitted.size();
+  const std::size_t in_round = halves.simulated.size();
   LineModel part = model;
-  part.path = some_pings(model.path, fitted);
+  part.path = some_pings(model.path, halves.simulated);
   std::vector<NearSediment> sediments;
-  fit_line(part, some_pings(made.line, fitted), folder, control.threads, rounds, beam_is_stated,
-           sediments, [&](int round) -> AfterPings {
+  fit_line(part, some_pings(made.line, halves.simulated), folder, control.threads, rounds,
+           beam_is_stated, sediments, [&](int round) -> AfterPings {
              return [&, round](std::size_t done, std::size_t) {
-               report("fit", static_cast<std::size_t>(round) * fitted.size() + done, total);
+               report("fit", static_cast<std::size_t>(round) * in_round + done, rounds * in_round);
              };
            });
   part.path = model.path;

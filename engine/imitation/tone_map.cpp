@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/units.h>
@@ -67,6 +68,26 @@ std::optional<double> mean_around(const ToneMap& map, const std::vector<double>&
         number += 1.0;
       }
   return number > 0.0 ? std::optional(sum / number) : std::nullopt;
+}
+
+/// Fills tiles between the pings with the mean of their neighbours, from the known ones outwards.
+/// Then the mean of each tile's neighbourhood, since single tiles are speckle, not tone.
+std::vector<double> smoothed(const ToneMap& map, std::vector<double> tones,
+                             std::vector<bool>& known) {
+  constexpr int spread = 4;
+  for (int pass = 0; pass < spread; ++pass) {
+    const std::vector<bool> before = known;
+    const std::vector<double> from = tones;
+    for (std::size_t tile = 0; tile < tones.size(); ++tile)
+      if (const auto mean = mean_around(map, from, before, tile); !before[tile] && mean) {
+        tones[tile] = *mean;
+        known[tile] = true;
+      }
+  }
+  const std::vector<double> single = tones;
+  for (std::size_t tile = 0; tile < tones.size(); ++tile)
+    if (known[tile]) tones[tile] = *mean_around(map, single, known, tile);
+  return tones;
 }
 
 /// Pixels of a quarter of a tile, whose tones are interpolated between the tiles' middles. A tone
@@ -140,25 +161,11 @@ ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const Record
       counts[tile] += 1.0;
     }
   }
-  // Tiles between the pings take the mean of their neighbours, from the known ones outwards.
   std::vector<double> tones(sums.size(), 0.0);
   std::vector<bool> known(sums.size());
   for (std::size_t i = 0; i < sums.size(); ++i)
     if ((known[i] = counts[i] > 0.0)) tones[i] = sums[i] / counts[i];
-  constexpr int spread = 4;
-  for (int pass = 0; pass < spread; ++pass) {
-    const std::vector<bool> before = known;
-    const std::vector<double> from = tones;
-    for (std::size_t tile = 0; tile < tones.size(); ++tile)
-      if (const auto mean = mean_around(map, from, before, tile); !before[tile] && mean) {
-        tones[tile] = *mean;
-        known[tile] = true;
-      }
-  }
-  // Single tiles are speckle, not tone.
-  const std::vector<double> single = tones;
-  for (std::size_t tile = 0; tile < tones.size(); ++tile)
-    if (known[tile]) tones[tile] = *mean_around(map, single, known, tile);
+  tones = smoothed(map, std::move(tones), known);
   std::size_t apart = 0, all = 0;
   for (std::size_t i = 0; i < tones.size(); ++i) {
     all += known[i];
