@@ -17,6 +17,7 @@
 #include "support/small_dataset.h"
 #include "support/small_recording.h"
 #include "support/small_run.h"
+#include "support/temporary_folder.h"
 #include "support/tiny_recipe.h"
 #include "support/tricky_meshes.h"
 
