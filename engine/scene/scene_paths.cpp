@@ -7,6 +7,7 @@
 
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/toml_value.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 
@@ -39,7 +40,7 @@ fs::path resolve(std::string_view key, const std::string& text, const ScenePaths
   if (error) throw refuse(fmt::format("{} ({})", error.message(), (folder / inside).string()));
   if (std::ranges::mismatch(folder, file).in1 != folder.end())
     throw refuse(fmt::format("a link leads out of {}", folder.string()));
-  if (!fs::is_regular_file(file, error)) throw refuse("expected a regular file");
+  if (const std::string fault = refine::fault_of_file(file); !fault.empty()) throw refuse(fault);
   return file;
 }
 
