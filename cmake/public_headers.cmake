@@ -68,6 +68,7 @@ set(public_headers
   engine/trace/ray_fan.h
   engine/trace/refraction/refraction_mode.h
   engine/units.h
+  engine/work_control.h
   refine/error.h
   refine/fan_volume.h
   refine/progressive_mesh.h

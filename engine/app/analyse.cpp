@@ -159,7 +159,7 @@ void analyse_scene(const AnalyseArguments& arguments) {
   report("seafloor");
   Clock::time_point start = Clock::now();
   Seafloor seafloor = seafloor_of(scene, {arguments.memory, refine::tile_collapse_bytes_per_face},
-                                  BedForm::mesh, stop_if_asked);
+                                  BedForm::mesh, {threads, stop_if_asked});
   const double seafloor_s = seconds_since(start);
   report("analysis");
   start = Clock::now();

@@ -10,6 +10,7 @@
 #include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/mesh_reader.h>
+#include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
 
@@ -34,13 +35,14 @@ void write_seafloor(const SeafloorArguments& arguments) {
                                  arguments.file.string(), kind));
   const Scene scene = arguments.scene.read();
   const SignalWatch signals;  // a signal then leaves no temporary file
+  const WorkControl control{refine::thread_count(0), stop_if_asked};
   if (kind == ".ply") {
     const refine::TriangleMesh mesh =
-        seafloor_of(scene, {arguments.memory}, BedForm::mesh, stop_if_asked).mesh;
+        seafloor_of(scene, {arguments.memory}, BedForm::mesh, control).mesh;
     stop_if_asked();
     refine::write_ply(arguments.file, mesh);
   } else {
-    const Heightfield field = heights_of(scene, {arguments.memory}, stop_if_asked);
+    const Heightfield field = heights_of(scene, {arguments.memory}, control);
     stop_if_asked();
     refine::write_file(arguments.file,
                        kind == ".tif"

@@ -22,7 +22,7 @@ Heightfield base_grid(const SeafloorOptions& options);
 
 /// The base at once. Throws what base_grid() and read_survey() throw, and refine::MeshError for a
 /// survey that lies above the sea surface.
-Heightfield make_base(const SeafloorOptions& options, std::uint64_t seed);
+Heightfield make_base(const SeafloorOptions& options, std::uint64_t seed, int threads);
 
 /// The base in windows of its grid (bed/generated_tiles.h, survey_tiles()).
 refine::HeightTiles::Heights base_in_windows(const SeafloorOptions& options, std::uint64_t seed);

@@ -33,14 +33,12 @@ struct Ground {
   SeabedMap map;
 };
 
-Ground make_ground(const SeafloorOptions& options, std::uint64_t seed,
-                   const std::function<void()>& stop_check) {
+Ground make_ground(const SeafloorOptions& options, std::uint64_t seed, const WorkControl& control) {
   if (!options.is_grid())
     throw std::invalid_argument("seafloor: a mesh has no grid of heights; write it to a .ply file");
   Ground ground;
-  ground.field = make_base(options, seed);
-  ground.map =
-      lay_seabed(ground.field, options.seabed, options.material, seed, nullptr, stop_check);
+  ground.field = make_base(options, seed, control.threads);
+  ground.map = lay_seabed(ground.field, options.seabed, options.material, seed, nullptr, control);
   if (options.kind == SeafloorKind::fractal) refuse_land(ground.field.z_m, options.depth_m);
   return ground;
 }
@@ -93,22 +91,21 @@ void take_bed(const Ground& ground, std::size_t objects, Seafloor& seafloor) {
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
                              std::span<const ObjectOptions> objects,
                              std::span<const Material> materials, const MemoryPlan& plan,
-                             const std::function<void()>& stop_check) {
+                             const WorkControl& control) {
   require_at_once(options);
   if (options.is_grid()) require_heights_fit(options, plan);
-  Ground ground = make_ground(options, seed, stop_check);
+  Ground ground = make_ground(options, seed, control);
   if (first_scoured(objects)) {
     Seafloor seafloor;
     take_bed(ground, count_of(objects), seafloor);
-    add_objects(objects, seed, materials, &ground.field, seafloor, plan, stop_check);
+    add_objects(objects, seed, materials, &ground.field, seafloor, plan, control.stop_check);
   }
   return std::move(ground.field);
 }
 
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                        std::span<const ObjectOptions> objects, std::span<const Material> materials,
-                       const MemoryPlan& plan, BedForm form,
-                       const std::function<void()>& stop_check) {
+                       const MemoryPlan& plan, BedForm form, const WorkControl& control) {
   if (options.kind == SeafloorKind::progressive) {
     if (!objects.empty())
       throw std::invalid_argument(
@@ -129,13 +126,13 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
   } else {
     require_at_once(options);
     require_bed_fits(options, plan, form);
-    ground = make_ground(options, seed, stop_check);
+    ground = make_ground(options, seed, control);
     require_faces_fit(options, ground.field, plan, form);
     seafloor.warnings = coarse_cell_warnings(ground.field, options.seabed);
     take_bed(ground, count_of(objects), seafloor);
   }
   add_objects(objects, seed, materials, seafloor.grid ? &ground.field : nullptr, seafloor, plan,
-              stop_check);
+              control.stop_check);
   if (form == BedForm::mesh) take_bed_to_mesh(seafloor);
   return seafloor;
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
@@ -10,6 +9,7 @@
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/seafloor/seafloor_memory.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
+#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 
@@ -21,11 +21,10 @@ inline constexpr int seafloor_version = 12;
 /// the objects. Throws std::invalid_argument if the options make no bed below the sea surface or
 /// name a mesh, which has no grid of heights; refine::MeshError if the survey makes no such bed;
 /// MemoryError, before it allocates, if the heights do not fit; and what the layers throw.
-/// `stop_check` as of lay_seabed().
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
                              std::span<const ObjectOptions> objects = {},
                              std::span<const Material> materials = {}, const MemoryPlan& plan = {},
-                             const std::function<void()>& stop_check = {});
+                             const WorkControl& control = {});
 
 /// The bed (of any kind), with objects set down on it; `materials` are those that the scene
 /// defines. Throws what make_heightfield throws; refine::MeshError for a mesh that cannot be
@@ -34,7 +33,7 @@ Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                        std::span<const ObjectOptions> objects = {},
                        std::span<const Material> materials = {}, const MemoryPlan& plan = {},
-                       BedForm form = BedForm::mesh, const std::function<void()>& stop_check = {});
+                       BedForm form = BedForm::mesh, const WorkControl& control = {});
 
 /// Turns a seafloor whose bed is in a grid into one that is a mesh. Faces and labels stay.
 void take_bed_to_mesh(Seafloor& seafloor);

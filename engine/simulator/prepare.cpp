@@ -137,7 +137,8 @@ class Preparing {
 
   void make_seafloor_of_scene(BedForm form = BedForm::mesh) {
     report("seafloor");
-    result_->seafloor = seafloor_of(scene_, plan(), form, still_in("seafloor"));
+    result_->seafloor = seafloor_of(scene_, plan(), form,
+                                    {refine::thread_count(how_.threads), still_in("seafloor")});
     origin_.cached = false;
   }
 
@@ -340,18 +341,17 @@ Scene with_session_surface(Scene scene) {
 }
 
 Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan, BedForm form,
-                     const std::function<void()>& stop_check) {
+                     const WorkControl& control) {
   return with_places(scene, [&] {
     return make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, plan,
-                         form, stop_check);
+                         form, control);
   });
 }
 
-Heightfield heights_of(const Scene& scene, const MemoryPlan& plan,
-                       const std::function<void()>& stop_check) {
+Heightfield heights_of(const Scene& scene, const MemoryPlan& plan, const WorkControl& control) {
   return with_places(scene, [&] {
     return make_heightfield(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, plan,
-                            stop_check);
+                            control);
   });
 }
 

@@ -67,10 +67,10 @@ Scene with_session_surface(Scene scene);
 /// object becomes a SceneError with its place in the scene's file; MemoryError for a mesh that does
 /// not fit.
 Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan = {}, BedForm form = BedForm::mesh,
-                     const std::function<void()>& stop_check = {});
+                     const WorkControl& control = {});
 
 /// The heights of its bed, as make_heightfield() makes them. Throws likewise.
 Heightfield heights_of(const Scene& scene, const MemoryPlan& plan = {},
-                       const std::function<void()>& stop_check = {});
+                       const WorkControl& control = {});
 
 }  // namespace ensonify::engine

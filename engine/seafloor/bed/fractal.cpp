@@ -11,8 +11,8 @@
 
 namespace ensonify::engine {
 
-void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed) {
-  add_fractal(field, relief, RandomStream(seed, Purpose::fractal_relief));
+void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed, int threads) {
+  add_fractal(field, relief, RandomStream(seed, Purpose::fractal_relief), threads);
 }
 
 SpectralField fractal_field(const Heightfield& grid, const FractalRelief& relief) {
@@ -59,9 +59,10 @@ SpectralField fractal_field(const Heightfield& grid, const FractalRelief& relief
   return what;
 }
 
-void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomStream& noise) {
+void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomStream& noise,
+                 int threads) {
   const SpectralField what = fractal_field(field, relief);
-  if (relief.height_at_1m_m != 0.0) add_spectral_field(field, what, noise);
+  if (relief.height_at_1m_m != 0.0) add_spectral_field(field, what, noise, threads);
 }
 
 }  // namespace ensonify::engine

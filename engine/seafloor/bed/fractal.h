@@ -32,8 +32,10 @@ struct FractalRelief {
 /// relief is a part of that square, so opposite borders do not match; its mean is zero. The paper's
 /// spectrum is scaled to the same height difference at 1 m. Needs 8 bytes per point of the square.
 /// Throws std::invalid_argument for H outside (0, 1), or a negative height or length.
-void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed);
+void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed,
+                 int threads = 1);
 /// The same, with the random stream of a layer.
-void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomStream& noise);
+void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomStream& noise,
+                 int threads = 1);
 
 }  // namespace ensonify::engine

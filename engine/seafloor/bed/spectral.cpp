@@ -15,6 +15,7 @@
 
 #include <ensonify/engine/seafloor/bed/grid_transform.h>
 #include <ensonify/engine/seafloor/bed/wave_bands.h>
+#include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
 namespace {
@@ -85,8 +86,8 @@ std::size_t count(int number) { return static_cast<std::size_t>(number); }
 /// white noise begins at the number `first` of the stream.
 GridTransform::Values one_transform(const Heightfield& field, const Size& size,
                                     const SpectralField& what, const RandomStream& noise,
-                                    std::uint64_t first) {
-  const auto [columns, rows] = size;
+                                    std::uint64_t first, int threads) {
+  const int columns = size.columns, rows = size.rows;
   const GridTransform transform(rows, columns, GridTransform::Ways::backward);
   const std::size_t stride = transform.stride(), terms = stride / 2;
   GridTransform::Values values = transform.allocate();
@@ -99,8 +100,7 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
   const double dky = 2.0 * pi / (rows * field.cell_north_m);
   const double to_part = std::sqrt(0.5 * dkx * dky);
   double calibration = 0.0;  // the integral of weight * amplitude^2
-  std::vector<double> amplitudes(terms);
-  for (int row = 0; row < rows; ++row) {
+  const auto fill_row = [&](int row, std::vector<double>& amplitudes) {
     const double ky = dky * signed_frequency(row, rows);
     std::size_t used = 0;  // the terms up to the last one that has power
     for (int column = 0; column <= columns / 2; ++column) {
@@ -118,7 +118,14 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
     for (std::size_t i = 0; i < used; ++i)
       spectrum[count(row) * terms + i] *= to_part * amplitudes[i];
     std::fill(parts + 2 * used, parts + stride, 0.0);
-  }
+  };
+  // The sum for the calibration depends on the order of its terms.
+  refine::for_parts(count(rows), what.weight ? 1 : threads,
+                    [&](std::size_t first_row, std::size_t end_row) {
+                      std::vector<double> amplitudes(terms);
+                      for (std::size_t row = first_row; row < end_row; ++row)
+                        fill_row(static_cast<int>(row), amplitudes);
+                    });
   // A real field's terms at k and -k are conjugate. Both are stored where kx is 0 or Nyquist's.
   for (const std::size_t column : {std::size_t{0}, terms - 1})
     for (std::size_t row = 0; row <= count(rows) / 2; ++row) {
@@ -139,10 +146,10 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
 /// The heights at the field's points, row by row: in one transform, or its short waves in one and
 /// its long ones, `level` lattices up, interpolated.
 GridTransform::Values make_waves(const Heightfield& field, const SpectralField& what,
-                                 const RandomStream& noise, int level = 0) {
+                                 const RandomStream& noise, int threads, int level = 0) {
   const std::uint64_t first = static_cast<std::uint64_t>(level) << 40;  // beyond any transform's
   if (!has_bands(field, what))
-    return one_transform(field, size_of(field, what), what, noise, first);
+    return one_transform(field, size_of(field, what), what, noise, first, threads);
 
   SpectralField longer = level == 0 ? calibrated(what, field) : what;
   SpectralField shorter = longer;
@@ -155,9 +162,9 @@ GridTransform::Values make_waves(const Heightfield& field, const SpectralField& 
     return share == 0.0 ? 0.0 : share * amplitude(kx, ky);
   };
   const Heightfield coarser = coarser_lattice(field);
-  const GridTransform::Values long_waves = make_waves(coarser, longer, noise, level + 1);
+  const GridTransform::Values long_waves = make_waves(coarser, longer, noise, threads, level + 1);
   GridTransform::Values values =
-      one_transform(field, size_of_short_waves(field, what), shorter, noise, first);
+      one_transform(field, size_of_short_waves(field, what), shorter, noise, first, threads);
   const auto points = [](const Heightfield& of) { return count(of.columns) * count(of.rows); };
   add_interpolated({long_waves.get(), points(coarser)}, window_of(field),
                    {values.get(), points(field)});
@@ -166,7 +173,8 @@ GridTransform::Values make_waves(const Heightfield& field, const SpectralField& 
 
 }  // namespace
 
-void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise) {
+void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise,
+                        int threads) {
   if (!fits_one_transform(field, what)) {
     const Size size = size_of(field, what);
     throw std::invalid_argument(
@@ -175,7 +183,7 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Ran
                     what.regular_m > 0.0 ? "or shorter or less regular waves"
                                          : "or a smaller extent (the longer side counts)"));
   }
-  const GridTransform::Values values = make_waves(field, what, noise);
+  const GridTransform::Values values = make_waves(field, what, noise, threads);
   double mean_m = 0.0;
   for (std::size_t i = 0; i < field.z_m.size(); ++i) mean_m += values.get()[i];
   mean_m /= static_cast<double>(field.z_m.size());

@@ -32,7 +32,8 @@ struct SpectralField {
 /// is much longer than the heightfield are made on coarser lattices (wave_bands.h). Throws
 /// std::invalid_argument if a period has more than 2^29 cells, std::bad_alloc if it does not fit in
 /// memory.
-void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise);
+void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise,
+                        int threads = 1);
 
 /// The field with the factor that its weight asks for in its amplitude, and without a weight: the
 /// integral as a sum over the longest waves, then over wider and wider steps of wavenumber.

@@ -223,7 +223,8 @@ Heightfield grid_with_detail(const Heightfield& survey, const SurveyDetail& deta
   return fine;
 }
 
-Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, std::uint64_t seed) {
+Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, std::uint64_t seed,
+                        int threads) {
   if (detail.cell_m == 0.0) return survey;
   Heightfield fine = grid_with_detail(survey, detail);
   const double points = static_cast<double>(fine.columns) * fine.rows;
@@ -236,8 +237,8 @@ Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, s
   fine.z_m.resize(static_cast<std::size_t>(fine.columns) * static_cast<std::size_t>(fine.rows));
   interpolate(survey, parts_of(survey, detail), fine);
   if (scale.height_at_1m_m == 0.0) return fine;
-  add_spectral_field(fine, missing_field(scale, survey),
-                     RandomStream(seed, Purpose::survey_detail));
+  add_spectral_field(fine, missing_field(scale, survey), RandomStream(seed, Purpose::survey_detail),
+                     threads);
   return fine;
 }
 

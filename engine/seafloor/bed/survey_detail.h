@@ -34,6 +34,7 @@ Heightfield grid_with_detail(const Heightfield& survey, const SurveyDetail& deta
 /// The survey on a finer grid: its heights, smoothly interpolated, plus fractal relief that adds
 /// the power which the interpolated heights lack. Holes stay holes. Throws std::invalid_argument
 /// for a cell that is not finer than the survey's or makes more than 2^28 points.
-Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, std::uint64_t seed);
+Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, std::uint64_t seed,
+                        int threads = 1);
 
 }  // namespace ensonify::engine

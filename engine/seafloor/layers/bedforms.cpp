@@ -16,6 +16,7 @@
 #include <ensonify/engine/seafloor/bed/points_near.h>
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
 namespace {
@@ -34,11 +35,25 @@ bool is_left_out(std::span<const double> weight, std::size_t point) {
   return !weight.empty() && weight[point] == 0.0;
 }
 
+/// A grid as a window of itself, or of the grid that it is a window of.
+Heightfield as_window(const Heightfield& field) {
+  Heightfield window = field;
+  window.whole_columns = field.columns_in_all();
+  window.whole_rows = field.rows_in_all();
+  return window;
+}
+
+/// Rows of a grid, without heights.
+Heightfield rows_of(const Heightfield& field, int first_row, int end_row) {
+  Heightfield band = as_window(field);
+  band.first_row += first_row;
+  band.rows = end_row - first_row;
+  return band;
+}
+
 /// The grid with a point more on each side, in the same places.
 Heightfield with_border(const Heightfield& field) {
-  Heightfield grid = field;
-  grid.whole_columns = field.columns_in_all();
-  grid.whole_rows = field.rows_in_all();
+  Heightfield grid = as_window(field);
   grid.first_column -= 1;
   grid.first_row -= 1;
   grid.columns += 2;
@@ -128,36 +143,8 @@ double less_than(double number, double limit) {
   return number / std::sqrt(std::sqrt(1.0 + over_2 * over_2));
 }
 
-}  // namespace
-
-CrestProfile::CrestProfile(double sharpness, double asymmetry)
-    : rise_(0.5 * (1.0 + asymmetry)), at_step_(steps + 2) {
-  for (std::size_t i = 0; i < at_step_.size(); ++i) {
-    const double off = std::min(0.5 * static_cast<double>(i) / steps, 0.5);
-    at_step_[i] = 1.0 - 2.0 * std::pow(std::sin(pi * off), 2.0 - sharpness);
-  }
-}
-
-double CrestProfile::at(double turns) const {
-  const double t = turns - std::floor(turns);
-  // From the crest: 0 there, 1 in the trough.
-  const double off = t < rise_ ? 1.0 - t / rise_ : (t - rise_) / (1.0 - rise_);
-  const double place = off * steps;
-  const auto step = static_cast<std::size_t>(place);
-  return std::lerp(at_step_[step], at_step_[step + 1], place - static_cast<double>(step));
-}
-
-double CrestProfile::steepest() const {
-  double step = 0.0;
-  for (std::size_t i = 0; i + 1 < at_step_.size(); ++i)
-    step = std::max(step, std::abs(at_step_[i + 1] - at_step_[i]));
-  return step * steps / std::min(rise_, 1.0 - rise_);
-}
-
-void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
-                  std::span<const double> weight) {
-  check(relief, std::max(field.cell_east_m, field.cell_north_m));
-  if (relief.height_m == 0.0) return;
+void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
+                 std::span<const double> weight) {
   const Heightfield grid = with_border(field);
   const double drift_m = relief.drift_m > 0.0 ? relief.drift_m : 20.0 * relief.wavelength_m;
   const SmoothField bends(draws.of(layer_stream::bends), 0.6 * drift_m, 3.0 * drift_m);
@@ -218,6 +205,54 @@ void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& 
                                              forks.height(point) *
                                              (profile.at(turns[point]) - mean);
     }
+}
+
+}  // namespace
+
+CrestProfile::CrestProfile(double sharpness, double asymmetry)
+    : rise_(0.5 * (1.0 + asymmetry)), at_step_(steps + 2) {
+  for (std::size_t i = 0; i < at_step_.size(); ++i) {
+    const double off = std::min(0.5 * static_cast<double>(i) / steps, 0.5);
+    at_step_[i] = 1.0 - 2.0 * std::pow(std::sin(pi * off), 2.0 - sharpness);
+  }
+}
+
+double CrestProfile::at(double turns) const {
+  const double t = turns - std::floor(turns);
+  // From the crest: 0 there, 1 in the trough.
+  const double off = t < rise_ ? 1.0 - t / rise_ : (t - rise_) / (1.0 - rise_);
+  const double place = off * steps;
+  const auto step = static_cast<std::size_t>(place);
+  return std::lerp(at_step_[step], at_step_[step + 1], place - static_cast<double>(step));
+}
+
+double CrestProfile::steepest() const {
+  double step = 0.0;
+  for (std::size_t i = 0; i + 1 < at_step_.size(); ++i)
+    step = std::max(step, std::abs(at_step_[i + 1] - at_step_[i]));
+  return step * steps / std::min(rise_, 1.0 - rise_);
+}
+
+void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
+                  std::span<const double> weight) {
+  check(relief, std::max(field.cell_east_m, field.cell_north_m));
+  if (relief.height_m == 0.0) return;
+  // Heights depend on the place alone, so each thread makes a band of rows.
+  std::vector<double> z_m = std::move(field.z_m);
+  const auto columns = static_cast<std::size_t>(field.columns);
+  refine::for_parts(
+      static_cast<std::size_t>(field.rows), draws.control.threads,
+      [&](std::size_t first_row, std::size_t end_row) {
+        const std::size_t points = (end_row - first_row) * columns;
+        if (points == 0) return;
+        const std::span<double> heights = std::span(z_m).subspan(first_row * columns, points);
+        Heightfield band = rows_of(field, static_cast<int>(first_row), static_cast<int>(end_row));
+        band.z_m.assign(heights.begin(), heights.end());
+        add_to_band(band, relief, draws,
+                    weight.empty() ? weight : weight.subspan(first_row * columns, points));
+        std::ranges::copy(band.z_m, heights.begin());
+      });
+  field.z_m = std::move(z_m);
 }
 
 const ReliefKind<Bedforms>& kind_of(const Bedforms&) {

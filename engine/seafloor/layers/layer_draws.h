@@ -3,10 +3,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 
@@ -34,11 +34,7 @@ struct LayerDraws {
   Purpose purpose = Purpose::test;
   std::uint64_t number = 0;
   RoughnessInWindows* roughness = nullptr;  ///< of a bed that is made in windows
-  std::function<void()> stop_check = {};    ///< as of lay_seabed()
-
-  void check_stop() const {
-    if (stop_check) stop_check();
-  }
+  WorkControl control = {};                 ///< as of lay_seabed()
 
   RandomStream of(std::uint64_t what, std::int64_t column = 0, std::int64_t row = 0) const {
     return RandomStream(seed, purpose,
@@ -75,7 +71,7 @@ void for_each_scattered(const Heightfield& grid, double per_m2, double margin_m,
       for (std::uint64_t point = 0; count[0] > below && point < 16; ++point) {
         std::array<double, feature_draws> u;
         cell.uniform(u, 4 + feature_draws * point);
-        draws.check_stop();
+        draws.control.check_stop();
         f((static_cast<double>(column) + u[0]) * side_m, (static_cast<double>(row) + u[1]) * side_m,
           u);
         term /= static_cast<double>(point + 1);

@@ -178,7 +178,7 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
                 {.height_at_1m_m = relief.roughness_at_1m_m,
                  .hurst = relief.hurst,
                  .longest_m = longest_roughness_m(relief)},
-                draws.of(layer_stream::rock));
+                draws.of(layer_stream::rock), draws.control.threads);
   // The rock is level below the sediment where its area ends.
   for (std::size_t point = 0; point < rough.z_m.size(); ++point)
     rough.z_m[point] *= std::min(1.0, 2.0 * weight[point]);
@@ -199,7 +199,7 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
   Joints joints(std::max(joint_m, 1e-3), relief.dip_heading_rad, draws);
   std::vector<double> rock(field.z_m.size());
   for (int row = 0; row < field.rows; ++row) {
-    draws.check_stop();
+    draws.control.check_stop();
     for (int column = 0; column < field.columns; ++column) {
       const std::size_t point = field.index(column, row);
       rock[point] = eroded(point);

@@ -19,8 +19,8 @@ using Marks = std::vector<std::uint32_t>;  // number of the feature at each poin
 class LayerStack {
  public:
   LayerStack(Heightfield& field, const std::string& material, std::uint64_t seed,
-             RoughnessInWindows* roughness, const std::function<void()>& stop_check)
-      : field_(field), base_(field), seed_(seed), roughness_(roughness), stop_check_(stop_check) {
+             RoughnessInWindows* roughness, const WorkControl& control)
+      : field_(field), base_(field), seed_(seed), roughness_(roughness), control_(control) {
     map_.kinds = {{material, "seabed"}};
     map_.point_kind.assign(field.z_m.size(), 0);
   }
@@ -32,8 +32,8 @@ class LayerStack {
     for (std::size_t i = 0; i < list.size(); ++i) {
       name_ = fmt::format("{}.{}", name, i);
       const Area& area = list[i].area;
-      const LayerDraws draws{seed_, purpose, area.number_at(i), roughness_, stop_check_};
-      draws.check_stop();
+      const LayerDraws draws{seed_, purpose, area.number_at(i), roughness_, control_};
+      control_.check_stop();
       const auto with_key = [&](const std::exception& error) {
         return fmt::format("seafloor.{}: {}", name_, error.what());
       };
@@ -184,7 +184,7 @@ class LayerStack {
   const Heightfield base_;
   std::uint64_t seed_;
   RoughnessInWindows* roughness_;
-  const std::function<void()>& stop_check_;
+  const WorkControl& control_;
   std::string name_;  // of the layer that is being laid
   SeabedMap map_;
   std::function<bool(std::size_t, const std::string&)> has_material_ =
@@ -203,9 +203,9 @@ bool SeabedOptions::empty() const {
 
 SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
                      std::uint64_t seed, RoughnessInWindows* roughness,
-                     const std::function<void()>& stop_check) {
+                     const WorkControl& control) {
   if (options.empty()) return {{{material, "seabed"}}, {}};
-  LayerStack layers(field, material, seed, roughness, stop_check);
+  LayerStack layers(field, material, seed, roughness, control);
   layers.each(options.patches, "patches", Purpose::seabed_patch,
               [&](const Patch& patch, const Mask& mask, const LayerDraws& draws) {
                 layers.lay_patch(patch, mask, draws);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -15,6 +14,7 @@
 #include <ensonify/engine/seafloor/layers/relief_kind.h>
 #include <ensonify/engine/seafloor/layers/roughness.h>
 #include <ensonify/engine/seafloor/layers/trawl_marks.h>
+#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 
@@ -92,11 +92,10 @@ struct SeabedMap {
 /// Lays patches and layers on a base of one material. Rock outcrops rise from the base, so what
 /// lies on the sediment does not show on them. Features of a layer without a class get no numbers.
 /// `seed` is the seabed's. Throws std::invalid_argument and refine::MeshError, beginning with the
-/// scene's key of the layer at fault, for options that cannot be laid. `stop_check` is called
-/// often; what it throws ends the laying.
+/// scene's key of the layer at fault, for options that cannot be laid.
 SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
                      std::uint64_t seed, RoughnessInWindows* roughness = nullptr,
-                     const std::function<void()>& stop_check = {});
+                     const WorkControl& control = {});
 
 /// Warns of layers whose features lie between the points of the grid: a line for each.
 std::vector<std::string> coarse_cell_warnings(const Heightfield& grid, const SeabedOptions& seabed);

@@ -82,12 +82,16 @@ class Scour {
   /// The height is the median of the tops, so that masts do not count.
   void find_base(const refine::TriangleMesh& mesh) {
     std::vector<double> heights_m;
-    for (const auto& [point, top_m] : tops(mesh)) {
+    const auto columns = static_cast<std::size_t>(bed_.columns);
+    const std::unordered_map<std::size_t, double> tops_m = tops(mesh);
+    for (const auto& [point, top_m] : tops_m) {
       heights_m.push_back(top_m);
-      const auto columns = static_cast<std::size_t>(bed_.columns);
       base_.emplace_back(bed_.x_m(static_cast<int>(point % columns)),
                          bed_.y_m(static_cast<int>(point / columns)));
       box_.extend(base_.back());
+      if (!(tops_m.contains(point - 1) && tops_m.contains(point + 1) &&
+            tops_m.contains(point - columns) && tops_m.contains(point + columns)))
+        edge_.push_back(base_.back());
     }
     if (base_.empty()) return;
     const auto middle = heights_m.begin() + std::ssize(heights_m) / 2;
@@ -110,7 +114,9 @@ class Scour {
       return squares_m2[static_cast<std::size_t>(row - south) * static_cast<std::size_t>(columns) +
                         static_cast<std::size_t>(column - west)];
     };
-    for (const Vector2d& place : base_)
+    for (const Vector2d& place : base_) square_at(column_at(place.x()), row_at(place.y())) = 0.0;
+    // Of the points under the object, one at its edge is the nearest to a point outside.
+    for (const Vector2d& place : edge_)
       for_each_point_near(bed_, place.x(), place.y(), reach_m,
                           [&](int column, int row, double dx, double dy) {
                             double& square_m2 = square_at(column, row);
@@ -153,7 +159,8 @@ class Scour {
 
   const Heightfield& bed_;
   double height_m_ = 0.0;
-  std::vector<Vector2d> base_;
+  std::vector<Vector2d> base_;  // the bed's points under the object
+  std::vector<Vector2d> edge_;  // those of them with a neighbour that is not
   Eigen::AlignedBox2d box_;
 };
 

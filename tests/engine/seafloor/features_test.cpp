@@ -250,10 +250,11 @@ TEST_CASE("Each feature that is laid looks whether it shall stop") {
       seabed.boulders.emplace_back().relief.per_hectare = 1000.0;
     Heightfield bed = flat(401, 401, 0.25, 0.25);
     int calls = 0;
-    lay_seabed(bed, seabed, "medium sand", 1, nullptr, [&] { ++calls; });
+    lay_seabed(bed, seabed, "medium sand", 1, nullptr, {.stop_check = [&] { ++calls; }});
     CHECK(calls > 1000);
     const auto stop = [] { throw std::runtime_error("stopped"); };
-    CHECK_THROWS_AS(lay_seabed(bed, seabed, "medium sand", 1, nullptr, stop), std::runtime_error);
+    CHECK_THROWS_AS(lay_seabed(bed, seabed, "medium sand", 1, nullptr, {.stop_check = stop}),
+                    std::runtime_error);
   }
 }
 
@@ -264,7 +265,7 @@ TEST_CASE("Outcrops with ledges of any height are laid at once") {
     seabed.outcrops.emplace_back().relief = {.height_m = height_m, .ledge_m = 1000.0};
     Heightfield bed = flat(161, 161, 0.25, 0.25);
     int calls = 0;
-    lay_seabed(bed, seabed, "medium sand", 1, nullptr, [&] { ++calls; });
+    lay_seabed(bed, seabed, "medium sand", 1, nullptr, {.stop_check = [&] { ++calls; }});
     CHECK(calls < 10000);
   }
 }

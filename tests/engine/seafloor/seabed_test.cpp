@@ -185,6 +185,22 @@ TEST_CASE("Layers add up, and none disturbs another") {
     REQUIRE(whole.z_m[i] == Approx(sum[i]).margin(1e-12));
 }
 
+TEST_CASE("A bed has the same bits on any number of threads") {
+  SeafloorOptions bed = options();
+  bed.fractal.height_at_1m_m = 0.05;
+  bed.ripples = {.rms_height_m = 0.05, .wavelength_m = 3.0};
+  bed.seabed.bedforms.resize(2);
+  bed.seabed.bedforms[0].relief = {.wavelength_m = 5.0, .raggedness = 0.1, .forks = 3.0};
+  bed.seabed.bedforms[1].relief.wavelength_m = 2.0;
+  bed.seabed.bedforms[1].area.share = 0.5;
+  bed.seabed.roughness.resize(1);
+  bed.seabed.outcrops.resize(1);
+  bed.seabed.outcrops[0].area.share = 0.3;
+  const Heightfield alone = make_heightfield(bed, 4);
+  for (const int threads : {2, 3, alone.rows + 1})
+    CHECK(make_heightfield(bed, 4, {}, {}, {}, {.threads = threads}).z_m == alone.z_m);
+}
+
 TEST_CASE("A bed without patches and layers has the same bits as its base") {
   SeafloorOptions plain = options();
   plain.fractal.height_at_1m_m = 0.05;
