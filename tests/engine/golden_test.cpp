@@ -177,6 +177,6 @@ count = 3
   append(bytes, floor.mesh.positions);
   append(bytes, floor.mesh.faces);
   append(bytes, floor.face_label);
-  CHECK(seafloor_version == 12);
+  CHECK(seafloor_version == 13);
   CHECK(xxh128(bytes) == "37475f82e136cd567bdd6c96b897bda2");
 }

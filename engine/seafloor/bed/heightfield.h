@@ -39,6 +39,22 @@ struct Heightfield {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
            static_cast<std::size_t>(column);
   }
+  /// A part of the grid, without heights. It may reach beyond the grid.
+  Heightfield window(int from_column, int from_row, int its_columns, int its_rows) const {
+    Heightfield part;
+    part.columns = its_columns;
+    part.rows = its_rows;
+    part.cell_east_m = cell_east_m;
+    part.cell_north_m = cell_north_m;
+    part.world_origin = world_origin;
+    part.utm_zone = utm_zone;
+    part.reference = reference;
+    part.whole_columns = columns_in_all();
+    part.whole_rows = rows_in_all();
+    part.first_column = first_column + from_column;
+    part.first_row = first_row + from_row;
+    return part;
+  }
   /// Whether all four corners of the cell north-east of this point have heights.
   bool whole(int column, int row) const {
     return !std::isnan(at(column, row)) && !std::isnan(at(column + 1, row)) &&

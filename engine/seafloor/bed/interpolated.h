@@ -44,7 +44,7 @@ std::vector<double> interpolated(const Heightfield& grid, double step_m,
     along[static_cast<std::size_t>(column)] = {left - 1 - first_column,
                                                catmull_rom(x - static_cast<double>(left))};
   }
-  std::vector<double> values(grid.z_m.size());
+  std::vector<double> values(static_cast<std::size_t>(grid.points()));
   std::vector<double> line(columns);
   for (int row = 0; row < grid.rows; ++row) {
     const double y = grid.y_m(row) / step_m - south;

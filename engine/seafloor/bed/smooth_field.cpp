@@ -100,7 +100,7 @@ std::vector<double> SmoothField::over(const Heightfield& grid) const {
   };
   const double step_m = shortest_m_ / samples_per_wave;
   if (step_m < 1.5 * std::max(grid.cell_east_m, grid.cell_north_m)) {
-    std::vector<double> values(grid.z_m.size());
+    std::vector<double> values(static_cast<std::size_t>(grid.points()));
     const auto columns = static_cast<std::size_t>(grid.columns);
     const auto rows = static_cast<std::size_t>(grid.rows);
     take_values(places(columns, [&](std::size_t i) { return grid.x_m(static_cast<int>(i)); }),

@@ -35,41 +35,14 @@ bool is_left_out(std::span<const double> weight, std::size_t point) {
   return !weight.empty() && weight[point] == 0.0;
 }
 
-/// A grid as a window of itself, or of the grid that it is a window of.
-Heightfield as_window(const Heightfield& field) {
-  Heightfield window = field;
-  window.whole_columns = field.columns_in_all();
-  window.whole_rows = field.rows_in_all();
-  return window;
-}
-
-/// Rows of a grid, without heights.
-Heightfield rows_of(const Heightfield& field, int first_row, int end_row) {
-  Heightfield band = as_window(field);
-  band.first_row += first_row;
-  band.rows = end_row - first_row;
-  return band;
-}
-
-/// The grid with a point more on each side, in the same places.
-Heightfield with_border(const Heightfield& field) {
-  Heightfield grid = as_window(field);
-  grid.first_column -= 1;
-  grid.first_row -= 1;
-  grid.columns += 2;
-  grid.rows += 2;
-  grid.z_m.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows));
-  return grid;
-}
-
 /// Pairs of places where a crest ends or forks. The phase turns once about each, in opposite
 /// directions, so there is one crest more or less between the two.
 class Forks {
  public:
   Forks(const Heightfield& grid, const Bedforms& relief, const LayerDraws& draws)
       : grid_(grid), core_m_(0.35 * relief.wavelength_m) {
-    turns_.assign(grid.z_m.size(), 0.0);
-    height_.assign(grid.z_m.size(), 1.0);
+    turns_.assign(static_cast<std::size_t>(grid.points()), 0.0);
+    height_.assign(turns_.size(), 1.0);
     const double per_m2 = relief.forks / std::pow(10.0 * relief.wavelength_m, 2);
     const double longest_m = 7.0 * relief.wavelength_m;
     for_each_scattered(grid, per_m2, reach_in_lengths * longest_m, draws, layer_stream::forks,
@@ -92,11 +65,11 @@ class Forks {
       // From the middle of the pair; the angle under which the pair is seen is the phase it adds.
       const double ax = dx - 0.5 * east, ay = dy - 0.5 * north;
       const double bx = dx + 0.5 * east, by = dy + 0.5 * north;
-      double window = 1.0;  // as far as the pair reaches, and then it falls
-      if (dx * dx + dy * dy > 0.249 * reach_m * reach_m) {
-        const double away = std::hypot(dx, dy) / reach_m;
-        if (away >= 1.0) return;
-        const double rest = std::min(1.0, 2.0 * (1.0 - away));
+      const double away_2 = (dx * dx + dy * dy) / (reach_m * reach_m);
+      if (away_2 >= 1.0) return;
+      double window = 1.0;  // as far as half the reach, and then it falls
+      if (away_2 > 0.25) {
+        const double rest = 2.0 * (1.0 - std::sqrt(away_2));
         window = rest * rest * (3.0 - 2.0 * rest);
       }
       turns_[point] +=
@@ -138,14 +111,15 @@ std::vector<double> ragged(const Heightfield& grid, double wavelength_m, const L
 /// that the bed has no crease where the limit begins.
 double less_than(double number, double limit) {
   constexpr double rounding = 0.05;
-  const double some = 0.5 * (limit + std::hypot(limit, rounding));
+  const double some = 0.5 * (limit + std::sqrt(limit * limit + rounding * rounding));
   const double over = number / some, over_2 = over * over;
   return number / std::sqrt(std::sqrt(1.0 + over_2 * over_2));
 }
 
 void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
                  std::span<const double> weight) {
-  const Heightfield grid = with_border(field);
+  // With a point more on each side, for slopes.
+  const Heightfield grid = field.window(-1, -1, field.columns + 2, field.rows + 2);
   const double drift_m = relief.drift_m > 0.0 ? relief.drift_m : 20.0 * relief.wavelength_m;
   const SmoothField bends(draws.of(layer_stream::bends), 0.6 * drift_m, 3.0 * drift_m);
   const SmoothField heights(draws.of(layer_stream::crest_heights), 0.6 * drift_m, 3.0 * drift_m);
@@ -182,11 +156,12 @@ void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& d
   };
   const auto row_length = static_cast<std::size_t>(grid.columns);
   const auto turns_per_m = [&](std::size_t point) {
-    const double east_turns = turns_between(point - 1, point) + turns_between(point, point + 1);
-    const double north_turns =
-        turns_between(point - row_length, point) + turns_between(point, point + row_length);
-    return std::hypot(east_turns / (2.0 * grid.cell_east_m),
-                      north_turns / (2.0 * grid.cell_north_m));
+    const double east_per_m = (turns_between(point - 1, point) + turns_between(point, point + 1)) /
+                              (2.0 * grid.cell_east_m);
+    const double north_per_m =
+        (turns_between(point - row_length, point) + turns_between(point, point + row_length)) /
+        (2.0 * grid.cell_north_m);
+    return std::sqrt(east_per_m * east_per_m + north_per_m * north_per_m);
   };
   constexpr double angle_of_repose_rad = 33.0 * degree;  // of sand under water
   const double highest_over_spacing = 2.0 * std::tan(angle_of_repose_rad) / profile.steepest();
@@ -246,7 +221,8 @@ void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& 
         const std::size_t points = (end_row - first_row) * columns;
         if (points == 0) return;
         const std::span<double> heights = std::span(z_m).subspan(first_row * columns, points);
-        Heightfield band = rows_of(field, static_cast<int>(first_row), static_cast<int>(end_row));
+        Heightfield band = field.window(0, static_cast<int>(first_row), field.columns,
+                                        static_cast<int>(end_row - first_row));
         band.z_m.assign(heights.begin(), heights.end());
         add_to_band(band, relief, draws,
                     weight.empty() ? weight : weight.subspan(first_row * columns, points));

@@ -67,23 +67,12 @@ int margin_of(const SeabedOptions& options, const Heightfield& grid) {
   return static_cast<int>(std::ceil(std::min(on_others ? sum : most, max_margin + 1.0)));
 }
 
-/// A grid of the same size and origin, without heights.
-Heightfield bare(const Heightfield& grid) {
-  Heightfield size = grid;
-  size.z_m.clear();
-  return size;
-}
-
-/// A window of a grid, with level heights.
+/// A window of a grid, as far as the grid reaches, with level heights.
 Heightfield window_of(const Heightfield& grid, int first_column, int first_row, int end_column,
                       int end_row) {
-  Heightfield window = grid;
-  window.whole_columns = grid.columns;
-  window.whole_rows = grid.rows;
-  window.first_column = std::max(0, first_column);
-  window.first_row = std::max(0, first_row);
-  window.columns = std::min(grid.columns, end_column) - window.first_column;
-  window.rows = std::min(grid.rows, end_row) - window.first_row;
+  const int west = std::max(0, first_column), south = std::max(0, first_row);
+  Heightfield window = grid.window(west, south, std::min(grid.columns, end_column) - west,
+                                   std::min(grid.rows, end_row) - south);
   window.z_m.assign(
       static_cast<std::size_t>(window.columns) * static_cast<std::size_t>(window.rows), 0.0);
   return window;
@@ -123,7 +112,7 @@ void require_windows(const Heightfield& grid, const SeabedOptions& options) {
   if (const std::string obstacle = obstacle_to_windows(grid, options); !obstacle.empty())
     throw std::invalid_argument(obstacle);
   // lay_seabed() refuses the same options for a corner as for the whole bed.
-  Heightfield corner = window_of(bare(grid), 0, 0, 4, 4);
+  Heightfield corner = window_of(grid, 0, 0, 4, 4);
   lay_seabed(corner, options, {}, 0);
 }
 
@@ -154,8 +143,9 @@ std::vector<SeabedMap::Kind> possible_kinds(const SeabedOptions& options,
 refine::HeightTiles::Heights with_seabed(const Heightfield& grid, refine::HeightTiles::Heights bed,
                                          const SeabedOptions& options, const std::string& material,
                                          std::uint64_t seed) {
-  return [whole = bare(grid), margin = margin_of(options, grid), bed = std::move(bed), options,
-          material, seed, roughness = std::make_shared<RoughnessInWindows>(grid),
+  return [whole = grid.window(0, 0, grid.columns, grid.rows), margin = margin_of(options, grid),
+          bed = std::move(bed), options, material, seed,
+          roughness = std::make_shared<RoughnessInWindows>(grid),
           kinds_of_bed = possible_kinds(options, material)](
              int first_column, int first_row, int columns, int rows, std::span<double> z_m,
              std::span<std::uint8_t> kinds) {

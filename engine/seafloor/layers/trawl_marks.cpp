@@ -100,7 +100,7 @@ class Door {
     std::array<double, 12> u;
     draws.uniform(u);
     for (std::size_t i = 0; i < 4; ++i) {
-      wobble_.length_m[i] = 12.0 + 60.0 * u[i];
+      wobble_.length_m[i] = 40.0 + 110.0 * u[i];
       wobble_.phase[i] = 2.0 * pi * u[4 + i];
       bite_.length_m[i] = 4.0 + 30.0 * u[4 + i];
       bite_.phase[i] = 2.0 * pi * u[8 + i];

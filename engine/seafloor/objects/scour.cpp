@@ -35,10 +35,15 @@ class Scour {
     if (base_.empty()) return;
     const Vector2d down(std::sin(table.current_rad), std::cos(table.current_rad));
     const double width_m = 0.5 * height_m_;
-    const SmoothField uneven(draws, 4.0 * width_m, 20.0 * width_m);
+    // As far as the moat and the tail reach.
+    const double reach_m = 1.5 * box_.diagonal().norm() + (tail_heights + 1.0) * height_m_;
+    const int west = column_at(box_.min().x() - reach_m), south = row_at(box_.min().y() - reach_m);
+    Heightfield near = bed_.window(west, south, column_at(box_.max().x() + reach_m) - west + 1,
+                                   row_at(box_.max().y() + reach_m) - south + 1);
+    near.z_m = SmoothField(draws, 4.0 * width_m, 20.0 * width_m).over(near);
     const auto share = [&](int column, int row) {
       constexpr double spread = 0.5;
-      return std::exp(spread * uneven.at(bed_.x_m(column), bed_.y_m(row)) - 0.5 * spread * spread);
+      return std::exp(spread * near.at(column - west, row - south) - 0.5 * spread * spread);
     };
     if (table.scour_ratio > 0.0) dig(table.scour_ratio * height_m_, width_m, down, share, bed);
     if (table.tail_ratio > 0.0) leave_tail(table.tail_ratio * height_m_, down, share, bed);
