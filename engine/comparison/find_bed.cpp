@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <span>
 
@@ -12,6 +13,8 @@ namespace ensonify::engine {
 namespace {
 
 constexpr std::size_t lasting = 8;  // samples
+constexpr double darkest_of_level =
+    3e-3;  // a bed so far below the usual one is not told from water
 
 /// Means over 5 pings and 5 samples.
 class Smooth {
@@ -44,6 +47,33 @@ double level_below(std::span<const double> row, double share) {
                              : quantile({row.begin(), row.end()}, share);
 }
 
+double mean_of(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// How the water column grows with range, by sample: a time-varied gain amplifies its noise.
+using Growth = std::vector<double>;
+
+/// The sample at which the bed leaves the water, before one where it is clearly bed. A beam that
+/// looks away from the nadir receives the nearest bed only weakly, so that it emerges slowly.
+std::size_t foot_of(std::span<const double> row, const Growth& growth, std::size_t first,
+                    double lowest) {
+  // The bed may fill most of the samples before `first`, so the darkest fifth is the water. The
+  // mean of 25 Rayleigh amplitudes has a standard deviation of 0.1 of its mean: this is four of
+  // them above.
+  constexpr double water_share = 0.2, over_water = 1.5;
+  std::vector<double> before;
+  for (std::size_t k = first / 4; k < first; ++k) before.push_back(row[k] / growth[k]);
+  const double threshold = over_water * level_below(before, water_share);
+  if (std::isnan(threshold)) return first;
+  const auto is_bed = [&](std::size_t k) {
+    return row[k] > std::max(threshold * growth[k], lowest);
+  };
+  std::size_t foot = first;
+  while (foot > 0 && is_bed(foot - 1)) --foot;
+  return foot + bed_found_early < first ? foot : first;  // nearer, it is the means' blur
+}
+
 /// A place where the bed may begin.
 struct Rise {
   std::size_t sample = 0;
@@ -51,12 +81,15 @@ struct Rise {
 };
 
 /// The first 8 rises of a ping, from near to far (later ones are texture of the bed); unset if the
-/// ping is silent.
-std::optional<std::vector<Rise>> rises_of(std::span<const double> row) {
+/// ping is silent. They stay where they are clear while the growth is empty: not known yet.
+std::optional<std::vector<Rise>> rises_of(std::span<const double> row, const Growth& growth) {
   // The darkest tenth of the near half is taken as water. Without a water column the whole row
-  // counts as bed.
+  // counts as bed. Beyond some range there may be nothing: the bed is what is heard.
   const double water = level_below(row.first(row.size() / 2), 0.1);
-  const double level = level_below(row.subspan(row.size() / 4), 0.5);
+  std::vector<double> heard;
+  for (const double value : row.subspan(row.size() / 4))
+    if (value > 0.0) heard.push_back(value);
+  const double level = level_below(heard, 0.5);
   if (!(level > 0.0)) return std::nullopt;
   const double threshold = std::sqrt(std::max(water, 1e-3 * level) * level);
   std::vector<Rise> rises;
@@ -73,10 +106,37 @@ std::optional<std::vector<Rise>> rises_of(std::span<const double> row) {
     in_echo = above;
     alike = 0;
     if (!in_echo) continue;
-    const std::size_t first = k + 1 - lasting;
-    rises.push_back({first, (bright - lasting) / static_cast<double>(first)});
+    const std::size_t clear = k + 1 - lasting;
+    const std::size_t first =
+        growth.empty() ? clear : foot_of(row, growth, clear, darkest_of_level * level);
+    if (rises.empty() || first > rises.back().sample)  // else both have the same foot
+      rises.push_back({first, std::max(bright - lasting, 0.0) / static_cast<double>(clear)});
   }
   return rises;
+}
+
+Growth growth_of_water(Smooth& smooth, std::size_t pings, std::size_t samples) {
+  constexpr double steepest = 2.0;  // 40 dB per factor of ten
+  constexpr std::size_t fewest = 6;
+  Growth growth(samples, 1.0);
+  std::vector<double> powers;  // of range
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    const std::span<const double> row = smooth.row(ping);
+    const auto rises = rises_of(row, {});
+    if (!rises || rises->empty()) continue;
+    // From a quarter to a half of the way to the bed.
+    const std::size_t part = rises->front().sample / 8;
+    if (part < fewest) continue;
+    const double change =
+        mean_of(row.subspan(3 * part, part)) / mean_of(row.subspan(2 * part, part));
+    if (change > 0.0 && std::isfinite(change))
+      powers.push_back(std::log(change) / std::log(3.5 / 2.5));
+  }
+  if (powers.empty()) return growth;
+  const double power = std::clamp(median(std::move(powers)), 0.0, steepest);
+  for (std::size_t k = 0; k < samples; ++k)
+    growth[k] = std::pow(static_cast<double>(k) + 0.5, power);
+  return growth;
 }
 
 using BedSamples = std::vector<std::optional<double>>;
@@ -198,6 +258,42 @@ void fill_gaps(BedSamples& samples) {
               samples[*before]);
 }
 
+/// Whether the bed begins at the stated altitudes, long before the samples show it clearly: those
+/// behind them are brighter than the water before them, on the mean of all pings.
+bool begins_as_stated(const RecordedLine& line, Side side, const Growth& growth,
+                      const BedSamples& stated, const BedSamples& bed) {
+  constexpr double long_before = 1.08, brighter = 1.15, standard_errors = 3.0;
+  std::vector<double> late;
+  double before = 0.0, behind = 0.0, squares = 0.0, level = 0.0;  // sums over pings
+  for (std::size_t i = 0; i < bed.size(); ++i) {
+    if (!stated[i] || !bed[i]) continue;
+    const double edge = *stated[i] + static_cast<double>(bed_found_early);
+    const std::span<const float> row = line.row(side, i);
+    const auto mean = [&](double from, double to) {
+      const auto first = static_cast<std::size_t>(std::ceil(from)),
+                 end = std::min(static_cast<std::size_t>(std::ceil(to)), line.samples);
+      double sum = 0.0;
+      for (std::size_t k = first; k < end; ++k) sum += row[k] / growth[k];
+      return sum / static_cast<double>(end - first);
+    };
+    constexpr double shortest = 24.0;
+    if (!(edge >= shortest) ||
+        std::max(long_before * edge, *bed[i]) + 1.0 > static_cast<double>(line.samples))
+      continue;
+    late.push_back(*bed[i] / *stated[i]);
+    before += mean(0.7 * edge, 0.92 * edge);
+    level += mean(*bed[i], static_cast<double>(line.samples));
+    const double its = mean(edge, long_before * edge);
+    behind += its;
+    squares += its * its;
+  }
+  const auto pings = static_cast<double>(late.size());
+  if (2.0 * pings < static_cast<double>(bed.size()) || !(median(std::move(late)) > long_before))
+    return false;
+  const double error = std::sqrt(std::max(squares - behind * behind / pings, 0.0));  // of the sum
+  return behind - standard_errors * error > std::max(brighter * before, darkest_of_level * level);
+}
+
 }  // namespace
 
 FoundBed find_bed(const RecordedLine& line, Side side) {
@@ -206,8 +302,9 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
   std::vector<std::vector<Rise>> rises(pings);
   std::vector<bool> silent(pings);
   Smooth smooth(line, side);
+  const Growth growth = growth_of_water(smooth, pings, line.samples);
   for (std::size_t ping = 0; ping < pings; ++ping) {
-    auto found = rises_of(smooth.row(ping));
+    auto found = rises_of(smooth.row(ping), growth);
     silent[ping] = !found;
     if (found) rises[ping] = std::move(*found);
   }
@@ -227,6 +324,10 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
     else
       for (std::size_t i = 0; i < pings; ++i)
         bed[i] = rises[i].empty() ? 0.0 : static_cast<double>(rises[i].front().sample);
+  }
+  if (!found.stated && begins_as_stated(line, side, growth, as_stated, bed)) {
+    found.stated = true;
+    bed = as_stated;
   }
   for (std::size_t i = 0; i < pings; ++i)
     if (!bed[i]) bed[i] = stated[i];

@@ -20,8 +20,11 @@ constexpr double range_m = 50.0, sample_m = range_m / samples;
 /// The first sample of the bed: 60 to 100.
 double bed(std::size_t ping) { return 80.0 + 20.0 * std::sin(0.02 * static_cast<double>(ping)); }
 
+/// Mean amplitudes by sample, where the bed begins at `first`.
+double sharp(double sample, double first) { return sample < first ? 5.0 : 500.0; }
+
 /// A port side with speckle, whose pings state the right altitude.
-RecordedLine made_line() {
+RecordedLine made_line(const std::function<double(double sample, double first)>& level = &sharp) {
   std::mt19937 random(5);
   std::exponential_distribution<float> power;
   RecordedLine line{.samples = samples};
@@ -31,7 +34,7 @@ RecordedLine made_line() {
                           .range_m = range_m,
                           .samples = samples});
     for (std::size_t k = 0; k < samples; ++k)
-      line.port.push_back((static_cast<double>(k) < bed(ping) ? 5.0f : 500.0f) *
+      line.port.push_back(static_cast<float>(level(static_cast<double>(k), bed(ping))) *
                           std::sqrt(power(random)));
   }
   return line;
@@ -132,4 +135,41 @@ TEST_CASE("pings whose samples do not show the bed have it where their altitude 
   CHECK(find_bed(line, Side::port).stated);
   CHECK(static_cast<double>(find_bed(line, Side::port).first_sample[190]) ==
         Approx(bed(190) + 30.0).margin(3.0));
+}
+
+TEST_CASE("the bed begins where it emerges from the water, not where the beam gets bright") {
+  // The bed grows over half of its first range; the noise of the water is constant, or a gain
+  // amplifies it by 30 dB per factor of ten in range.
+  for (const double growth : {0.0, 1.5}) {
+    CAPTURE(growth);
+    RecordedLine line = made_line([&](double sample, double first) {
+      const double water = 2.0 * std::pow((sample + 0.5) / 40.0, growth);
+      return water + (sample < first ? 0.0 : 500.0 * std::min(sample / first - 0.9, 0.6));
+    });
+    CHECK(worst(line) <= 6.0);
+    for (RecordedPing& ping : line.pings) ping.altitude_m.reset();
+    CHECK(worst(line) <= 6.0);
+  }
+}
+
+TEST_CASE("the altitude counts where the bed behind it is too dark to be seen in single pings") {
+  RecordedLine line = made_line([](double sample, double first) {
+    return sample < first ? 5.0 : sample < 1.4 * first ? 6.5 : 500.0;
+  });
+  const FoundBed found = find_bed(line, Side::port);
+  CHECK(found.stated);
+  CHECK(worst(line) <= 3.0);
+  // There is nothing at another altitude, so the bed is where it is bright.
+  change_altitudes(line, [](std::size_t, double altitude_m) { return 0.7 * altitude_m; });
+  CHECK_FALSE(find_bed(line, Side::port).stated);
+  const std::vector<std::size_t> bright = find_bed(line, Side::port).first_sample;
+  for (std::size_t ping = 0; ping < pings; ++ping)
+    CHECK(static_cast<double>(bright[ping]) > 1.2 * bed(ping));
+}
+
+TEST_CASE("a bed that ends before half of the range is found") {
+  RecordedLine line = made_line(
+      [](double sample, double first) { return sample < 200.0 ? sharp(sample, first) : 0.0; });
+  CHECK(worst(line) <= 4.0);
+  CHECK_FALSE(find_bed(line, Side::port).stated);
 }
