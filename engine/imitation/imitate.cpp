@@ -59,13 +59,32 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
   return some_pings(line, usable);
 }
 
+/// Leaves out a side whose samples are all 0 in nearly all pings, if the other has echoes.
+void leave_out_silent_side(RecordedLine& line, std::vector<std::string>& unknown) {
+  if (line.port.empty() || line.starboard.empty()) return;
+  const auto silent_share = [&](Side side) {
+    std::size_t silent = 0;
+    for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
+      silent +=
+          std::ranges::all_of(line.row(side, ping), [](float value) { return value == 0.0f; });
+    return static_cast<double>(silent) / static_cast<double>(line.pings.size());
+  };
+  const double port = silent_share(Side::port), starboard = silent_share(Side::starboard);
+  constexpr double nearly_all = 0.9;
+  if (std::max(port, starboard) < nearly_all || std::min(port, starboard) >= nearly_all) return;
+  unknown.push_back(fmt::format("what {} has: it is silent in {:.0f} % of the pings and left out",
+                                port > starboard ? "port" : "starboard",
+                                100.0 * std::max(port, starboard)));
+  (port > starboard ? line.port : line.starboard).clear();
+}
+
 /// Notes doubts about the altitude.
 void note_altitudes(const RecordedLine& line, const VehiclePath& path,
                     std::vector<std::string>& unknown) {
   if (path.altitude.how == Confidence::stated)
     unknown.emplace_back(
-        "whether the altitude is right: the samples show no bottom line, so it is what the pings "
-        "state");
+        "whether the altitude is right: the samples do not show the bottom line well, so it is what "
+        "the pings state");
   std::vector<double> off_m;
   for (std::size_t i = 0; i < line.pings.size(); ++i)
     if (line.pings[i].altitude_m) off_m.push_back(*line.pings[i].altitude_m - path.altitude_m[i]);
@@ -133,7 +152,10 @@ void note_gaps(const RecordedLine& line, const LineModel& model,
     unknown.emplace_back("the frequency: the file does not state it, and samples do not show it");
   if (std::isnan(model.range_slope_db) && !states_vertical_beam(line))
     unknown.emplace_back(
-        "the gain over range apart from the vertical beam: the altitude is nearly constant");
+        "the gain over range apart from the vertical beam: the altitude changes too little, or the "
+        "bed too much, to tell");
+  if (model.recorder.column_from.how == Confidence::assumed)
+    unknown.push_back("the noise: " + model.recorder.column_from.why);
 }
 
 /// The model before any simulation.
@@ -142,9 +164,8 @@ LineModel first_model(const RecordedLine& line) {
   model.path = vehicle_path(line);
   model.recorder = recorder_signs(line);
   model.samples = line.samples;
-  model.output_noise_db = std::clamp(model.recorder.column_db, -120.0, -6.0);
-  model.evidence["sonar.sidescan.output_noise_db"] = {Confidence::measured,
-                                                      "level of the water column"};
+  model.output_noise_db = std::clamp(model.recorder.column_db, -130.0, -6.0);
+  model.evidence["sonar.sidescan.output_noise_db"] = model.recorder.column_from;
   model.port = !line.port.empty();
   model.starboard = !line.starboard.empty();
   if (line.sound_speed_mps > 0.0) {
@@ -190,6 +211,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
                   const ImitationControl& control) {
   Imitation made;
   made.line = usable_part(recording, made.unknown);
+  leave_out_silent_side(made.line, made.unknown);
   const VehiclePath path = vehicle_path(made.line);
   note_altitudes(made.line, path, made.unknown);
   // The bottom line of the whole recording leads the search for it in parts of the recording.

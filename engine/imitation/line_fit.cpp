@@ -99,15 +99,17 @@ class Fit {
         corrected_law(model_.range_law, model_.range_slope_db, range_slope_db(ours, unscaled),
                       model_.absorption_db_per_m, model_.range_m);
     // The path has the altitudes that the whole recording shows. The rest is the error of
-    // find_bed(), which is small: a larger difference comes from another beam or noise floor.
+    // find_bed(), which is small: a larger difference comes from another beam or noise floor, and
+    // says nothing.
     if (model_.path.altitude.how == Confidence::stated) return;
     std::vector<double> off_m = first_bed_echoes_m(ours);
     for (std::size_t i = 0; i < off_m.size(); ++i)
       off_m[i] =
           model_.path.altitude_m[i] -
           off_m[i] * (model_.path.pitch_rad.empty() ? 1.0 : std::cos(model_.path.pitch_rad[i]));
-    model_.altitude_shift_m = std::clamp(model_.altitude_shift_m + median(std::move(off_m)),
-                                         -5.0 * bin_m(), 5.0 * bin_m());
+    constexpr double most_bins = 5.0;
+    const double shift_m = model_.altitude_shift_m + median(std::move(off_m));
+    if (std::abs(shift_m) <= most_bins * bin_m()) model_.altitude_shift_m = shift_m;
   }
 
   /// After a simulation with the sonar's plain beam and automatic gain: material, and the beam
@@ -139,9 +141,10 @@ class Fit {
             : fmt::format("nearest in level over angle; then {} and {}{}", sediments[1].name,
                           sediments[2].name,
                           beam_is_stated ? "" : "; unsure, because the beam is not stated")};
-    constexpr double plain_enough_db = 1.5;
-    const bool plain =
-        beam_is_stated && !sediments.empty() && sediments.front().rms_db < plain_enough_db;
+    constexpr double plain_enough_db = 1.5, sides_alike_db = 1.0;
+    const bool plain = beam_is_stated && !sediments.empty() &&
+                       sediments.front().rms_db < plain_enough_db &&
+                       !(std::abs(port_over_starboard_db(simulated)) > sides_alike_db);
     std::vector<double> offsets;
     for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
       if (std::isfinite(both[i])) offsets.push_back(both[i] + strength_change_db(before, i));
@@ -166,7 +169,8 @@ class Fit {
   /// After a simulation of the whole chain.
   void correct(const RecordedLine& ours) {
     const Figures simulated(ours, model_.recorder);
-    if (model_.has_pattern()) correct_range_law(simulated);
+    // A fitted beam takes all of the level over the angle, and with it most of that over range.
+    if (!model_.has_pattern()) correct_range_law(simulated);
     correct_levels(simulated);
     correct_floor(simulated);
     correct_relief(simulated);
@@ -176,6 +180,16 @@ class Fit {
   }
 
  private:
+  /// How much louder port is than in a simulation with equal sides; NaN if the line has one side.
+  double port_over_starboard_db(const Figures& simulated) const {
+    std::vector<double> off;
+    for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
+      if (const double one = model_.levels_db[0][i] - simulated.levels[0][i] -
+                             model_.levels_db[1][i] + simulated.levels[1][i];
+          std::isfinite(one))
+        off.push_back(one);
+    return median(std::move(off));
+  }
   /// How much stronger the first material is than the model's, at a cell's angle.
   double strength_change_db(const LineModel& before, std::size_t cell) const {
     const auto strength = [&](const std::string& name) {
@@ -276,13 +290,19 @@ class Fit {
   }
 
   void correct_floor(const Figures& simulated) {
-    double off = real_["column_over_bed_db"] - simulated["column_over_bed_db"];
-    if (!(simulated["column_over_bed"] > 0.0)) off = 3.0;  // lost between the digitiser's steps
-    if (!std::isfinite(off)) return;
+    const double has = real_["column_over_bed"], now = simulated["column_over_bed"];
+    // One of them may lie below the digitiser's first step.
+    const double off = has > 0.0 && now > 0.0
+                           ? real_["column_over_bed_db"] - simulated["column_over_bed_db"]
+                       : has > 0.0 ? 3.0
+                       : now > 0.0 ? -10.0
+                                   : 0.0;
+    if (!std::isfinite(has + now + off)) return;
     model_.output_noise_db =
         std::clamp(model_.output_noise_db + std::clamp(off, -20.0, 20.0), -150.0, -3.0);
-    model_.evidence["sonar.sidescan.output_noise_db"] = {Confidence::fitted,
-                                                         "level of the water column"};
+    if (has > 0.0)
+      model_.evidence["sonar.sidescan.output_noise_db"] = {Confidence::fitted,
+                                                           "level of the water column"};
   }
 
   /// Relief makes samples alike that are some apart; texture below the cell does not.

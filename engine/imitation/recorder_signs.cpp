@@ -153,12 +153,23 @@ void set_looks(const RecordedLine& line, const std::vector<Spread>& blocks, Reco
                   line.peak_detector ? ", and the file states that the largest is kept" : "")};
 }
 
+double spread_of(const std::vector<double>& values) {
+  const double middle = median(values);
+  std::vector<double> off;
+  for (const double value : values) off.push_back(std::abs(value - middle));
+  return 1.4826 * median(std::move(off));  // sd of a normal distribution
+}
+
 /// Share of full scale that the mean of each ping of a side has; 0 if it differs from ping to ping.
-/// Clipping lowers the mean of a ping that was scaled before, so the less clipped half counts.
+/// In pings that are scaled, one part makes up for another: the whole varies less than parts that
+/// vary independently would make it. Clipping lowers the mean of a ping that was scaled before, so
+/// the less clipped half counts.
 void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
+  constexpr std::size_t parts = 8;
   struct Row {
     std::size_t clipped;
     double mean;
+    std::array<double, parts> of_parts;
   };
   std::vector<Row> rows;
   const std::size_t begin = line.samples / 50;  // beyond the transmitted pulse
@@ -167,23 +178,33 @@ void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
       const std::span<const float> row = line.row(side, ping).subspan(begin);
       Row& one = rows.emplace_back();
-      for (const float value : row) {
-        one.clipped += signs.clips && value >= signs.full_scale;
-        one.mean += value / signs.full_scale / static_cast<double>(row.size());
+      for (std::size_t k = 0; k < row.size(); ++k) {
+        one.clipped += signs.clips && row[k] >= signs.full_scale;
+        one.of_parts[parts * k / row.size()] +=
+            row[k] / signs.full_scale / static_cast<double>(row.size());
       }
+      one.mean = std::accumulate(one.of_parts.begin(), one.of_parts.end(), 0.0);
     }
   }
   std::ranges::stable_sort(rows, {}, &Row::clipped);
   rows.resize((rows.size() + 1) / 2);
-  std::vector<double> means, off;
+  std::vector<double> means;
   for (const Row& row : rows) means.push_back(row.mean);
-  const double middle = median(means);
-  for (const double mean : means) off.push_back(std::abs(mean / middle - 1.0));
-  const double spread = 1.4826 * median(std::move(off));  // sd of a normal distribution
-  const bool even = middle > 0.0 && spread < 0.02;
-  if (even) signs.ping_mean = middle;
-  signs.ping_mean_from = {Confidence::measured,
-                          fmt::format("the pings' means differ by {:.1f} %", 100.0 * spread)};
+  double variance = 0.0;
+  for (std::size_t part = 0; part < parts; ++part) {
+    std::vector<double> values;
+    for (const Row& row : rows) values.push_back(row.of_parts[part]);
+    variance += std::pow(spread_of(values), 2);
+  }
+  const double middle = median(means), spread = spread_of(means) / middle,
+               by_parts = std::sqrt(variance) / middle;
+  constexpr double alike = 0.02, less = 0.5;
+  if (middle > 0.0 && spread < alike && spread < less * by_parts) signs.ping_mean = middle;
+  signs.ping_mean_from = {
+      Confidence::measured,
+      fmt::format("the pings' means differ by {:.1f} %; if parts of them varied independently, by "
+                  "{:.1f} %",
+                  100.0 * spread, 100.0 * by_parts)};
 }
 
 double expanded(double share, const RecorderSigns& recorder) {
@@ -216,7 +237,18 @@ void set_column(const RecordedLine& line, RecorderSigns& signs) {
   signs.burst_m = median(std::move(lengths_m)) / leakage_lengths(scatter::amplitude_to_db(std::max(
                                                      expanded(over_column * floor, signs), 1e-9)));
   // A Rayleigh amplitude's median is sqrt(ln 2) of its rms.
-  if (floor > 0.0) signs.column_db = scatter::amplitude_to_db(floor / std::sqrt(std::log(2.0)));
+  signs.column_from = {Confidence::measured, "level of the water column"};
+  if (floor > 0.0) {
+    signs.column_db = scatter::amplitude_to_db(floor / std::sqrt(std::log(2.0)));
+  } else if (floor == 0.0) {
+    // Rayleigh amplitudes of this rms hardly ever reach half a step.
+    const double half_step = 0.5 / (std::ldexp(1.0, signs.bits) - 1.0);
+    signs.column_db = scatter::amplitude_to_db(half_step) - 20.0;
+    signs.column_from = {Confidence::assumed,
+                         "the water column is below the digitiser's first step"};
+  } else {
+    signs.column_from = {Confidence::assumed, "no water column"};
+  }
   signs.burst_from = {Confidence::measured, "bright samples before the water column"};
 }
 
@@ -230,6 +262,70 @@ double before_clipping(double power) {
     (s * -std::expm1(-1.0 / s) < wanted ? low : high) = s;
   }
   return low;
+}
+
+/// The level of the bed in a block of pings.
+struct LevelAtRange {
+  std::size_t block;
+  double decades;  // of the range in metres
+  double level_db;
+};
+
+/// The levels of one side, by cells of grazing angle. If the recorder scaled each ping, they are
+/// relative to the water column of the same ping, which has the same scale.
+std::array<std::vector<LevelAtRange>, grazing_cells> levels_at_ranges(
+    const RecordedLine& line, Side side, const RecorderSigns& recorder) {
+  constexpr std::size_t block = 24, low_cell = 5, high_cell = 36;  // 10 to 72 degrees
+  std::array<std::vector<LevelAtRange>, grazing_cells> points;
+  const std::vector<std::size_t> bed = bed_edge(line, side);
+  for (std::size_t ping = 0; ping + block <= line.pings.size(); ping += block) {
+    const std::size_t middle = ping + block / 2;
+    if (bed[middle] < 24 || bed[middle] >= line.samples) continue;
+    std::vector<double> column;
+    for (std::size_t i = ping; i < ping + block; ++i)
+      for (std::size_t k = bed[i] / 3; bed[i] < line.samples && k < bed[i] * 9 / 10; ++k)
+        column.push_back(expanded(line.row(side, i)[k] / recorder.full_scale, recorder));
+    const double floor = median(std::move(column));
+    if (recorder.ping_mean > 0.0 && !(floor > 0.0)) continue;
+    const double scale_db = recorder.ping_mean > 0.0 ? scatter::amplitude_to_db(floor) : 0.0;
+    const GrazingLevels levels = grazing_levels(line, side, recorder, ping, ping + block, 8);
+    const double altitude_m = static_cast<double>(bed[middle]) * line.pings[middle].range_m /
+                              static_cast<double>(line.samples);
+    for (std::size_t cell = low_cell; cell < high_cell; ++cell)
+      if (std::isfinite(levels[cell]))
+        points[cell].push_back({ping / block,
+                                std::log10(altitude_m / std::sin(grazing_cell_rad(cell))),
+                                levels[cell] - scale_db});
+  }
+  return points;
+}
+
+/// A straight line through the levels of each cell; the lines share their slope.
+struct SharedSlope {
+  double variance = 0.0, covariance = 0.0;
+  double value() const { return covariance / variance; }
+};
+/// Without the blocks [first, end).
+SharedSlope shared_slope(const std::vector<std::vector<LevelAtRange>>& cells, std::size_t first,
+                         std::size_t end) {
+  SharedSlope slope;
+  for (const std::vector<LevelAtRange>& cell : cells) {
+    double x = 0.0, y = 0.0, number = 0.0;
+    const auto over_points = [&](auto&& take) {
+      for (const LevelAtRange& point : cell)
+        if (point.block < first || point.block >= end) take(point);
+    };
+    over_points([&](const LevelAtRange& point) {
+      x += point.decades;
+      y += point.level_db;
+      number += 1.0;
+    });
+    over_points([&](const LevelAtRange& point) {
+      slope.variance += std::pow(point.decades - x / number, 2);
+      slope.covariance += (point.decades - x / number) * (point.level_db - y / number);
+    });
+  }
+  return slope;
 }
 
 }  // namespace
@@ -298,50 +394,36 @@ std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
 }
 
 double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder) {
-  // If the recorder scaled each ping, levels are relative to the water column of the same ping,
-  // which has the same scale.
-  constexpr std::size_t block = 24, low_cell = 5, high_cell = 36;  // 10 to 72 degrees
-  double covariance = 0.0, variance = 0.0;
+  std::vector<std::vector<LevelAtRange>> cells;  // of both sides
+  std::size_t blocks = 0;
   for (const Side side : {Side::port, Side::starboard}) {
     if (line.side(side).empty()) continue;
-    const std::vector<std::size_t> bed = bed_edge(line, side);
-    std::array<std::vector<std::array<double, 2>>, grazing_cells> points;
-    for (std::size_t ping = 0; ping + block <= line.pings.size(); ping += block) {
-      const std::size_t middle = ping + block / 2;
-      if (bed[middle] < 24 || bed[middle] >= line.samples) continue;
-      std::vector<double> column;
-      for (std::size_t i = ping; i < ping + block; ++i)
-        for (std::size_t k = bed[i] / 3; bed[i] < line.samples && k < bed[i] * 9 / 10; ++k)
-          column.push_back(expanded(line.row(side, i)[k] / recorder.full_scale, recorder));
-      const double floor = median(std::move(column));
-      if (recorder.ping_mean > 0.0 && !(floor > 0.0)) continue;
-      const double scale_db = recorder.ping_mean > 0.0 ? scatter::amplitude_to_db(floor) : 0.0;
-      const GrazingLevels levels = grazing_levels(line, side, recorder, ping, ping + block, 8);
-      const double altitude_m = static_cast<double>(bed[middle]) * line.pings[middle].range_m /
-                                static_cast<double>(line.samples);
-      for (std::size_t cell = low_cell; cell < high_cell; ++cell) {
-        const double r =
-            altitude_m / std::sin((static_cast<double>(cell) + 0.5) * grazing_cell_deg * degree);
-        if (std::isfinite(levels[cell]))
-          points[cell].push_back({std::log10(r), levels[cell] - scale_db});
-      }
-    }
-    for (const auto& cell : points) {
+    for (std::vector<LevelAtRange>& cell : levels_at_ranges(line, side, recorder)) {
       if (cell.size() < 4) continue;
-      double mean_x = 0.0, mean_y = 0.0;
-      for (const auto& [x, y] : cell) {
-        mean_x += x / static_cast<double>(cell.size());
-        mean_y += y / static_cast<double>(cell.size());
-      }
-      for (const auto& [x, y] : cell) {
-        variance += (x - mean_x) * (x - mean_x);
-        covariance += (x - mean_x) * (y - mean_y);
-      }
+      blocks = std::max(blocks, cell.back().block + 1);
+      cells.push_back(std::move(cell));
     }
   }
+  const SharedSlope slope = shared_slope(cells, 0, 0);
   // Some 10 blocks in each of 30 cells whose altitudes differ by a tenth or so.
   constexpr double enough_variance = 0.3;
-  return variance > enough_variance ? covariance / variance : unknown;
+  if (!(slope.variance > enough_variance)) return unknown;
+  // Patches of the bed may pass for a change with range. How much the slope depends on single parts
+  // of the line shows it (the jackknife).
+  constexpr std::size_t most_parts = 8;
+  const std::size_t parts = std::min(most_parts, blocks);
+  double sum = 0.0, squares = 0.0;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const double without =
+        shared_slope(cells, part * blocks / parts, (part + 1) * blocks / parts).value() -
+        slope.value();
+    sum += without;
+    squares += without * without;
+  }
+  const auto number = static_cast<double>(parts);
+  const double error_db = std::sqrt((number - 1.0) * (squares - sum * sum / number) / number);
+  constexpr double most_error_db = 6.0;  // usual gains, 20 to 40, have this standard deviation
+  return error_db < most_error_db ? slope.value() : unknown;
 }
 
 RangeLaw corrected_law(const RangeLaw& law, double slope_db, double ours_db,

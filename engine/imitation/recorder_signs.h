@@ -23,7 +23,7 @@ struct RecorderSigns {
   int looks = 1;
   double burst_m = 0.0;      ///< as OtherPathsOptions::burst_m
   double column_db = -60.0;  ///< rms of the water column, dB re full scale
-  Evidence bits_from, ping_mean_from, curve_from, looks_from, burst_from;
+  Evidence bits_from, ping_mean_from, curve_from, looks_from, burst_from, column_from;
 };
 RecorderSigns recorder_signs(const RecordedLine& line);
 
@@ -48,14 +48,16 @@ std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
                                                      const RecorderSigns& recorder);
 
 /// How the level of the bed at one grazing angle changes with range as the altitude changes, dB per
-/// factor of ten; NaN if the altitude changes too little.
+/// factor of ten; NaN if the altitude changes too little, or the bed so much that this is
+/// uncertain.
 double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder);
 
 /// The recorder's gain over range.
 struct RangeLaw {
   double spreading = 30.0;
   bool absorption = true;
-  Evidence from{Confidence::assumed, "the altitude changes too little to tell"};
+  Evidence from{Confidence::assumed,
+                "the altitude changes too little, or the bed too much, to tell"};
 };
 /// The gain over range of a line with this slope, from a simulated line with the gain `law` and the
 /// slope `ours_db`. A gain of less than spreading alone is taken as one without absorption.

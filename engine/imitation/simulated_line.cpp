@@ -46,6 +46,7 @@ RecordedLine simulated_line(const LineModel& model, const std::filesystem::path&
     const double interval_s = model.path.ping_interval_s,
                  number = (model.path.t_s[row] - model.path.t_s.front()) / interval_s;
     line.pings.push_back({.number = static_cast<std::uint64_t>(std::lround(number)),
+                          .altitude_m = model.path.altitude_m[row] + model.altitude_shift_m,
                           .range_m = image.sonar.range_m,
                           .samples = bins});
     const auto begin = image.pixels.sample.begin() + static_cast<std::ptrdiff_t>(row * columns);

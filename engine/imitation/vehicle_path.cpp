@@ -240,16 +240,20 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
 void set_altitudes(const RecordedLine& line, VehiclePath& path) {
   const std::size_t pings = line.pings.size();
   const Values ranges = first_bed_echoes_m(line);
-  if (ranges.empty())
-    throw RecordingError(
-        "the recording shows no bottom line in most of its pings, and they have no altitude; "
-        "expected a water column before the bed, or altitudes");
+  if (ranges.empty()) {
+    path.altitude_m = column(line, [](const RecordedPing& ping) { return ping.altitude_m; });
+    if (path.altitude_m.empty())
+      throw RecordingError(
+          "the recording shows no bottom line in most of its pings, and they have no altitude; "
+          "expected a water column before the bed, or altitudes");
+  }
   path.altitude_m.resize(pings);
-  for (std::size_t i = 0; i < pings; ++i)
+  for (std::size_t i = 0; i < ranges.size(); ++i)
     path.altitude_m[i] = ranges[i] * (path.pitch_rad.empty() ? 1.0 : std::cos(path.pitch_rad[i]));
-  const bool shown = std::ranges::any_of(std::array{Side::port, Side::starboard}, [&](Side side) {
-    return !line.side(side).empty() && !find_bed(line, side).stated;
-  });
+  const bool shown = !ranges.empty() &&
+                     std::ranges::any_of(std::array{Side::port, Side::starboard}, [&](Side side) {
+                       return !line.side(side).empty() && !find_bed(line, side).stated;
+                     });
   path.altitude = shown ? Evidence{Confidence::measured, "bottom line"}
                         : Evidence{Confidence::stated, "altitudes that they state"};
   const Values depths = column(line, [](const RecordedPing& ping) { return ping.depth_m; });

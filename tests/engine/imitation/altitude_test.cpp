@@ -128,6 +128,10 @@ TEST_CASE("a line without a bottom line has the altitude that the file states, o
   std::ranges::fill(line.starboard, 100.0f);
   CHECK(bins_off(line, truth_m) < 1.0);
   CHECK(vehicle_path(line).altitude.how == Confidence::stated);
+  std::ranges::fill(line.port, 0.0f);
+  std::ranges::fill(line.starboard, 0.0f);
+  CHECK(bins_off(line, truth_m) < 1.0);
+  CHECK(vehicle_path(line).altitude.how == Confidence::stated);
   CHECK_THROWS_AS(
       vehicle_path(with_altitudes(line, [](std::size_t, double) { return std::nullopt; })),
       RecordingError);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <numbers>
+#include <numeric>
 #include <random>
 
 #include "support/catch.h"
@@ -26,6 +27,7 @@
 #include <ensonify/engine/units.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/decibel.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -248,6 +250,11 @@ TEST_CASE("the samples show looks, detector, scaled pings, curve, floor and clip
   CHECK(scaled.clips);
   CHECK(scaled.bits == 15);
   CHECK(recorder_signs(made_line({.altitude_m = &varied_m})).ping_mean == 0.0);
+  // On an even bed at a constant altitude the means are alike without any scale.
+  CHECK(recorder_signs(made_line({.looks = 8})).ping_mean == 0.0);
+  const RecorderSigns noiseless = recorder_signs(made_line({.column = 0.0}));
+  CHECK(noiseless.column_from.how == Confidence::assumed);
+  CHECK(noiseless.column_db < scatter::amplitude_to_db(0.5 / 32767.0));
   // A recorder without a logarithm, whose spread hardly grows with the mean.
   const RecorderSigns rippled = recorder_signs(made_line({.looks = 4, .ripples = true}));
   CHECK(rippled.curve == TransferCurve::linear);
@@ -276,6 +283,15 @@ TEST_CASE("a varied altitude shows the gain over range, a constant one does not"
   CHECK(none.spreading == Approx(5.0 + std::numbers::ln10 * 0.01 * range_m));
   const RecordedLine level = made_line({});
   CHECK(std::isnan(range_slope_db(level, recorder_signs(level))));
+  // A bed of patches of 40 pings, 12 dB apart.
+  RecordedLine patched = made_line({.altitude_m = &varied_m});
+  for (const std::size_t patch : {0u, 1u, 4u, 6u})
+    for (std::size_t ping = 40 * patch; ping < 40 * patch + 40; ++ping)
+      for (auto k = static_cast<std::size_t>(varied_m(ping) / sample_m); k < samples; ++k) {
+        patched.port[ping * samples + k] *= 0.25f;
+        patched.starboard[ping * samples + k] *= 0.25f;
+      }
+  CHECK(std::isnan(range_slope_db(patched, recorder_signs(patched))));
   CHECK(corrected_law({}, std::nan(""), 0.0, 0.1, range_m).from.how == Confidence::assumed);
 }
 
@@ -472,6 +488,56 @@ TEST_CASE(
     CHECK(sample.track.altitude_m <= 12.5);
     CHECK(sample.seafloor.depth_m > sample.track.altitude_m);
   }
+}
+
+TEST_CASE("a weaker side stays weaker, and a silent one is left out and named") {
+  const tests::TemporaryFolder folder;
+  run(parse_scene(R"(
+version = 1
+[seafloor]
+extent_east_m = 70
+extent_north_m = 40
+cell_m = 0.5
+depth_m = 14
+fractal.height_at_1m_m = 0
+[track]
+pings = 96
+ping_interval_s = 0.1
+altitude_m = 8
+[sonar.sidescan]
+range_m = 30
+bins = 300
+bandwidth_hz = 20e3
+vertical_beamwidth_deg = 60
+tilt_deg = 30
+planes = 2
+elevations = 500
+noise = false
+output_noise_db = -60
+[output]
+exr = false
+xtf = true
+)",
+                  "scene.toml"),
+      folder / "run", {});
+  RecordedLine line = read_recording(folder / "run/sidescan.xtf").at(0);
+  const auto mean = [](const std::vector<float>& side) {
+    return std::accumulate(side.begin(), side.end(), 0.0) / static_cast<double>(side.size());
+  };
+  for (const char* name : {"weaker", "silent"}) std::filesystem::create_directory(folder / name);
+  for (float& sample : line.port) sample *= 0.25f;
+  const Imitation weaker = imitate(line, folder / "weaker", {});
+  CHECK(mean(weaker.imitated.port) / mean(weaker.imitated.starboard) ==
+        Approx(mean(line.port) / mean(line.starboard)).epsilon(0.15));
+  const auto names_port = [](const Imitation& made) {
+    return std::ranges::any_of(
+        made.unknown, [](const std::string& one) { return one.starts_with("what port has"); });
+  };
+  CHECK_FALSE(names_port(weaker));
+  std::ranges::fill(line.port, 0.0f);
+  const Imitation silent = imitate(line, folder / "silent", {});
+  CHECK(silent.imitated.port.empty());
+  CHECK(names_port(silent));
 }
 
 TEST_CASE("sixty damaged recordings are refused, or read with what is whole in them") {
