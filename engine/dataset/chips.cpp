@@ -191,7 +191,8 @@ class Chooser {
       }
       part.column = index(u[0], columns_ - part.columns + 1);
       part.row = index(u[1], rows_ - part.rows + 1);
-      if (!is_free(part, true)) continue;
+      constexpr double least_bed = 0.5;
+      if (!is_free(part, true) || bed_share(line_, part) < least_bed) continue;
       chips_.push_back({part, "background", ""});
       return;
     }

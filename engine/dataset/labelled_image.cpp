@@ -238,6 +238,19 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
   return view;
 }
 
+double bed_share(const LabelledImage& view, const Rectangle& part) {
+  const Waterfall& labels = view.labels;
+  std::size_t bed = 0;
+  for (std::size_t row = part.row; row < part.row + part.rows; ++row)
+    for (std::size_t column = part.column; column < part.column + part.columns; ++column) {
+      // Picture and layers count rows from opposite ends.
+      const std::size_t i = (labels.rows() - 1 - row) * labels.columns() + column;
+      const auto region = static_cast<Region>(labels.pixels.region[i]);
+      bed += region == Region::seabed || region == Region::object || region == Region::shadow;
+    }
+  return static_cast<double>(bed) / static_cast<double>(part.columns * part.rows);
+}
+
 LabelledImage cut(const LabelledImage& view, const Rectangle& part) {
   LabelledImage piece = empty_like(view, part.columns, part.rows);
   const std::size_t lowest = view.labels.rows() - part.row - part.rows;  // oldest ping

@@ -42,6 +42,9 @@ LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures);
 /// range.
 LabelledImage ground_view(const LabelledImage& slant, double pixel_m);
 
+/// The share of a part's pixels that are seabed, object or shadow, not water.
+double bed_share(const LabelledImage& view, const Rectangle& part);
+
 /// A rectangle of a view.
 LabelledImage cut(const LabelledImage& view, const Rectangle& part);
 

@@ -101,9 +101,11 @@ class Products {
     check_fits("dataset.tiles", line, columns, rows);
     std::size_t number = 0;
     for (const std::size_t row : starts(line.labels.rows(), rows))
-      for (const std::size_t column : starts(line.labels.columns(), columns))
-        add_image(line, {column, row, columns, rows},
-                  fmt::format("tiles/{}_{:04}", line.name, number++), "tile");
+      for (const std::size_t column : starts(line.labels.columns(), columns)) {
+        const Rectangle part{column, row, columns, rows};
+        if (tiles.least_bed > 0.0 && bed_share(line, part) < tiles.least_bed) continue;
+        add_image(line, part, fmt::format("tiles/{}_{:04}", line.name, number++), "tile");
+      }
   }
 
   /// The number of pixels of a length; the length and the pixel's size have the same unit.

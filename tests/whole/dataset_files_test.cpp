@@ -588,6 +588,30 @@ TEST_CASE("merge warns of labels of a few pixels, which dataset.least_px leaves 
     if (file.path().extension() == ".txt") CHECK(read_text(file.path()).empty());
 }
 
+TEST_CASE("dataset.tiles.least_bed leaves out tiles of water") {
+  const TemporaryFolder folder;
+  const auto bed_shares = [&](const std::string& least) {
+    const std::string set = "set" + least;
+    made(folder, changed(tiny_recipe, "width_px = 64", "width_px = 20\nleast_bed = " + least), set);
+    std::vector<double> shares;
+    for (const auto& file : fs::recursive_directory_iterator(folder / set / "samples"))
+      if (file.path().parent_path().filename() == "tiles" &&
+          file.path().string().ends_with(".region.png")) {
+        double bed = 0.0;
+        const std::vector<std::uint16_t> regions = mask(file.path(), false);
+        for (const std::uint16_t region : regions) bed += region >= 2;  // seabed, object, shadow
+        shares.push_back(bed / static_cast<double>(regions.size()));
+      }
+    return shares;
+  };
+  std::vector<double> all = bed_shares("0");
+  const std::vector<double> some = bed_shares("0.6");
+  const auto left_out = std::erase_if(all, [](double share) { return share < 0.6; });
+  CHECK(left_out > 0);
+  CHECK(some.size() == all.size());
+  CHECK(std::ranges::min(some) >= 0.6);
+}
+
 TEST_CASE("the documented loader for PyTorch reads every picture, mask and box") {
   const TemporaryFolder folder;
   made(folder, tiny_recipe);

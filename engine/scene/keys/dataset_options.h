@@ -29,6 +29,7 @@ struct TileOptions {
   int width_px = 0, height_px = 0;
   double width_m = 0.0, height_m = 0.0;  ///< instead
   double stride = 1.0;                   ///< from tile to tile, in tiles
+  double least_bed = 0.0;                ///< share of bed, objects and shadows; the rest is water
   bool any() const { return width_px > 0 || width_m > 0.0; }
 };
 

@@ -133,6 +133,22 @@ TEST_CASE("backgrounds show no target, also not of a class without chips or of t
   CHECK(found == 12);
 }
 
+TEST_CASE("at least half of a background is bed") {
+  LabelledImage line = line_with_targets();
+  paint(line, {60, 0, 80, 60}, Region::water_column, 0);
+  CHECK(bed_share(line, {50, 10, 20, 10}) == 0.5);
+  std::size_t found = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed)
+    for (const Chip& chip : chips_of(line, {.size_px = 12, .backgrounds = 6}, seed))
+      if (chip.kind == "background") {
+        ++found;
+        CHECK(bed_share(line, chip.part) >= 0.5);
+      }
+  CHECK(found == 30);
+  paint(line, {0, 0, 200, 60}, Region::water_column, 0);
+  CHECK(chips_of(line, {.size_px = 12, .backgrounds = 6}).empty());
+}
+
 TEST_CASE("hard negatives show other targets, relief shadows and outcrops, never a chosen target") {
   LabelledImage line = line_with_targets();
   paint(line, {160, 45, 6, 5}, Region::shadow, 3);
