@@ -4,8 +4,10 @@
 #include <cmath>
 #include <map>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 namespace ensonify::bench {
@@ -35,27 +37,38 @@ std::map<std::string, Speedup> speedups(const Json& report) {
 
 }  // namespace
 
-std::vector<Change> compare(const Json& before, const Json& now) {
-  const std::map<std::string, Speedup> old = speedups(before);
-  std::vector<Change> changes;
+Comparison compare(const Json& before, const Json& now) {
+  std::map<std::string, Speedup> old = speedups(before);
+  Comparison comparison;
   for (const auto& [name, speedup] : speedups(now)) {
     const auto then = old.find(name);
-    if (then == old.end()) continue;
-    changes.push_back({name, then->second.median, speedup.median,
-                       std::hypot(then->second.spread, speedup.spread)});
+    if (then == old.end()) {
+      comparison.only_now.push_back(name);
+      continue;
+    }
+    comparison.changes.push_back({name, then->second.median, speedup.median,
+                                  std::hypot(then->second.spread, speedup.spread)});
+    old.erase(then);
   }
-  return changes;
+  for (const auto& [name, speedup] : old) comparison.only_before.push_back(name);
+  return comparison;
 }
 
-std::string table(const std::vector<Change>& changes) {
+std::string table(const Comparison& comparison) {
+  const std::vector<Change>& changes = comparison.changes;
   std::string text = fmt::format("{:<46} {:>8} {:>8} {:>8} {:>7}\n", "speedup of", "before", "now",
                                  "change", "noise");
   for (const Change& c : changes)
     text +=
         fmt::format("{:<46} {:>8.2f} {:>8.2f} {:>+7.1f}% {:>6.1f}%{}\n", c.name, c.before, c.now,
                     100.0 * (c.now / c.before - 1.0), 100.0 * c.noise, c.fell() ? "  fell" : "");
-  return text + fmt::format("{} of {} fell by more than the noise\n",
-                            std::ranges::count_if(changes, &Change::fell), changes.size());
+  text += fmt::format("{} of {} fell by more than the noise\n",
+                      std::ranges::count_if(changes, &Change::fell), changes.size());
+  for (const auto& [names, where] : {std::pair{&comparison.only_before, "in the older report"},
+                                     {&comparison.only_now, "measured now"}})
+    if (!names->empty())
+      text += fmt::format("{} {} only: {}\n", names->size(), where, fmt::join(*names, ", "));
+  return text;
 }
 
 }  // namespace ensonify::bench

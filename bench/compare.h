@@ -17,12 +17,15 @@ struct Change {
   bool fell() const { return now < before * (1.0 - noise); }
 };
 
-/// Every case whose speedup is in both reports. Throws std::runtime_error for JSON that is not a
-/// report of this program.
-std::vector<Change> compare(const nlohmann::ordered_json& before,
-                            const nlohmann::ordered_json& now);
+struct Comparison {
+  std::vector<Change> changes;  ///< of every case whose speedup is in both reports
+  /// Cases of one report that the other does not have, or has without a valid speedup.
+  std::vector<std::string> only_before, only_now;
+};
+/// Throws std::runtime_error for JSON that is not a report of this program.
+Comparison compare(const nlohmann::ordered_json& before, const nlohmann::ordered_json& now);
 
-/// A table of the changes; its last line has the number that fell.
-std::string table(const std::vector<Change>& changes);
+/// A table of the changes; its last lines have the number that fell, and the cases of one report.
+std::string table(const Comparison& comparison);
 
 }  // namespace ensonify::bench

@@ -27,6 +27,10 @@ struct Harness {
   static constexpr double max_share = 0.01;
   /// The share of the cells' ping times that the times of the stages add up to.
   Spread stages_over_ping;
+  /// Stages are in wall time, pings in thread time: they differ where other programs ran.
+  bool stages_are_of_pings() const {
+    return stages_over_ping.median > 0.95 && stages_over_ping.median < 1.05;
+  }
 };
 
 /// At least one of the cells must have been timed.

@@ -43,8 +43,7 @@ nlohmann::ordered_json read(const fs::path& file) {
 
 int measure_all(const Arguments& arguments) {
   const std::string& pattern = arguments.grid.pattern;
-  const int rounds = arguments.grid.quick ? 2 : arguments.rounds;
-  const int pings = arguments.grid.quick ? 10 : arguments.pings;
+  const int rounds = arguments.rounds, pings = arguments.pings;
   Results results{.cells = measure_grid(arguments.grid),
                   .runs = measure_pipeline(pattern, arguments.grid.quick, arguments.grid.progress)};
   if (!arguments.grid.quick) {
@@ -56,7 +55,8 @@ int measure_all(const Arguments& arguments) {
                           [](const Cell& cell) { return cell.ping_ms.median > 0.0; }))
     results.harness = measure_harness(results.cells);
   if (results.empty()) {
-    fmt::print(stderr, "ensonify-bench: no case's name contains '{}'\n", pattern);
+    fmt::print(stderr, "ensonify-bench: no case's name contains '{}'{}\n", pattern,
+               arguments.grid.quick ? "; --quick has only ping/, run/ and dataset/" : "");
     return 2;
   }
   const nlohmann::ordered_json report = to_json(results);
@@ -78,11 +78,23 @@ int measure_all(const Arguments& arguments) {
                words(*results.harness));
     code = 1;
   }
+  if (results.harness && !results.harness->stages_are_of_pings())
+    fmt::print(stderr,
+               "ensonify-bench: the times of the stages add up to {:.0f} % of the pings': other "
+               "programs ran, and only the times of whole pings are valid\n",
+               100.0 * results.harness->stages_over_ping.median);
   if (!arguments.compare.empty()) {
-    const std::vector<Change> changes = compare(read(arguments.compare), report);
-    fmt::print(stderr, "{}", table(changes));
-    for (const Change& change : changes)
-      if (change.fell()) code = 1;
+    Comparison comparison = compare(read(arguments.compare), report);
+    std::erase_if(comparison.only_before, [&](const std::string& name) {
+      return name.find(pattern) == std::string::npos;  // not measured now
+    });
+    fmt::print(stderr, "{}", table(comparison));
+    if (comparison.changes.empty()) {
+      fmt::print(stderr, "ensonify-bench: {} has none of the cases that were measured\n",
+                 arguments.compare.string());
+      return 2;
+    }
+    if (std::ranges::any_of(comparison.changes, &Change::fell)) code = 1;
   }
   return code;
 }
@@ -96,7 +108,9 @@ int main(int argc, char** argv) try {
   app.add_option(
       "--filter", arguments.grid.pattern,
       "Only cases whose name contains this, such as ping/smooth/2M, trace/, run/ or dataset/");
-  app.add_flag("--quick", arguments.grid.quick, "Small beds and few measurements: about a minute");
+  CLI::Option* const quick =
+      app.add_flag("--quick", arguments.grid.quick,
+                   "Small beds and few measurements, without traces: about a minute");
   app.add_option("--data", arguments.grid.data, "Folder with the wreck and the survey")
       ->type_name("DIR")
       ->envname("ENSONIFY_DATA");
@@ -105,8 +119,11 @@ int main(int argc, char** argv) try {
       ->type_name("DIR")
       ->envname("ENSONIFY_CACHE");
   app.add_option("--rounds", arguments.rounds, "Rounds through the traces and costs")
-      ->check(CLI::Range(1, 1000));
-  app.add_option("--pings", arguments.pings, "Pings per round")->check(CLI::Range(1, 1000));
+      ->check(CLI::Range(1, 1000))
+      ->excludes(quick);
+  app.add_option("--pings", arguments.pings, "Pings per round")
+      ->check(CLI::Range(1, 1000))
+      ->excludes(quick);
   app.add_option("--json-file", arguments.json, "Write the report as JSON")->type_name("FILE");
   app.add_option("--csv", arguments.csv, "Write the grid's cells and the runs as CSV")
       ->type_name("FILE");
@@ -123,7 +140,10 @@ int main(int argc, char** argv) try {
     return app.exit(error) == 0 ? 0 : 2;
   }
   try {
-    if (!arguments.compare.empty()) read(arguments.compare);  // fails before the long measurement
+    if (!arguments.compare.empty()) {  // fails before the long measurement
+      const nlohmann::ordered_json older = read(arguments.compare);
+      compare(older, older);
+    }
   } catch (const std::exception& error) {
     fmt::print(stderr, "ensonify-bench: {}\n", error.what());
     return 2;

@@ -109,17 +109,30 @@ TEST_CASE("A speedup that fell by more than the noise is reported for cells, run
   slower.cells[0].speedup = {2.9, 2.8, 3.0};
   slower.runs[0].speedup = {1.78, 1.7, 1.85};
   slower.runs[1].speedup = {1.5, 1.45, 1.55};
-  const std::vector<Change> changes = compare(before, to_json(slower));
+  const Comparison comparison = compare(before, to_json(slower));
+  const std::vector<Change>& changes = comparison.changes;
   REQUIRE(changes.size() == 3);
+  CHECK(comparison.only_before.empty());
+  CHECK(comparison.only_now.empty());
   for (const Change& change : changes) {
     CAPTURE(change.name);
     CHECK(change.fell() == (change.name == "dataset/targets/2"));
   }
-  for (const Change& change : compare(before, before)) CHECK_FALSE(change.fell());
+  const Comparison same = compare(before, before);
+  for (const Change& change : same.changes) CHECK_FALSE(change.fell());
   // A report from before these rows existed.
   nlohmann::ordered_json old = before;
   old.erase("runs");
-  CHECK(compare(old, before).size() == 1);
+  CHECK(compare(old, before).changes.size() == 1);
+  CHECK(compare(old, before).only_now.size() == 2);
+  // A case that disagrees now has no valid speedup.
+  nlohmann::ordered_json wrong = before;
+  wrong["cells"][0]["agrees"] = false;
+  const Comparison less = compare(before, wrong);
+  CHECK(less.changes.size() == 2);
+  CHECK(less.only_before == std::vector<std::string>{"ping/smooth/2M/footprint/fan_scan"});
+  CHECK(table(less).find("1 in the older report only: ping/smooth/2M/footprint/fan_scan\n") !=
+        std::string::npos);
 }
 
 TEST_CASE("An empty turn takes time, and less than a turn with work") {
