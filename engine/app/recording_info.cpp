@@ -27,14 +27,12 @@ std::uint64_t lost_pings(const RecordedLine& line) {
 
 /// Names and values, in the order of printing.
 nlohmann::ordered_json facts_of(const RecordedLine& line) {
-  nlohmann::ordered_json facts = {{"format", line.format},
-                                  {"sonar", line.sonar},
-                                  {"sides", line.port.empty()        ? "starboard"
-                                            : line.starboard.empty() ? "port"
-                                                                     : "both"},
-                                  {"pings", line.pings.size()},
-                                  {"lost_pings", lost_pings(line)},
-                                  {"samples", line.samples}};
+  nlohmann::ordered_json facts = {{"format", line.format}};
+  if (!line.sonar.empty()) facts["sonar"] = line.sonar;
+  facts["sides"] = line.port.empty() ? "starboard" : line.starboard.empty() ? "port" : "both";
+  facts["pings"] = line.pings.size();
+  facts["lost_pings"] = lost_pings(line);
+  facts["samples"] = line.samples;
   const auto stated = [&](const char* name, double value) {
     if (value > 0.0) facts[name] = value;
   };

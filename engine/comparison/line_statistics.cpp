@@ -105,7 +105,8 @@ struct Samples {
   std::vector<Block> blocks;
   std::array<Mean, 18> power_by_grazing;  // of 5 degrees each
   std::array<Mean, 10> power_by_range;    // tenths of the range
-  Mean bed_power;
+  std::array<Mean, 2> bed_power;          // by side
+  std::size_t silent = 0, rows = 0;
   std::vector<double> column;    // amplitudes of the water column
   std::vector<double> first_m;   // range of the first return, by ping and side
   std::vector<double> wander_m;  // its distance from the mean of the pings around
@@ -138,7 +139,11 @@ void add_side(const RecordedLine& line, Side side, std::size_t first, std::size_
   for (std::size_t ping = first; ping < end; ++ping) {
     const std::span<const float> row = line.row(side, ping);
     const std::size_t begin = bed[ping];
-    if (begin >= line.samples) continue;
+    ++to.rows;
+    if (begin >= line.samples) {
+      ++to.silent;
+      continue;
+    }
     double sum = 0.0;
     for (std::size_t k = begin; k < line.samples; ++k) {
       const double power = double(row[k]) * row[k];
@@ -148,7 +153,7 @@ void add_side(const RecordedLine& line, Side side, std::size_t first, std::size_
                                                 17)]
           .add(power);
       to.power_by_range[10 * k / line.samples].add(power);
-      to.bed_power.add(power);
+      to.bed_power[static_cast<std::size_t>(side)].add(power);
       to.clipped += row[k] >= full_scale;
       ++to.all;
       sum += row[k];
@@ -201,7 +206,8 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
   const auto add = [&](std::string name, double value, CurvePart part = {}) {
     all.push_back({std::move(name), value, part});
   };
-  const double bed_power = samples.bed_power.value();
+  const auto& [port, starboard] = samples.bed_power;
+  const double bed_power = Mean{port.sum + starboard.sum, port.count + starboard.count}.value();
   const auto level = [&](const Mean& power) { return scatter::to_db(power.value() / bed_power); };
   for (int low = 5; low < 80; low += 5)
     add(fmt::format("level_at_{}_to_{}_deg_db", low, low + 5),
@@ -252,6 +258,10 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
   add("clipped_share", samples.all < fewest ? unknown
                                             : static_cast<double>(samples.clipped) /
                                                   static_cast<double>(samples.all));
+  add("port_over_starboard_db", scatter::to_db(port.value() / starboard.value()));
+  add("silent_share", samples.rows < fewest ? unknown
+                                            : static_cast<double>(samples.silent) /
+                                                  static_cast<double>(samples.rows));
   return all;
 }
 

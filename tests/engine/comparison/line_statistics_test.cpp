@@ -91,6 +91,18 @@ TEST_CASE("statistics of a level bed with speckle are those of Rayleigh's distri
   CHECK(found.at("ping_brightness") == Approx(0.5227 / std::sqrt(540.0)).epsilon(0.15));
   CHECK(found.at("first_return_m") == Approx(0.1 * 60.0).margin(0.2));
   CHECK(found.at("first_return_wander_m") < 0.1);
+  CHECK(found.at("port_over_starboard_db") == Approx(0.0).margin(0.1));
+  CHECK(found.at("silent_share") == 0.0);
+}
+
+TEST_CASE("a weaker side and silent pings are seen") {
+  RecordedLine line = speckled_line();
+  for (float& value : line.port) value *= 0.1f;
+  CHECK(numbers_of(line).at("port_over_starboard_db") == Approx(-20.0).margin(0.1));
+  std::ranges::fill(line.starboard, 0.0f);
+  const std::map<std::string, double> found = numbers_of(line);
+  CHECK(std::isnan(found.at("port_over_starboard_db")));
+  CHECK(found.at("silent_share") == 0.5);
 }
 
 TEST_CASE("statistics tell texture, correlation and clipping from speckle") {
