@@ -8,6 +8,7 @@
 #include <ensonify/engine/imitation/crab.h>
 #include <ensonify/engine/imitation/line_fit.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
+#include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/quantile.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
@@ -92,8 +93,9 @@ void note_altitudes(const RecordedLine& line, const VehiclePath& path,
   const double median_off_m = median(std::move(off_m));
   if (std::abs(median_off_m) > alike * median(path.altitude_m))
     unknown.push_back(
-        fmt::format("why the stated altitudes lie {:.2f} m {} the bottom line, which is used",
-                    std::abs(median_off_m), median_off_m > 0.0 ? "above" : "below"));
+        fmt::format("why the stated altitudes lie {:.2f} m {} the bottom line, which is used{}",
+                    std::abs(median_off_m), median_off_m > 0.0 ? "above" : "below",
+                    median_off_m > 0.0 ? "" : "; the nearest bed may drown in the noise"));
 }
 
 bool states_vertical_beam(const RecordedLine& line) {
@@ -259,6 +261,29 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   made.unknown.emplace_back(
       "objects and relief of their own: the bed has the recording's statistics, not its things");
   made.unknown.emplace_back("the source level and the bed's strength apart from the gain");
+  const auto how = [&](const char* key) {
+    const auto found = model.evidence.find(key);
+    return found == model.evidence.end() ? Confidence::assumed : found->second.how;
+  };
+  if (how("sonar.sidescan.array_length_m") == Confidence::fitted)
+    made.unknown.emplace_back(
+        "the array's length apart from texture and relief: all make neighbouring pings alike");
+  if (how("sonar.sidescan.bandwidth_hz") == Confidence::stated &&
+      how("sonar.sidescan.pulse") == Confidence::assumed)
+    made.unknown.emplace_back("the pulse: the file states its bandwidth alone, so it is CW here");
+  if (has_several_beams(made.line))
+    made.unknown.emplace_back(
+        "the sonar's beams: each of its rows is a ping of a sonar with one beam here");
+  constexpr double far_off_db = 1.5;
+  if (beam_is_stated && !sediments.empty() && sediments.front().rms_db > far_off_db)
+    made.unknown.push_back(fmt::format(
+        "why the level over the angle is {:.1f} dB off that of any sediment with the stated beam",
+        sediments.front().rms_db));
+  constexpr double mostly_clipped = 0.5;
+  for (const ComparedStatistic& one : made.statistics)
+    if (one.name == "clipped_share" && one.a > mostly_clipped)
+      made.unknown.push_back(fmt::format(
+          "the level of the bed: {:.0f} % of its samples are at full scale", 100.0 * one.a));
   if (!beam_is_stated)
     made.unknown.emplace_back(
         "the vertical beam apart from the bed's material: both make the level over the angle");

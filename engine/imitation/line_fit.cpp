@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/comparison/line_statistics.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
+#include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/quantile.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/backscatter.h>
@@ -86,7 +87,8 @@ double mean_of(const std::vector<double>& values) {
 
 class Fit {
  public:
-  Fit(LineModel& model, const RecordedLine& line) : model_(model), real_(line, model.recorder) {
+  Fit(LineModel& model, const RecordedLine& line)
+      : model_(model), real_(line, model.recorder), array_shows_(!has_several_beams(line)) {
     begin_pulse();
   }
 
@@ -134,12 +136,14 @@ class Fit {
     sediments = nearest_sediments(model_, both, beam_is_stated);
     const LineModel before = model_;
     if (!sediments.empty()) model_.material = sediments.front().name;
-    model_.evidence["seafloor.material"] = {
+    model_.evidence["material.bed.like"] = {
         Confidence::fitted,
         sediments.size() < 3
             ? std::string("too few angles to tell")
-            : fmt::format("nearest in level over angle; then {} and {}{}", sediments[1].name,
-                          sediments[2].name,
+            : fmt::format("nearest in level over angle, {:.1f} dB off; then {}, {:.1f} dB, and {}, "
+                          "{:.1f} dB{}",
+                          sediments[0].rms_db, sediments[1].name, sediments[1].rms_db,
+                          sediments[2].name, sediments[2].rms_db,
                           beam_is_stated ? "" : "; unsure, because the beam is not stated")};
     constexpr double plain_enough_db = 1.5, sides_alike_db = 1.0;
     const bool plain = beam_is_stated && !sediments.empty() &&
@@ -298,11 +302,14 @@ class Fit {
                        : now > 0.0 ? -10.0
                                    : 0.0;
     if (!std::isfinite(has + now + off)) return;
+    constexpr double least_db = -150.0, most_db = -3.0;
     model_.output_noise_db =
-        std::clamp(model_.output_noise_db + std::clamp(off, -20.0, 20.0), -150.0, -3.0);
+        std::clamp(model_.output_noise_db + std::clamp(off, -20.0, 20.0), least_db, most_db);
     if (has > 0.0)
-      model_.evidence["sonar.sidescan.output_noise_db"] = {Confidence::fitted,
-                                                           "level of the water column"};
+      model_.evidence["sonar.sidescan.output_noise_db"] = {
+          Confidence::fitted,
+          fmt::format("level of the water column{}",
+                      model_.output_noise_db == most_db ? "; the largest that is tried" : "")};
   }
 
   /// Relief makes samples alike that are some apart; texture below the cell does not.
@@ -313,10 +320,15 @@ class Fit {
     if (!std::isfinite(off)) return;
     constexpr double alike = 0.02;
     if (std::abs(off) < alike) return;
+    constexpr double least_m = 5e-4, most_m = 0.08;
     model_.height_at_1m_m =
-        std::clamp(model_.height_at_1m_m * std::clamp(1.0 + 4.0 * off, 0.6, 1.5), 5e-4, 0.08);
-    model_.evidence["seafloor.fractal.height_at_1m_m"] = {Confidence::fitted,
-                                                          "correlation over 2 and 4 samples"};
+        std::clamp(model_.height_at_1m_m * std::clamp(1.0 + 4.0 * off, 0.6, 1.5), least_m, most_m);
+    model_.evidence["seafloor.fractal.height_at_1m_m"] = {
+        Confidence::fitted,
+        fmt::format("correlation over 2 and 4 samples{}",
+                    model_.height_at_1m_m == most_m    ? "; the largest that is tried"
+                    : model_.height_at_1m_m == least_m ? "; the smallest that is tried"
+                                                       : "")};
   }
 
   /// Contrast at low grazing angles above that of the bed without texture is attributed to texture.
@@ -384,11 +396,11 @@ class Fit {
 
   /// Fits the array's length to the correlation of pings. In the near field, or where something
   /// else correlates the pings, the correlation does not depend on the length; then the length
-  /// stays.
+  /// stays. So it does where pings are more than half of it apart, and in rows of several beams.
   void correct_array(const Figures& simulated) {
     if (stated("sonar.sidescan.array_length_m") || !array_shows_) return;
     const double has = real_["track_correlation_1"], now = simulated["track_correlation_1"];
-    if (!std::isfinite(has) || !std::isfinite(now)) return;
+    if (!(has > array_correlation(0.5)) || !std::isfinite(now)) return;
     const double length_m = model_.array_length_m;
     if (tried_length_m_ > 0.0) {
       const double by_law =
@@ -430,7 +442,7 @@ class Fit {
   LineModel& model_;
   Figures real_;
   double even_contrast_ = 0.0;  ///< of the last simulation without texture
-  bool array_shows_ = true;     ///< in the correlation of pings
+  bool array_shows_;            ///< in the correlation of pings
   /// The last length but the model's, and the correlation that it gave; 0: none.
   double tried_length_m_ = 0.0, tried_correlation_ = 0.0;
 };

@@ -72,7 +72,7 @@ double headroom_db(const LineModel& model) {
 }
 
 void add_strength(const LineModel& model, int step, Evidence evidence, Keys& keys) {
-  const auto why = model.evidence.find("seafloor.material");
+  const auto why = model.evidence.find("material.bed.like");
   keys.add("like", toml_string(model.material),
            why == model.evidence.end() ? Evidence{} : why->second);
   keys.add("strength_offset_db", fmt::format("{:g}", step * ToneMap::step_db - headroom_db(model)),
@@ -103,9 +103,10 @@ void add_bed(const LineModel& model, const BedExtent& extent, Keys& keys) {
   keys.add("depth_m",
            number(std::round(100.0 * (model.path.bed_depth_m + model.altitude_shift_m)) / 100.0),
            model.path.depth);
-  keys.add("material", toml_string(bed_material), {});
+  keys.assume("material", toml_string(bed_material), "its name here");
   keys.section("seafloor.fractal");
-  keys.add("height_at_1m_m", number(model.height_at_1m_m), {});
+  keys.assume("height_at_1m_m", number(model.height_at_1m_m),
+              "usual; the correlation of samples does not ask for another");
   keys.assume("hurst", "0.5", "usual");
   keys.assume("longest_m", "10", "longer waves are in the altitude");
   keys.section(fmt::format("material.{}", bed_material));
@@ -137,7 +138,7 @@ void add_sonar(const LineModel& model, std::string_view beam, Keys& keys) {
   keys.section(sonar_section_name);
   if (!model.port || !model.starboard)
     keys.add("sides", model.port ? "\"port\"" : "\"starboard\"",
-             {Confidence::stated, "the recording has that side alone"});
+             {Confidence::stated, "the other side is missing or silent"});
   keys.add("frequency_hz", number(model.frequency_hz), {});
   if (model.pulse.kind == PulseKind::lfm) {
     keys.add("pulse", "\"lfm\"", {});

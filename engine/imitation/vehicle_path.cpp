@@ -317,6 +317,19 @@ VehiclePath vehicle_path(const RecordedLine& line) {
   return path;
 }
 
+bool has_several_beams(const RecordedLine& line) {
+  std::size_t repeated = 0;
+  bool in_parts = false;
+  for (std::size_t i = 1; i < line.pings.size(); ++i) {
+    const std::optional<double> t_s = line.pings[i].t_s;
+    if (line.pings[i].beam > 0) return true;
+    if (!t_s) continue;
+    repeated += t_s == line.pings[i - 1].t_s;
+    in_parts = in_parts || *t_s != std::floor(*t_s);
+  }
+  return in_parts && 3 * repeated > line.pings.size();
+}
+
 double course_rad(const VehiclePath& path, std::size_t ping) {
   const std::size_t before = ping < 8 ? 0 : ping - 8,
                     after = std::min(ping + 8, path.x_m.size() - 1);

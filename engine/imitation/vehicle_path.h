@@ -36,6 +36,10 @@ VehiclePath vehicle_path(const RecordedLine& line);
 /// around is left out. Empty if most pings have none.
 std::vector<double> first_bed_echoes_m(const RecordedLine& line);
 
+/// Whether rows of one ping follow each other: the file states their beams, or many rows have the
+/// time of the row before, in parts of a second.
+bool has_several_beams(const RecordedLine& line);
+
 /// The direction in which the vehicle moves about a ping, clockwise from north.
 double course_rad(const VehiclePath& path, std::size_t ping);
 /// The heading of a ping; without one, the course.

@@ -490,6 +490,18 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("rows of several beams are known by their beam or by their time") {
+  RecordedLine line = made_line({});
+  CHECK_FALSE(has_several_beams(line));
+  for (RecordedPing& ping : line.pings) ping.t_s = 1e9 + 0.1 * static_cast<double>(ping.number / 2);
+  CHECK(has_several_beams(line));
+  // A clock of whole seconds.
+  for (RecordedPing& ping : line.pings) ping.t_s = 1e9 + static_cast<double>(ping.number / 10);
+  CHECK_FALSE(has_several_beams(line));
+  line.pings[3].beam = 1;
+  CHECK(has_several_beams(line));
+}
+
 TEST_CASE("a weaker side stays weaker, and a silent one is left out and named") {
   const tests::TemporaryFolder folder;
   run(parse_scene(R"(
