@@ -36,8 +36,9 @@ constexpr double max_pixels = 1e11;
 struct Line {
   RecordedRun run;
   Vector2d offset_m = Vector2d::Zero();  // of its world origin from that of the first run
-  double spacing_m = 0.0;                // median distance between pings
-  std::vector<bool> recorded;            // by ping: whether it shows any ground
+  double spacing_m = 0.0;                // usual distance between rows
+  double joined_m = 0.0;                 // rows farther apart are not joined
+  std::vector<bool> recorded;            // by row: whether it shows any ground
   RangeLevels levels;
 };
 
@@ -47,14 +48,23 @@ struct Strip {
   Box reach;  // all ground that its pings can cover, local metres of the first run
 };
 
-double median_spacing_m(const std::vector<MosaicPing>& pings) {
-  std::vector<double> distances_m;
-  for (std::size_t i = 1; i < pings.size(); ++i)
-    distances_m.push_back((pings[i].place_m - pings[i - 1].place_m).norm());
-  if (distances_m.empty()) return 0.0;
-  const auto middle = distances_m.begin() + std::ssize(distances_m) / 2;
-  std::ranges::nth_element(distances_m, middle);
-  return *middle;
+/// The usual way from a row to the one that is `rows` rows later: half of all the way is made in
+/// steps of at most this length. So a vehicle that waits does not make it short. A jump, as between
+/// the lines of a survey, counts as a few mean steps only.
+double usual_step_m(const std::vector<MosaicPing>& pings, std::size_t rows) {
+  std::vector<double> steps_m;
+  double way_m = 0.0;
+  for (std::size_t i = rows; i < pings.size(); ++i) {
+    steps_m.push_back((pings[i].place_m - pings[i - rows].place_m).norm());
+    way_m += steps_m.back();
+  }
+  std::ranges::sort(steps_m);
+  const double most_m = joined_spacings * way_m / static_cast<double>(steps_m.size());
+  double half_m = 0.0;
+  for (const double step_m : steps_m) half_m += 0.5 * std::min(step_m, most_m);
+  for (const double step_m : steps_m)
+    if ((half_m -= std::min(step_m, most_m)) <= 0.0) return step_m;
+  return 0.0;
 }
 
 /// The nearest of 1, 2 and 5 times a power of ten.
@@ -126,7 +136,9 @@ class Mosaic {
   void add(const fs::path& folder) {
     Line line;
     line.run = read_recorded_run(folder, options_.sonar, options_.positions);
-    line.spacing_m = median_spacing_m(line.run.pings);
+    line.spacing_m = usual_step_m(line.run.pings, 1);
+    const auto beams = static_cast<std::size_t>(line.run.sonar.beams);
+    line.joined_m = joined_spacings * std::max(line.spacing_m, usual_step_m(line.run.pings, beams));
     if (!(line.spacing_m > 0.0))
       throw SceneError(fmt::format(
           "{}: its pings do not move, so they cover no ground; make a run along a track",
@@ -218,9 +230,9 @@ class Mosaic {
   }
 
   static bool joined(const Line& line, std::size_t a, std::size_t b) {
-    return std::max(a, b) - std::min(a, b) <= max_lost + 1 &&
-           (line.run.pings[a].place_m - line.run.pings[b].place_m).norm() <=
-               joined_spacings * line.spacing_m;
+    const auto beams = static_cast<std::size_t>(line.run.sonar.beams);
+    return std::max(a, b) / beams - std::min(a, b) / beams <= max_lost + 1 &&
+           (line.run.pings[a].place_m - line.run.pings[b].place_m).norm() <= line.joined_m;
   }
 
   /// Chooses the grid: pixel edges at multiples of the pixel's size in the world.

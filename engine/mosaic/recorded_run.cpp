@@ -142,21 +142,11 @@ class PingReader {
   }
 
   /// Spreads reports that several pings repeat over the time until the next report. After the last
-  /// one, the sonar keeps its speed.
+  /// one the sonar keeps its speed, for as long as it has gone without a report before. A ping has
+  /// a row for each beam; each beam has its own places.
   void interpolate_repeats() {
-    std::vector<MosaicPing>& pings = run_.pings;
-    const auto repeats = [&](std::size_t i) {
-      return pings[i].place_m == pings[i - 1].place_m &&
-             pings[i].heading_rad == pings[i - 1].heading_rad;
-    };
-    std::size_t first = 0;  // of the pings with one report
-    for (std::size_t next = 1; next < pings.size(); ++next) {
-      if (repeats(next)) continue;
-      for (std::size_t i = first + 1; i < next; ++i) pings[i] = between(i, first, next);
-      first = next;
-    }
-    if (first == 0) return;
-    for (std::size_t i = first + 1; i < pings.size(); ++i) pings[i] = between(i, first - 1, first);
+    const auto beams = static_cast<std::size_t>(run_.sonar.beams);
+    for (std::size_t beam = 0; beam < beams; ++beam) interpolate_repeats(beam, beams);
   }
 
  private:
@@ -175,11 +165,33 @@ class PingReader {
     return std::isnan(bin) ? 0.0 : (bin + 0.5) * run_.sonar.bin_m();
   }
 
-  /// Ping i, placed on the straight way between the reports of two other pings.
-  MosaicPing between(std::size_t i, std::size_t from, std::size_t to) const {
+  /// Those of every `step`th row from row `begin` on.
+  void interpolate_repeats(std::size_t begin, std::size_t step) {
+    std::vector<MosaicPing>& pings = run_.pings;
+    const auto repeats = [&](std::size_t i) {
+      return pings[i].place_m == pings[i - step].place_m &&
+             pings[i].heading_rad == pings[i - step].heading_rad;
+    };
+    double longest_s = 0.0;     // without another report
+    std::size_t first = begin;  // of the rows with one report
+    for (std::size_t next = begin + step; next < pings.size(); next += step) {
+      if (repeats(next)) continue;
+      longest_s = std::max(longest_s, times_s_[next] - times_s_[first]);
+      for (std::size_t i = first + step; i < next; i += step)
+        pings[i] = at_time(times_s_[i], i, first, next);
+      first = next;
+    }
+    if (first == begin) return;
+    for (std::size_t i = first + step; i < pings.size(); i += step)
+      pings[i] =
+          at_time(std::min(times_s_[i], times_s_[first] + longest_s), i, first - step, first);
+  }
+
+  /// Row i, placed at a time on the straight way between the reports of two other rows.
+  MosaicPing at_time(double t_s, std::size_t i, std::size_t from, std::size_t to) const {
     const MosaicPing &a = run_.pings[from], &b = run_.pings[to];
     const double time_s = times_s_[to] - times_s_[from];
-    const double share = time_s > 0.0 ? (times_s_[i] - times_s_[from]) / time_s : 0.0;
+    const double share = time_s > 0.0 ? (t_s - times_s_[from]) / time_s : 0.0;
     MosaicPing ping = run_.pings[i];
     ping.place_m = a.place_m + share * (b.place_m - a.place_m);
     ping.heading_rad = a.heading_rad + share * std::remainder(b.heading_rad - a.heading_rad,

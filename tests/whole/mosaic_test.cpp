@@ -316,6 +316,47 @@ TEST_CASE("A mosaic has no gaps, and a uniform bed has the same brightness every
   }
 }
 
+TEST_CASE("Lost pings and a slow navigation leave no gaps in the mosaic of several beams") {
+  const TemporaryFolder folder;
+  // Pings 0.5 m apart with five rows each. A report of the position serves four pings.
+  run_scene(folder, level_bed, "run",
+            {"sonar.sidescan.beams=5", "sonar.sidescan.beam_spacing_m=0.1",
+             "track.ping_interval_s=0.25", "track.pings=48", "track.heading_deg=0",
+             "artefacts.lost=0.1", "navigation.update_interval_s=1"});
+  for (const Positions positions : {Positions::truth, Positions::navigation}) {
+    const Picture picture =
+        mosaic_of(folder, {"run"}, {.pixel_m = 0.1, .positions = positions, .layer = "region"});
+    std::size_t holes = 0;
+    picture.for_each([&](const Vector2d& place, double value) {
+      if (std::abs(place.y()) < 10.0 && std::abs(place.x()) < 28.5 && std::isnan(value)) ++holes;
+    });
+    CAPTURE(static_cast<int>(positions));
+    CHECK(holes == 0);
+  }
+}
+
+TEST_CASE("A vehicle that waits for most of its pings has a mosaic of the way that it goes") {
+  const TemporaryFolder folder;
+  write_text(folder / "waits.csv",
+             "t_s,x_m,y_m,z_m,heading_deg\n0,0,-6,-12,0\n10,0,-6,-12,0\n16,0,6,-12,0\n"
+             "26,0,6,-12,0\n");
+  run_scene(folder, level_bed, "run",
+            {"track.kind=file", "track.file=waits.csv", "navigation.update_interval_s=0.3"});
+  for (const Positions positions : {Positions::truth, Positions::navigation}) {
+    const Picture picture =
+        mosaic_of(folder, {"run"}, {.pixel_m = 0.1, .positions = positions, .layer = "region"});
+    std::size_t holes = 0, outside = 0;
+    picture.for_each([&](const Vector2d& place, double value) {
+      // Reports come up to 0.3 s, or 0.6 m, late.
+      if (std::abs(place.y()) < 5.0 && std::abs(place.x()) < 28.5 && std::isnan(value)) ++holes;
+      if (std::abs(place.y()) > 7.0 && !std::isnan(value)) ++outside;
+    });
+    CAPTURE(static_cast<int>(positions));
+    CHECK(holes == 0);
+    CHECK(outside == 0);
+  }
+}
+
 TEST_CASE("Every tile of a mosaic is in its file, also without data, so that all readers open it") {
   const TemporaryFolder folder;
   run_scene(folder, level_bed, "run", {"track.pings=300", "track.heading_deg=45"});
