@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <stdexcept>
 #include <string>
 
 namespace ensonify::engine {
@@ -15,6 +17,21 @@ std::string json_text(const Json& json, int indent = -1) {
 template <typename Json>
 std::string ascii_json_text(const Json& json) {
   return json.dump(-1, ' ', true, Json::error_handler_t::replace);
+}
+
+/// Whether a value is written the same in TOML, which has no null and writes tables another way.
+template <typename Json>
+bool is_toml(const Json& value) {
+  if (value.is_array()) return std::ranges::all_of(value, is_toml<Json>);
+  return !value.is_null() && !value.is_object();
+}
+
+/// The value of a scene's key as TOML. Throws std::invalid_argument without is_toml().
+template <typename Json>
+std::string toml_text(const std::string& key, const Json& value) {
+  if (is_toml(value)) return json_text(value);
+  throw std::invalid_argument("'" + key + "' is " + json_text(value) +
+                              ", expected a number, a text, true, false or a list of such");
 }
 
 }  // namespace ensonify::engine

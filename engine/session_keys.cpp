@@ -94,8 +94,8 @@ void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyVa
   scene.keep(changes);
 }
 
-MovingObject object_of(std::span<const KeyValue> keys, std::string_view name,
-                       const ScenePaths& paths) {
+MovingObject object_of(std::span<const KeyValue> keys, std::string_view name, const Scene& scene,
+                       const ScenePaths& paths, std::uint32_t number) {
   // Keys that add() refuses: the pose gives place and attitude, and only objects of the scene have
   // the others.
   static constexpr std::array of_place{
@@ -112,9 +112,9 @@ MovingObject object_of(std::span<const KeyValue> keys, std::string_view name,
       throw SceneError(fmt::format("{}: the value of '{}' has more than one line", name, key));
     text += fmt::format("{} = {}\n", toml_string(key), value);
   }
-  const Scene scene = parse_scene(text, name, {}, paths);
-  const ObjectOptions& table = scene.objects.front();
-  return {.mesh = mesh_of(table, scene.seed, scene.materials),
+  const Scene with_object = parse_scene(text, name, {}, paths, scene.materials);
+  const ObjectOptions& table = with_object.objects.front();
+  return {.mesh = mesh_of(table, scene.seed, scene.materials, number),
           .material = table.material,
           .class_name = table.class_name};
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -65,9 +66,12 @@ std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const KeyV
 void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyValue> changes);
 
 /// The object that keys of a scene's [[objects]] describe: its form, material and class. Its
-/// origin, which a pose places, is the middle of its bounds. `name` stands for the scene's file in
-/// messages. Throws SceneError, also for keys of its place, angles and number, and as mesh_of().
-MovingObject object_of(std::span<const KeyValue> keys, std::string_view name,
-                       const ScenePaths& paths);
+/// origin, which a pose places, is the middle of its bounds. The material may be one of `scene`,
+/// the session's. Without the key shape_seed the form of a boulder, for example, follows from that
+/// scene's seed and from `number`, for which a session takes Simulator::next_instance(). `name`
+/// stands for the scene's file in messages. Throws SceneError, also for keys of its place, angles
+/// and number, and as mesh_of().
+MovingObject object_of(std::span<const KeyValue> keys, std::string_view name, const Scene& scene,
+                       const ScenePaths& paths, std::uint32_t number);
 
 }  // namespace ensonify::engine

@@ -178,6 +178,8 @@ std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
   return instance;
 }
 
+std::uint32_t Simulator::next_instance() const { return own_->objects.next_instance(); }
+
 void Simulator::move(std::uint32_t instance, const Pose& pose) {
   own_->objects.move(instance, pose);
 }

@@ -75,6 +75,8 @@ class Simulator {
   /// refine::MeshError for a face whose vertex is not there, not finite or beyond 1e8 m;
   /// MemoryError for a mesh that does not fit.
   std::uint32_t add(MovingObject object, const Pose& pose);
+  /// The instance that the next add() returns.
+  std::uint32_t next_instance() const;
   /// Throws std::invalid_argument for an instance that add() did not give, or that is gone, and as
   /// add().
   void move(std::uint32_t instance, const Pose& pose);

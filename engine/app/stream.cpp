@@ -111,7 +111,8 @@ class PoseSession {
   }
 
   void add(const std::vector<KeyValue>& keys, const Pose& pose) {
-    const std::uint32_t number = simulator_.add(object_of(keys, "'add'", source_.paths()), pose);
+    const std::uint32_t number = simulator_.add(
+        object_of(keys, "'add'", scene_, source_.paths(), simulator_.next_instance()), pose);
     write_json({{"added", number},
                 {"classes", strings(simulator_.classes())},
                 {"materials", strings(simulator_.materials())}});
@@ -239,7 +240,7 @@ void stream(const StreamArguments& arguments) {
   InputLines lines;
   std::string line;
   for (std::size_t number = 1; lines.next(line); ++number) {
-    if (line.empty()) continue;
+    if (line.empty() || line == "\r") continue;
     const auto refuse = [&](const std::exception& error) {
       const std::string message = fmt::format("stdin:{}: {}", number, error.what());
       if (!arguments.answer_all) throw UsageError(message);

@@ -1,6 +1,5 @@
 #include "stream_request.h"
 
-#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -8,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/engine/untrusted.h>
 
@@ -78,21 +78,9 @@ std::uint32_t instance_of(const Json& value) {
   return value.get<std::uint32_t>();
 }
 
-/// Whether a value is written the same in TOML, which has no null and writes tables another way.
-bool is_toml(const Json& value) {
-  if (value.is_array()) return std::ranges::all_of(value, is_toml);
-  return !value.is_null() && !value.is_object();
-}
-
 std::vector<KeyValue> key_values(const Json& keys) {
   std::vector<KeyValue> all;
-  for (const auto& [key, value] : keys.items()) {
-    if (!is_toml(value))
-      throw std::invalid_argument(
-          fmt::format("'{}' is {}, expected a number, a text, true, false or a list of such", key,
-                      value.dump()));
-    all.push_back({key, value.dump()});
-  }
+  for (const auto& [key, value] : keys.items()) all.push_back({key, toml_text(key, value)});
   return all;
 }
 

@@ -43,7 +43,7 @@ SceneChange scene_change(const Json& keys, const SessionScene& now, const Vehicl
   std::vector<KeyValue> all;
   bool display = false;
   for (const auto& [key, value] : keys.items()) {
-    all.push_back({key, text_of(value)});
+    all.push_back({key, toml_text(key, value)});
     const bool flies = key == altitude_key || key == speed_key;
     // Altitude and speed change the vehicle, not the scene's track.
     if (!flies) to.keys.push_back(all.back());
@@ -61,8 +61,8 @@ SceneChange scene_change(const Json& keys, const SessionScene& now, const Vehicl
   return to;
 }
 
-AddedObject added_object(const Json& object, const SessionScene& now) {
-  if (!object.is_object() || object.empty())
+AddedObject added_object(const Json& object, const SessionScene& now, std::uint32_t objects) {
+  if (!object.is_object())
     throw std::invalid_argument(
         R"('add' is not an object, expected as in {"shape": "barrel", "ahead_m": 10})");
   double ahead_m = 10.0, starboard_m = 10.0;
@@ -73,16 +73,20 @@ AddedObject added_object(const Json& object, const SessionScene& now) {
     else if (key == "starboard_m")
       starboard_m = number_in(value, key, -10000, 10000);
     else
-      keys.push_back({key, text_of(value)});
+      keys.push_back({key, toml_text(key, value)});
   }
-  return {object_of(keys, "'add'", now.paths()), ahead_m, starboard_m};
+  return {object_of(keys, "'add'", now.with(), now.paths(), objects + 1), ahead_m, starboard_m};
 }
 
 }  // namespace
 
-LiveChange read_change(std::string_view json, const SessionScene& now, const Vehicle& vehicle) {
+LiveChange read_change(std::string_view json, const SessionScene& now, const Vehicle& vehicle,
+                       std::uint32_t objects) {
   require_shallow_json(json);
   const Json request = Json::parse(json, nullptr, false);
+  if (request.is_discarded())
+    throw std::invalid_argument(
+        R"(this is not JSON (which has no NaN or infinity), expected as in {"hold": true})");
   if (!request.is_object() || request.empty())
     throw std::invalid_argument(R"(expected an object, as in {"set": {"track.altitude_m": 6}})");
   for (const auto& [key, value] : request.items())
@@ -97,7 +101,7 @@ LiveChange read_change(std::string_view json, const SessionScene& now, const Veh
     change.pings_per_s.emplace();
     if (!rate->is_null()) *change.pings_per_s = number_in(*rate, "pings_per_s", 0.0, 10000.0);
   }
-  if (request.contains("add")) change.add = added_object(request["add"], now);
+  if (request.contains("add")) change.add = added_object(request["add"], now, objects);
   if (request.contains("set")) change.set = scene_change(request["set"], now, vehicle);
   return change;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -44,8 +45,9 @@ struct LiveChange {
   bool clear = false, again = false;
 };
 
-/// Reads a change request. `now` and `vehicle` are the session's present state. Throws as
-/// LiveSession::change().
-LiveChange read_change(std::string_view json, const SessionScene& now, const Vehicle& vehicle);
+/// Reads a change request. `now` and `vehicle` are the session's present state, and `objects` is
+/// how many have been added so far. Throws as LiveSession::change().
+LiveChange read_change(std::string_view json, const SessionScene& now, const Vehicle& vehicle,
+                       std::uint32_t objects = 0);
 
 }  // namespace ensonify::engine

@@ -1,6 +1,8 @@
 #include <pthread.h>
 
+#include <atomic>
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <thread>
@@ -9,6 +11,8 @@
 
 namespace ensonify::python {
 namespace {
+
+using Clock = std::chrono::steady_clock;
 
 // Both are read and written with the interpreter's lock held.
 std::optional<std::thread::id> ends_in;  // the thread that ends the interpreter
@@ -33,6 +37,18 @@ FreeInterpreter::~FreeInterpreter() {
 void check_interpreter() {
   if (is_too_late()) throw std::runtime_error("the interpreter is ending");
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+std::function<void()> interpreter_check() {
+  using namespace std::chrono_literals;
+  const auto due = std::make_shared<std::atomic<Clock::time_point>>(Clock::now());
+  return [due] {
+    const Clock::time_point now = Clock::now();
+    if (now < due->load()) return;
+    due->store(now + 50ms);
+    const py::gil_scoped_acquire locked;
+    check_interpreter();
+  };
 }
 
 void add_ending(py::module_&) {

@@ -48,6 +48,8 @@ class FreeInterpreter {
 /// Throws what a signal's handler throws, and std::runtime_error in a thread that the interpreter's
 /// end waits for. Needs the lock.
 void check_interpreter();
+/// For Preparation::stop_check: calls check_interpreter(), at most every 50 ms. Takes the lock.
+std::function<void()> interpreter_check();
 
 /// The folder for analysed seafloors: this one, or the default.
 fs::path cache_of(const std::optional<fs::path>& cache);

@@ -85,7 +85,8 @@ py::dict images(const py::object& given, const py::object& keys, const fs::path&
     };
     Simulator simulator(scene, {.cache = cache_of(cache),
                                 .threads = threads,
-                                .progress = [&](auto stage) { report(stage, 0, 1); }});
+                                .progress = [&](auto stage) { report(stage, 0, 1); },
+                                .stop_check = interpreter_check()});
     ScenePings pings =
         ping_all(scene, simulator, threads,
                  [&](auto, std::size_t done, std::size_t of) { report("pings", done, of); });

@@ -34,15 +34,17 @@ class Session {
  public:
   Session(const py::object& scene, const py::object& keys, const fs::path& data,
           const std::optional<fs::path>& cache, int threads)
-      : source_(scene_of(scene, keys, data)) {
-    const Scene read = source_.with();
-    materials_ = read.materials;
+      : source_(scene_of(scene, keys, data)), scene_(source_.with()) {
     const FreeInterpreter unlocked;
-    simulator_ = std::make_unique<Simulator>(
-        read, Preparation{.cache = cache_of(cache), .threads = threads, .progress = [](auto) {
-                            const py::gil_scoped_acquire locked;
-                            check_interpreter();
-                          }});
+    simulator_ =
+        std::make_unique<Simulator>(scene_, Preparation{.cache = cache_of(cache),
+                                                        .threads = threads,
+                                                        .progress =
+                                                            [](auto) {
+                                                              const py::gil_scoped_acquire locked;
+                                                              check_interpreter();
+                                                            },
+                                                        .stop_check = interpreter_check()});
   }
 
   /// Calls f(simulator) with no other thread inside, and the interpreter free.
@@ -82,7 +84,7 @@ class Session {
 
   std::vector<std::string> warnings() {
     return alone([&](Simulator& simulator) {
-      return Extrapolation(simulator.sonars(), simulator.materials(), materials_)
+      return Extrapolation(simulator.sonars(), simulator.materials(), scene_.materials)
           .appended_to(simulator.warnings());
     });
   }
@@ -111,14 +113,17 @@ class Session {
   }
 
   std::uint32_t add(const py::object& keys, const Pose& pose) {
-    MovingObject object =
-        object_of(key_values(keys, "the object"), "the object", {".", source_.paths().data_folder});
-    return alone([&](Simulator& simulator) { return simulator.add(std::move(object), pose); });
+    const std::vector<KeyValue> values = key_values(keys, "the object");
+    return alone([&](Simulator& simulator) {
+      return simulator.add(object_of(values, "the object", scene_,
+                                     {".", source_.paths().data_folder}, simulator.next_instance()),
+                           pose);
+    });
   }
 
  private:
-  SessionScene source_;              // under mutex_, once there is a simulator
-  std::vector<Material> materials_;  // the scene's own
+  SessionScene source_;  // under mutex_, once there is a simulator
+  const Scene scene_;    // without later changes
   std::unique_ptr<Simulator> simulator_;
   std::mutex mutex_;
 };
@@ -172,7 +177,8 @@ changed.)")
 
 Puts an object into the scene, and returns its instance number.
 
-object: a dict of the keys of a scene's [[objects]], as {"shape": "barrel"}. The pose places the
+object: a dict of the keys of a scene's [[objects]], as {"shape": "barrel"}. Without "shape_seed"
+the form of a boulder or wreck follows from the scene's seed and the instance. The pose places the
 middle of its bounds: z up, y where the heading points. Raises SceneError for wrong keys, ValueError
 for a pose that is not finite or lies beyond 1e8 m.)")
       .def("add_mesh", &Session::add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("pose"),

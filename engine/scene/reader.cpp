@@ -93,13 +93,13 @@ class Reader {
     return taken();
   }
 
-  Scene finish(const ScenePaths& paths) {
+  Scene finish(const ScenePaths& paths, std::span<const Material> known = {}) {
     const auto place = [&](std::string_view key) {
       const auto found = places_.find(key);
       return found == places_.end() ? name_ : found->second;
     };
     const auto find_file = [&](std::string_view key, InputFile& file) {
-      if (file.name.empty()) return;
+      if (file.name.empty() || !file.path.empty()) return;
       try {
         file.path = resolve(key, file.name, paths);
       } catch (const SceneError& error) {
@@ -112,6 +112,7 @@ class Reader {
       if (!material.table.path.empty())
         material.measured = read_strength_table(material.table.path);
     }
+    scene_.materials.insert(scene_.materials.end(), known.begin(), known.end());
     try {
       check_scene(scene_, place);
       for_each_file(scene_, find_file);
@@ -467,11 +468,12 @@ std::string with_overrides(std::span<const std::string> overrides) {
 }
 
 Scene parse_scene(std::string_view text, std::string_view name,
-                  std::span<const std::string> overrides, const ScenePaths& paths) {
+                  std::span<const std::string> overrides, const ScenePaths& paths,
+                  std::span<const Material> known) {
   Reader reader{std::string(name)};
   reader.read_file(text);
   for (const std::string& text_of_override : overrides) reader.apply(text_of_override);
-  return reader.finish(paths);
+  return reader.finish(paths, known);
 }
 
 Scene parse_recipe(std::string_view text, std::string_view name, const DrawnValues& drawn,

@@ -21,9 +21,11 @@ namespace ensonify::engine {
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {},
                  const std::filesystem::path& data_folder = {});
 
-/// The same from text; `name` stands for the file in messages.
+/// The same from text; `name` stands for the file in messages. The scene also has the materials
+/// `known`, which the text may name.
 Scene parse_scene(std::string_view text, std::string_view name,
-                  std::span<const std::string> overrides = {}, const ScenePaths& paths = {});
+                  std::span<const std::string> overrides = {}, const ScenePaths& paths = {},
+                  std::span<const Material> known = {});
 
 /// An override key=value as TOML: a bare word becomes a string. Throws SceneError if it is none.
 std::string toml_override(const std::string& override_text);

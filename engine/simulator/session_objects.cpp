@@ -110,6 +110,10 @@ std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose) {
   return static_cast<std::uint32_t>(instance);
 }
 
+std::uint32_t SessionObjects::next_instance() const {
+  return static_cast<std::uint32_t>(first_instance_ + faces_.free_body());
+}
+
 std::size_t SessionObjects::body_of(std::uint32_t instance) const {
   const std::size_t body = instance - first_instance_;
   if (instance >= first_instance_ && faces_.has(body)) return body;

@@ -30,6 +30,8 @@ class SessionObjects {
   /// The materials, with this one at the end if it is new.
   std::vector<std::string> materials_with(const std::string& material) const;
 
+  /// The instance that the next add() returns.
+  std::uint32_t next_instance() const;
   /// Returns the object's instance. Does not check the material.
   std::uint32_t add(MovingObject object, const Pose& pose);
   void move(std::uint32_t instance, const Pose& pose);

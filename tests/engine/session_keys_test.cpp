@@ -92,20 +92,42 @@ TEST_CASE("an error of a session's key does not speak of the command line") {
 }
 
 TEST_CASE("an object is made from the keys of its table") {
-  const MovingObject object = object_of(
-      std::vector<KeyValue>{{"shape", "\"cylinder\""}, {"class", "\"mine\""}}, "'add'", {});
+  const auto object_with = [](const std::vector<KeyValue>& keys) {
+    return object_of(keys, "'add'", tiny().with(), {}, 1);
+  };
+  const MovingObject object = object_with({{"shape", "\"cylinder\""}, {"class", "\"mine\""}});
   CHECK(object.class_name == "mine");
   CHECK(object.material == "fouled steel");
   CHECK(!object.mesh.faces.empty());
-  CHECK_THROWS_AS(object_of(std::vector<KeyValue>{{"shape", "\"teapot\""}}, "'add'", {}),
-                  SceneError);
-  CHECK_THROWS_AS(object_of(std::vector<KeyValue>{{"no such key", "1"}}, "'add'", {}), SceneError);
-  CHECK_THROWS_AS(
-      object_of(std::vector<KeyValue>{{"shape", "\"box\"\n[[objects]]\nshape = \"box\""}}, "'add'",
-                {}),
-      SceneError);
+  CHECK_THROWS_AS(object_with({{"shape", "\"teapot\""}}), SceneError);
+  CHECK_THROWS_AS(object_with({{"no such key", "1"}}), SceneError);
+  CHECK_THROWS_AS(object_with({{"shape", "\"box\"\n[[objects]]\nshape = \"box\""}}), SceneError);
   for (const char* key : {"heading_deg", "east_m", "height_m", "count"})
-    CHECK_THROWS_WITH(
-        object_of(std::vector<KeyValue>{{"shape", "\"box\""}, {key, "1"}}, "'add'", {}),
-        Catch::Contains(key) && Catch::Contains("where its pose says"));
+    CHECK_THROWS_WITH(object_with({{"shape", "\"box\""}, {key, "1"}}),
+                      Catch::Contains(key) && Catch::Contains("where its pose says"));
+}
+
+TEST_CASE("an object of a session may have a material of its scene") {
+  const auto object_with = [](const std::string& material) {
+    const std::vector<KeyValue> keys{{"shape", "\"barrel\""}, {"material", '"' + material + '"'}};
+    return object_of(keys, "'add'", tiny().with(), {}, 1);
+  };
+  CHECK(object_with("plain").material == "plain");
+  CHECK_THROWS_WITH(object_with("plane"), Catch::Contains("'plane' is not known"));
+  Simulator simulator(tiny().with());
+  CHECK(simulator.add(object_with("plain"), {.position = {5.0, 0.0, -19.0}}) == 1);
+}
+
+TEST_CASE("a boulder of a session has the form that its seed and number say, or its own seed") {
+  const auto form = [](std::uint64_t seed, std::uint32_t number, std::vector<KeyValue> more = {}) {
+    more.push_back({"shape", "\"boulder\""});
+    Scene scene = tiny().with();
+    scene.seed = seed;
+    return object_of(more, "'add'", scene, {}, number).mesh.positions;
+  };
+  CHECK(form(1, 1) == form(1, 1));
+  CHECK(form(1, 1) != form(1, 2));
+  CHECK(form(1, 1) != form(2, 1));
+  const std::vector<KeyValue> own{{"shape_seed", "5"}};
+  CHECK(form(1, 1, own) == form(2, 2, own));
 }

@@ -34,13 +34,15 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
 // A line that `ensonify stream` reads, and its answer. Sonars are not set, because a sonar may need
 // any time and memory.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const engine::Scene objects_scene = scene().with();
   try {
     const engine::app::StreamRequest request =
         engine::app::read_stream_request(std::string(tests::text(data, size)));
     if (request.kind == Kind::set) scene().with(request.keys);
     if (request.kind == Kind::add)
-      simulator().remove(
-          simulator().add(engine::object_of(request.keys, "'add'", {}), request.pose));
+      simulator().remove(simulator().add(
+          engine::object_of(request.keys, "'add'", objects_scene, {}, simulator().next_instance()),
+          request.pose));
     if (request.kind == Kind::ping) simulator().ping(request.pose);
   } catch (const engine::SceneError&) {
   } catch (const refine::MeshError&) {

@@ -432,7 +432,39 @@ class Sessions(unittest.TestCase):
         self.assertIn(box, simulator.ping(self.pose, 0)[1]["instance"])
         simulator.remove(box)
         simulator.remove(cylinder)
+        # The scene's own material, and a form that follows from the seed and the instance.
+        boulders = []
+        for seed in (1, 1, 2):
+            other = ensonify.Simulator(scene, keys={"seed": seed})
+            other.add({"shape": "boulder", "material": "plain", "diameter_m": 2}, ensonify.Pose(5, 0, -19))
+            line = other.ping(self.pose, 0)[1]
+            boulders.append(line["z_m"][line["instance"] == 1].tolist())
+            self.assertGreater(len(boulders[-1]), 3)
+        self.assertEqual(boulders[0], boulders[1])
+        self.assertNotEqual(boulders[0], boulders[2])
         numpy.testing.assert_array_equal(empty, simulator.ping(self.pose, 0)[1]["intensity_mean"])
+
+    def test_control_c_stops_a_ping_and_the_next_one_is_whole(self):
+        simulator = ensonify.Simulator(scene, keys={"sonar.left-right.elevations": 40000, "run.intersector": "pluecker"})
+        whole = simulator.ping(self.pose, 0)
+        begin = time.monotonic()
+        simulator.ping(self.pose, 0)
+        takes = time.monotonic() - begin
+
+        def interrupt(*_):
+            raise KeyboardInterrupt
+
+        before = signal.signal(signal.SIGALRM, interrupt)
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0.1 * takes)
+            begin = time.monotonic()
+            with self.assertRaises(KeyboardInterrupt):
+                simulator.ping(self.pose, 0)
+            self.assertLess(time.monotonic() - begin, 0.6 * takes)
+        finally:
+            signal.signal(signal.SIGALRM, before)
+        for line, again in zip(whole, simulator.ping(self.pose, 0)):
+            numpy.testing.assert_array_equal(line["intensity"], again["intensity"])
 
     def test_a_sonar_is_set(self):
         simulator = ensonify.Simulator(scene)

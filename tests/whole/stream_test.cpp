@@ -128,6 +128,13 @@ TEST_CASE("in a stream a sonar can be set, and objects can be added, moved and r
   CHECK_FALSE(seen(10));
 }
 
+TEST_CASE("in a stream an empty line is skipped, also one that ends as on Windows") {
+  const Folder folder;
+  const tests::Outcome outcome = folder.stream("\r\n" + pose + "\n" + pose, {"--json"});
+  CHECK(outcome.err == "");
+  CHECK(json_lines(outcome.out).size() == 5);
+}
+
 TEST_CASE("a client finds the number of a ping's lines in the start line, and after each set") {
   const Folder folder;
   const std::string changed_beams = R"({"set": {"sonar.left-right.beams": 3}})"

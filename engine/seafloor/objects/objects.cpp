@@ -442,16 +442,18 @@ class Table {
 }  // namespace
 
 refine::TriangleMesh mesh_of(const ObjectOptions& options, std::uint64_t seed,
-                             std::span<const Material> materials) {
+                             std::span<const Material> materials, std::uint64_t number) {
   const ObjectOptions table = refined(options, materials);
   refine::TriangleMesh mesh;
   if (table.shape.empty())
     mesh = repaired(read_fitted(table, {}), table).mesh;
   else
-    mesh = make_body(shape_named(table.shape), table.size,
-                     RandomStream(table.shape_seed.value_or(seed), Purpose::object_shape, {0, 0}),
-                     table.variant)
-               .mesh;
+    mesh =
+        make_body(shape_named(table.shape), table.size,
+                  table.shape_seed ? RandomStream(*table.shape_seed, Purpose::object_shape, {0, 0})
+                                   : RandomStream(seed, Purpose::object_shape, {0, number}),
+                  table.variant)
+            .mesh;
   const refine::Bounds box = refine::bounds(mesh);
   const Eigen::Vector3f middle = 0.5f * (box.lowest + box.highest);
   for (Eigen::Vector3f& p : mesh.positions) p = static_cast<float>(table.scale) * (p - middle);

@@ -43,11 +43,12 @@ struct PlacedObjects {
 };
 
 /// The body of a table alone, in metres about its middle: the mesh of a file, repaired and scaled,
-/// or the mesh of a shape with facets as small as its material's lobe needs. Throws
-/// refine::MeshError for a mesh that cannot be read, std::invalid_argument for sizes that
-/// contradict one another and for shapes that are laid along a path.
+/// or the mesh of a shape with facets as small as its material's lobe needs. The form of a shape
+/// without a seed of its own follows from `seed` and `number`. Throws refine::MeshError for a mesh
+/// that cannot be read, std::invalid_argument for sizes that contradict one another and for shapes
+/// that are laid along a path.
 refine::TriangleMesh mesh_of(const ObjectOptions& options, std::uint64_t seed,
-                             std::span<const Material> materials = {});
+                             std::span<const Material> materials = {}, std::uint64_t number = 0);
 
 /// The parts that a table's object can have; the first is its own label.
 std::vector<ObjectPart> parts_of(const ObjectOptions& table);

@@ -58,13 +58,17 @@ refine::Sphere FacesWithBodies::Body::ball() const {
 
 std::size_t FacesWithBodies::add(refine::TriangleMesh mesh, const Eigen::Isometry3d& place) {
   check_vertices(mesh);
-  const auto free =
-      std::ranges::find_if(bodies_, [](const Body& body) { return body.mesh.faces.empty(); });
-  const auto number = static_cast<std::size_t>(free - bodies_.begin());
-  if (free == bodies_.end()) bodies_.emplace_back();
+  const std::size_t number = free_body();
+  if (number == bodies_.size()) bodies_.emplace_back();
   const refine::Sphere around = sphere_around(mesh);
   bodies_[number] = {std::move(mesh), around, place};
   return number;
+}
+
+std::size_t FacesWithBodies::free_body() const {
+  const auto free =
+      std::ranges::find_if(bodies_, [](const Body& body) { return body.mesh.faces.empty(); });
+  return static_cast<std::size_t>(free - bodies_.begin());
 }
 
 void FacesWithBodies::move(std::size_t body, const Eigen::Isometry3d& place) {

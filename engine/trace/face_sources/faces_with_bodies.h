@@ -25,7 +25,9 @@ class FacesWithBodies final : public FaceSource {
   FacesWithBodies(std::unique_ptr<FaceSource> fixed, std::uint32_t fixed_faces,
                   const FaceSourceParts& parts);
 
-  /// Returns the body's number: the lowest free one. `place` transforms the mesh's coordinates (m)
+  /// The lowest number that no body has.
+  std::size_t free_body() const;
+  /// Returns the body's number: the free one. `place` transforms the mesh's coordinates (m)
   /// to local ones. Throws refine::MeshError for a face with a vertex that does not exist or is
   /// not finite.
   std::size_t add(refine::TriangleMesh mesh, const Eigen::Isometry3d& place);
