@@ -54,6 +54,8 @@ void show(const LiveArguments& arguments) {
                                   progress.report(stage, 0, 1);
                                 }});
   }
+  print_warnings(session->warnings());
+  if (!arguments.quiet) print_warnings(session->extrapolation().appended_to({}));
   const LiveServer server(*session, arguments.server);
   print(server.address() + "\n");
   if (!arguments.quiet)

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/image/over_ground.h>
+#include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
@@ -109,6 +111,10 @@ std::shared_ptr<LiveLine> make_line(const Waterfall& row, const Renderer& render
   put_ray_ends(row, ends);
   writer.put(static_cast<std::uint32_t>(ends.size()));
   for (const Eigen::Vector3f& end : ends) writer.put_place(end.cast<double>());
+  const Pose sonar_pose = mounted(record.pose, row.sonar.mounting);
+  for (int k = 0; k < 3; ++k) writer.put(sonar_pose.position[k]);
+  writer.put(sonar_pose.heading_rad);
+  writer.put(height_over_bed_m(row, 0));
 
   auto line = std::make_shared<LiveLine>();
   line->number = number;

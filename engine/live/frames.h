@@ -34,10 +34,12 @@ Bytes gap_frame(std::uint64_t first, std::uint64_t count);
 std::uint16_t level_number(float level);
 
 /// A line: uint64 its number; uint32 ping, sonar, columns, flags (bit 0: lost); float32 x, y, z
-/// (local metres), heading, pitch, roll (radians), altitude (NaN over a hole), time (s); int32
-/// first bin with an echo, port and starboard; then arrays by column: uint16 levels, uint8
-/// brightness (as in the run's picture, before its palette), uint8 region, uint8 class (255: 255 or
-/// more); padding to 4 bytes; uint32 n and n points of 3 float32 where rays of the ping end.
+/// (local metres), heading, pitch, roll (radians), altitude (NaN over a hole), time (s), all of the
+/// vehicle; int32 first bin with an echo, port and starboard; then arrays by column, which is by
+/// slant range: uint16 levels, uint8 brightness (as in the run's picture, before its palette),
+/// uint8 region, uint8 class (255: 255 or more); padding to 4 bytes; uint32 n and n points of 3
+/// float32 where rays of the ping end; float64 x, y, z, heading of the sonar, and its height over
+/// the bed, by which a picture in ground range is made (over_ground.h).
 /// `row` is a waterfall with this row only, `brightness` its picture in grey.
 std::shared_ptr<LiveLine> make_line(const Waterfall& row, const Renderer& renderer,
                                     const Picture& brightness, std::uint64_t ping,

@@ -92,11 +92,15 @@ std::vector<Bytes> LineReader::next(std::chrono::milliseconds wait) {
   next_ = std::max(next_, first);  // a new reader has missed nothing
   for (std::size_t bytes = 0; next_ < ring_.next_ && bytes < max_bytes_at_once; ++next_) {
     const LiveLine& line = *ring_.lines_[next_ - first];
-    if (line.setting != setting_) frames.push_back(setting_ = line.setting);
+    Bytes& setting = seen_[static_cast<std::size_t>(LatestFrame::setting)];
+    if (line.setting != setting) frames.push_back(setting = line.setting);
     frames.push_back(line.frame);
     bytes += line.frame->size();
   }
-  if (next_ == ring_.next_) up_to_date_ = true;
+  if (next_ == ring_.next_) {
+    up_to_date_ = true;
+    news(LatestFrame::setting);  // it may have no line yet
+  }
   if (with_mesh_) news(LatestFrame::mesh);
   news(LatestFrame::status);
   return frames;

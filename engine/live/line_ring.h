@@ -37,9 +37,10 @@ struct LiveLine {
   std::size_t bytes() const { return frame->size() + truth.size() * sizeof(BinTruth); }
 };
 
-/// Kinds of frames of which a page needs only the newest one.
-enum class LatestFrame { bed, mesh, status };
-inline constexpr std::size_t news_kinds = 3;
+/// Kinds of frames of which a page needs only the newest one; of settings also those of older
+/// lines. A setting is posted before its lines.
+enum class LatestFrame { bed, mesh, status, setting };
+inline constexpr std::size_t news_kinds = 4;
 
 /// The newest lines; the oldest are dropped when they exceed the memory limit. One thread writes
 /// and never waits for a reader; any number of threads read, each at its own pace.
@@ -88,7 +89,6 @@ class LineReader {
   bool with_mesh_;
   bool up_to_date_ = false;
   std::uint64_t next_ = 0;
-  Bytes setting_;
   std::array<Bytes, news_kinds> seen_;
 };
 

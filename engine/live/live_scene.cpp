@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/simulator/internals.h>
 
 namespace ensonify::engine {
 namespace {
@@ -43,6 +45,22 @@ LiveScene::LiveScene(const Scene& of, const Preparation& how)
       simulator(scene, how),
       track(scene, simulator),
       bed(from_above(simulator, track.poses())) {}
+
+Vehicle LiveScene::planned() const {
+  const UsualPing& usual = SimulatorInternals::usual_ping(simulator);
+  return {usual.altitude_m, usual.speed_mps};
+}
+
+std::vector<std::string> LiveScene::warnings() const {
+  const std::span<const std::string> of_scene = simulator.warnings();
+  std::vector<std::string> all(of_scene.begin(), of_scene.end());
+  all.insert(all.end(), track.warnings().begin(), track.warnings().end());
+  return all;
+}
+
+Extrapolation LiveScene::extrapolation() const {
+  return Extrapolation(simulator.sonars(), simulator.materials(), scene.materials);
+}
 
 double LiveScene::interval_s() const {
   const std::span<const Pose> poses = track.poses();

@@ -1,6 +1,11 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/live/change.h>
 #include <ensonify/engine/live/line_ring.h>
+#include <ensonify/engine/scene/checks/extrapolation.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/ping_all.h>
@@ -16,6 +21,12 @@ struct LiveScene {
 
   LiveScene(const Scene& of, const Preparation& how);
 
+  /// The altitude and speed of the track, of a recorded one the medians.
+  Vehicle planned() const;
+  /// Those of the scene and of its track.
+  std::vector<std::string> warnings() const;
+  Extrapolation extrapolation() const;
+  std::vector<std::string> all_warnings() const { return extrapolation().appended_to(warnings()); }
   /// The time between pings; 0.1 s if the track has one ping or no times.
   double interval_s() const;
   /// The pose at ping number `along` of the track; between two pings it is interpolated.

@@ -28,12 +28,9 @@ void add_to(std::optional<SceneChange>& all, const SceneChange& change) {
 
 }  // namespace
 
-Mailbox::Mailbox(SessionScene source, const Scene& scene, std::optional<double> pings_per_s,
-                 bool hold)
+Mailbox::Mailbox(SessionScene source, std::optional<double> pings_per_s, bool hold)
     : source_(std::move(source)) {
-  status_.control = {.vehicle = {scene.track.altitude_m, scene.track.speed_mps},
-                     .pings_per_s = pings_per_s,
-                     .hold = hold};
+  status_.control = {.vehicle = {}, .pings_per_s = pings_per_s, .hold = hold};
 }
 
 std::pair<SessionScene, Vehicle> Mailbox::present() const {
@@ -118,6 +115,11 @@ Control Mailbox::control() const {
 SessionStatus Mailbox::status() const {
   const std::lock_guard lock(lock_);
   return status_;
+}
+
+void Mailbox::set_vehicle(const Vehicle& vehicle) {
+  const std::lock_guard lock(lock_);
+  status_.control.vehicle = vehicle;
 }
 
 void Mailbox::wait_for_changes(std::chrono::milliseconds at_most) {

@@ -51,8 +51,7 @@ struct SessionStatus {
 /// take long.
 class Mailbox {
  public:
-  /// `scene` is what the source has so far.
-  Mailbox(SessionScene source, const Scene& scene, std::optional<double> pings_per_s, bool hold);
+  Mailbox(SessionScene source, std::optional<double> pings_per_s, bool hold);
 
   // Pages.
 
@@ -77,6 +76,8 @@ class Mailbox {
   std::optional<PendingChanges> take();
   Control control() const;
   SessionStatus status() const;
+  /// What the vehicle does until a change.
+  void set_vehicle(const Vehicle& vehicle);
   /// Waits until there are changes to take, at most this long.
   void wait_for_changes(std::chrono::milliseconds at_most);
   /// Waits until then, or until the session stops.

@@ -52,8 +52,8 @@ function shadeBed() {
 // Draws a line's echoes at their positions, as if the bed were level.
 export function onMap(row, colours) {
   if (!map.pixels || row.gap || row.lost) return;
-  const sonar = row.setting.sonars[row.sonar], ports = portsOf(sonar), height = row.altitude > 0 ? row.altitude : 0;
-  const forward = [Math.sin(row.heading), Math.cos(row.heading)], right = [forward[1], -forward[0]];
+  const sonar = row.setting.sonars[row.sonar], ports = portsOf(sonar), {x: east, y: north, heading, height} = row.origin;
+  const right = [Math.cos(heading), -Math.sin(heading)];
   const size = Math.max(2, Math.ceil(0.45 * map.perMetre)), {width, height: high} = map.image;
   const step = Math.max(1, Math.round(size / 1.5 / map.perMetre / sonar.bin_m));
   for (let bin = Math.ceil(height / sonar.bin_m); bin < sonar.bins; bin += step) {
@@ -61,8 +61,8 @@ export function onMap(row, colours) {
     for (const side of [-1, 1]) {
       if ((side < 0 && !ports) || (side > 0 && sonar.sides === 'port')) continue;
       const light = row.brightness[side < 0 ? ports - 1 - bin : ports + bin];
-      const x = Math.round((row.x + side * over * right[0] - map.west) * map.perMetre - size / 2);
-      const y = Math.round((map.north - row.y - side * over * right[1]) * map.perMetre - size / 2);
+      const x = Math.round((east + side * over * right[0] - map.west) * map.perMetre - size / 2);
+      const y = Math.round((map.north - north - side * over * right[1]) * map.perMetre - size / 2);
       for (let v = Math.max(0, y); v < Math.min(high, y + size); ++v)
         for (let u = Math.max(0, x); u < Math.min(width, x + size); ++u) map.pixels[v * width + u] = colours[light];
     }
@@ -93,13 +93,14 @@ export function drawMap(row, isNew) {
   context.stroke();
   context.setLineDash([]);
   if (row) {
-    const sonar = row.setting.sonars[row.sonar], height = row.altitude > 0 ? row.altitude : 0;
-    const swath = Math.sqrt(Math.max(0, sonar.range_m ** 2 - height ** 2)), right = [Math.cos(row.heading), -Math.sin(row.heading)];
+    const sonar = row.setting.sonars[row.sonar], {x: east, y: north, heading, height} = row.origin;
+    const swath = Math.sqrt(Math.max(0, sonar.range_m ** 2 - height ** 2)), right = [Math.cos(heading), -Math.sin(heading)];
+    const port = sonar.sides === 'starboard' ? 0 : swath, starboard = sonar.sides === 'port' ? 0 : swath;
     context.strokeStyle = context.fillStyle = css('--accent');
     context.lineWidth = 2 * scale;
     context.beginPath();
-    context.moveTo(...at(row.x - (sonar.sides === 'starboard' ? 0 : swath) * right[0], row.y - (sonar.sides === 'starboard' ? 0 : swath) * right[1]));
-    context.lineTo(...at(row.x + (sonar.sides === 'port' ? 0 : swath) * right[0], row.y + (sonar.sides === 'port' ? 0 : swath) * right[1]));
+    context.moveTo(...at(east - port * right[0], north - port * right[1]));
+    context.lineTo(...at(east + starboard * right[0], north + starboard * right[1]));
     context.stroke();
     const [x, y] = at(row.x, row.y);
     context.save();

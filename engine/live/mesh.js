@@ -112,9 +112,9 @@ export function drawMesh(row, rows, isNew, counts) {
   if (fitCanvas($('mesh'))) scene.dirty = true;
   if (!scene.dirty && !isNew) return;
   scene.dirty = false;
-  const canvas = $('mesh'), range = row.setting.sonars[row.sonar].range_m, height = row.altitude > 0 ? row.altitude : 5;
+  const canvas = $('mesh'), range = row.setting.sonars[row.sonar].range_m, {x, y, z, heading} = row.origin, height = row.origin.height || 5;
   // The origin is the sonar. The camera looks along the track from behind, to starboard and above.
-  const round = row.heading + Math.PI + scene.turn * -1, away = scene.far * 1.75 * range;
+  const round = heading + Math.PI + scene.turn * -1, away = scene.far * 1.75 * range;
   const eye = [Math.sin(round) * Math.cos(scene.lift) * away, Math.cos(round) * Math.cos(scene.lift) * away, Math.sin(scene.lift) * away - height];
   const camera = look(eye, [0, 0, -height], canvas.width / canvas.height, 0.02 * away, 4 * away);
   const colour = name => rgb(css(name)).map(x => x / 255);
@@ -139,7 +139,7 @@ export function drawMesh(row, rows, isNew, counts) {
     gl.vertexAttribPointer(place, size, type, normal, 0, 0);
   };
   if (scene.faces) {
-    use(scene.mesh, {middle: [scene.middle[0] - row.x, scene.middle[1] - row.y, scene.middle[2] - row.z], step_m: scene.step, reach: range,
+    use(scene.mesh, {middle: [scene.middle[0] - x, scene.middle[1] - y, scene.middle[2] - z], step_m: scene.step, reach: range,
       plain: dark.matches ? [0.36, 0.47, 0.54] : [0.66, 0.73, 0.77], amber: accent, ground, lowHigh: dark.matches ? [0.05, 0.08, 0.1] : [0.32, 0.38, 0.42]});
     feed(scene.mesh, 'corner', scene.corners, 3, gl.SHORT, false);
     feed(scene.mesh, 'exact', scene.exact, 1, gl.UNSIGNED_BYTE, true);
@@ -151,13 +151,13 @@ export function drawMesh(row, rows, isNew, counts) {
   const strokes = [];
   const stroke = (a, b, from, to) => strokes.push(...a, from, ...b, to);
   for (let i = 0; i < row.ends.length; i += 3)
-    stroke([0, 0, 0], [row.ends[i] - row.x, row.ends[i + 1] - row.y, row.ends[i + 2] - row.z], 0.85, 0.3);
+    stroke([0, 0, 0], [row.ends[i] - x, row.ends[i + 1] - y, row.ends[i + 2] - z], 0.85, 0.3);
   for (let i = Math.max(1, rows.length - 800); i < rows.length; ++i) {
-    const a = rows[i - 1], b = rows[i];
-    if (!a.gap && !b.gap) stroke([a.x - row.x, a.y - row.y, a.z - row.z], [b.x - row.x, b.y - row.y, b.z - row.z], 1, 1);
+    const a = rows[i - 1].origin, b = rows[i].origin;
+    if (a && b) stroke([a.x - x, a.y - y, a.z - z], [b.x - x, b.y - y, b.z - z], 1, 1);
   }
   // The sonar, drawn as an enlarged towfish above a plumb line.
-  const size = 0.05 * range, ahead = [Math.sin(row.heading), Math.cos(row.heading)], side = [ahead[1], -ahead[0]];
+  const size = 0.05 * range, ahead = [Math.sin(heading), Math.cos(heading)], side = [ahead[1], -ahead[0]];
   const hull = (f, s, u) => [size * (f * ahead[0] + s * side[0]), size * (f * ahead[1] + s * side[1]), size * u];
   for (let k = 0; k < 12; ++k) {
     const a = k * Math.PI / 6, b = (k + 1) * Math.PI / 6;

@@ -74,7 +74,8 @@ function takeLine(bytes) {
   const word = i => view.getUint32(i, true), real = i => view.getFloat32(i, true);
   const n = word(16);
   const at = 64 + 2 * n;
-  const ends = (at + 3 * n + 3) & ~3;
+  const ends = (at + 3 * n + 3) & ~3, origin = ends + 4 + 12 * word(ends);
+  const [sonarX, sonarY, sonarZ, sonarHeading, height] = [0, 1, 2, 3, 4].map(i => view.getFloat64(origin + 8 * i, true));
   const row = {
     number, ping: word(8), sonar: word(12), columns: n, lost: (word(20) & 1) === 1,
     x: real(24), y: real(28), z: real(32), heading: real(36), pitch: real(40), roll: real(44),
@@ -82,6 +83,7 @@ function takeLine(bytes) {
     levels: new Uint16Array(bytes, 64, n), brightness: new Uint8Array(bytes, at, n),
     regions: new Uint8Array(bytes, at + n, n), classes: new Uint8Array(bytes, at + 2 * n, n),
     ends: new Float32Array(bytes, ends + 4, 3 * word(ends)),
+    origin: {x: sonarX, y: sonarY, z: sonarZ, heading: sonarHeading, height},  // of the sonar; height over the bed
   };
   keep(row.sonar, row);
   if (row.sonar === picture.sonar) {
@@ -158,8 +160,8 @@ function takeStatus(json) {
   if (json.rate !== null && ![...$('pace').options].some(o => o.value === String(json.rate)))
     $('pace').append(new Option(`${json.rate} pings/s`, json.rate));
   put($('pace'), json.rate ?? '');
-  put(document.querySelector('[data-key="track.altitude_m"]'), json.vehicle.altitude_m);
-  put(document.querySelector('[data-key="track.speed_mps"]'), json.vehicle.speed_mps);
+  put(document.querySelector('[data-key="track.altitude_m"]'), +json.vehicle.altitude_m.toFixed(2));
+  put(document.querySelector('[data-key="track.speed_mps"]'), +json.vehicle.speed_mps.toFixed(4));
   if (json.trouble_number > troubleNumber) {
     troubleNumber = json.trouble_number;
     trouble(json.trouble);
@@ -218,7 +220,7 @@ const picture = {
     for (let i = 0; i < 256; ++i)
       this.colours[i] = (255 << 24 | palette[3 * i + 2] << 16 | palette[3 * i + 1] << 8 | palette[3 * i]) >>> 0;
     const display = setting.display;
-    this.plain = this.gain === display.gain_db && this.contrast === display.gamma && this.ground === display.ground &&
+    this.plain = this.gain === display.gain_db && this.contrast === display.gamma &&
       this.range === (display.mapping === 'gamma' ? 0 : display.range_db);
     this.curve = null;
     if (!this.plain) {
@@ -268,16 +270,15 @@ function tint(colour, id, region) {
 const hues = [[240, 60, 50], [255, 214, 10], [0, 214, 226], [90, 220, 60], [255, 130, 20], [60, 130, 255], [230, 80, 190], [200, 230, 120]];
 const hue = id => hues[id % hues.length];
 
-// The row's column for a column of the picture; they differ if the row has another setting or the
-// picture is in ground range. -1: none.
+// The row's column, which is by slant range, for a column of the picture; they differ if the row
+// has another setting or the picture is in ground range, as over_ground.cpp makes it. -1: none.
 function sourceOf(row, column) {
   const now = setting.sonars[picture.sonar], then = row.setting.sonars[picture.sonar];
   const ports = portsOf(now);
   const bin = column < ports ? ports - 1 - column : column - ports;
   let range = (bin + 0.5) * now.bin_m;
-  if (picture.ground && !row.setting.display.ground) {
-    const height = row.altitude > 0 ? row.altitude : 0;
-    range = Math.sqrt(range * range + height * height);
+  if (picture.ground) {
+    range = Math.sqrt(range * range + row.origin.height * row.origin.height);
   } else if (row.settingNumber === settingNumber) {
     return column;
   }
@@ -295,7 +296,7 @@ function makeRow(row, index, {across, left, margin}) {
     const colour = (255 << 24 | b << 16 | g << 8 | r) >>> 0;
     for (let x = 0; x < out.length; ++x) out[x] = (x >> 3) % 2 ? colour : 0xff000000;
   } else {
-    const same = row.settingNumber === settingNumber && row.columns === columns && !(picture.ground && !row.setting.display.ground);
+    const same = row.settingNumber === settingNumber && row.columns === columns && !picture.ground;
     for (let c = 0; c < columns; ++c) {
       const from = same ? c : sourceOf(row, c);
       let colour = from < 0 ? colours[0] : colours[curve ? curve[row.levels[from]] : row.brightness[from]];
@@ -379,12 +380,11 @@ function placeAt(x, y) {  // device pixels
 function rangesOf(place) {
   const now = setting.sonars[picture.sonar], ports = portsOf(now);
   const bin = place.column < ports ? ports - 1 - place.column : place.column - ports;
-  const along = (bin + 0.5) * now.bin_m, height = place.row.altitude > 0 ? place.row.altitude : 0;
-  const overGround = picture.ground || place.row.setting.display.ground;
+  const along = (bin + 0.5) * now.bin_m, {height} = place.row.origin;
   return {
     side: place.column < ports ? 'port' : 'starboard',
-    slant: overGround ? Math.hypot(along, height) : along,
-    over: overGround ? along : along > height ? Math.sqrt(along * along - height * height) : NaN,
+    slant: picture.ground ? Math.hypot(along, height) : along,
+    over: picture.ground ? along : along > height ? Math.sqrt(along * along - height * height) : NaN,
   };
 }
 
@@ -446,8 +446,8 @@ function drawMarks() {
 }
 
 function groundPlace(place) {
-  const {side, over} = rangesOf(place), row = place.row, off = (side === 'port' ? -1 : 1) * (over || 0);
-  return [row.x + Math.cos(row.heading) * off, row.y - Math.sin(row.heading) * off];
+  const {side, over} = rangesOf(place), {x, y, heading} = place.row.origin, off = (side === 'port' ? -1 : 1) * (over || 0);
+  return [x + Math.cos(heading) * off, y - Math.sin(heading) * off];
 }
 function flatDistance(a, b) {
   const [x0, y0] = groundPlace(a), [x1, y1] = groundPlace(b);
@@ -568,6 +568,7 @@ function setZoom(zoom) {
 }
 
 function asRun() {
+  if (!setting) return;
   const display = setting.display;
   Object.assign(picture, {gain: display.gain_db, contrast: display.gamma, ground: display.ground, labels: false, palette: setting.palette,
     range: display.mapping === 'gamma' ? 0 : display.range_db});
@@ -648,7 +649,7 @@ function bindControls() {
     });
   for (const input of document.querySelectorAll('[data-sonar]'))
     input.addEventListener('change', () => {
-      if (!Number.isFinite(input.valueAsNumber)) return;
+      if (!setting || !Number.isFinite(input.valueAsNumber)) return;
       send({set: {[`sonar.${setting.sonars[picture.sonar].name}.${input.dataset.sonar}`]: input.valueAsNumber * (input.dataset.scale ?? 1)}});
     });
   $('hold').addEventListener('click', () => send({hold: !status?.hold}));

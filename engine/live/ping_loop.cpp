@@ -39,7 +39,10 @@ PingLoop::PingLoop(std::shared_ptr<LiveScene> live_scene, std::string name, Mail
       ring_(ring),
       name_(std::move(name)),
       live_scene_(std::move(live_scene)),
-      display_(live_scene_->scene.display) {
+      planned_(live_scene_->planned()),
+      display_(live_scene_->scene.display),
+      warnings_(live_scene_->all_warnings()) {
+  mailbox_.set_vehicle(planned_);
   take_setting();
   ring_.post(LatestFrame::bed, live_scene_->bed);
 }
@@ -95,9 +98,13 @@ void PingLoop::apply(PendingChanges changes) {
   if (changes.again) {
     along_ = 0.0;
     pings_ = 0;
+    climbed_m_ = mailbox_.control().vehicle.altitude_m - planned_.altitude_m;
     on_track_ = climbed_m_ == 0.0;
   }
-  if (new_setting) take_setting();
+  if (new_setting) {
+    take_setting();
+    report_new_warnings();
+  }
 }
 
 void PingLoop::replace_scene(std::shared_ptr<LiveScene> live_scene) {
@@ -160,18 +167,31 @@ void PingLoop::take_setting() {
   classes_ = kept(simulator.classes());
   materials_ = kept(simulator.materials());
   setting_ = setting_frame(*live_scene_, display_, name_);
+  ring_.post(LatestFrame::setting, setting_);
+}
+
+void PingLoop::report_new_warnings() {
+  std::vector<std::string> all = live_scene_->all_warnings();
+  std::string fresh;
+  for (const std::string& warning : all)
+    if (std::ranges::find(warnings_, warning) == warnings_.end())
+      fresh += fmt::format("{}{}", fresh.empty() ? "" : "; ", warning);
+  if (!fresh.empty()) mailbox_.report_trouble(fresh);
+  warnings_ = std::move(all);
 }
 
 void PingLoop::ping(const Control& control, MeshViewer& viewer) {
-  const TrackOptions& track = live_scene_->scene.track;
   // A track that stays at its place has no way to go faster along.
-  const double per_ping = track.speed_mps > 0.0 ? control.vehicle.speed_mps / track.speed_mps : 1.0;
-  const double to_climb = control.vehicle.altitude_m - track.altitude_m - climbed_m_;
+  const double per_ping =
+      planned_.speed_mps > 0.0 ? control.vehicle.speed_mps / planned_.speed_mps : 1.0;
+  const double to_climb = control.vehicle.altitude_m - planned_.altitude_m - climbed_m_;
   const double max_m = climb_mps * live_scene_->interval_s();
   climbed_m_ += std::clamp(to_climb, -max_m, max_m);
+  const std::size_t warnings = live_scene_->simulator.warnings().size();
   try {
     const TrackPings::PingRecord ping = record_ping(per_ping);
     publish(ping);
+    if (live_scene_->simulator.warnings().size() > warnings) report_new_warnings();
     if (control.mesh_pages > 0) show_mesh(ping.row.pose, viewer);
     out_of_water_ = false;
   } catch (const std::invalid_argument& error) {  // a sonar is mounted out of the water
@@ -195,10 +215,12 @@ TrackPings::PingRecord PingLoop::record_ping(double per_ping) {
   }
   on_track_ = false;
   Pose pose = live_scene_->pose_at(along_);
+  const double planned_z_m = pose.position.z();
   pose.position.z() += climbed_m_;
   const double over_m = simulator.altitude_m(pose.position);
   if (over_m < min_clearance_m) pose.position.z() += min_clearance_m - over_m;
   pose.position.z() = std::min(pose.position.z(), -min_clearance_m);
+  climbed_m_ = pose.position.z() - planned_z_m;  // not higher than it is: it will go from there
   pose.t_s = track.poses().front().t_s + static_cast<double>(pings_) * live_scene_->interval_s();
   pose.velocity_mps *= per_ping;
   return {

@@ -21,13 +21,16 @@ namespace ensonify::engine {
 /// status in the ring. One thread owns it; the mailbox and the ring are all that it shares.
 class PingLoop {
  public:
-  /// Publishes the bed of the scene. `name` is the scene's. The mailbox and the ring must outlive
-  /// this.
+  /// Publishes the scene's bed and setting. `name` is the scene's. The mailbox and the ring must
+  /// outlive this.
   PingLoop(std::shared_ptr<LiveScene> live_scene, std::string name, Mailbox& mailbox,
            LineRing& ring);
 
   /// Pings until the mailbox stops. An exception goes to the mailbox, and closes the ring.
   void run();
+
+  /// Not during run().
+  const LiveScene& live_scene() const { return *live_scene_; }
 
  private:
   bool at_end() const;
@@ -36,6 +39,7 @@ class PingLoop {
   void set_sonars(const SceneChange& change);
   void put(AddedObject& added);
   void take_setting();
+  void report_new_warnings();
 
   void ping(const Control& control, MeshViewer& viewer);
   TrackPings::PingRecord record_ping(double per_ping);
@@ -48,6 +52,7 @@ class PingLoop {
   LineRing& ring_;
   std::string name_;
   std::shared_ptr<LiveScene> live_scene_;
+  const Vehicle planned_;  // what the track does, over the first scene's bed
   Display display_;
 
   // What follows from the scene, its objects and the display.
@@ -56,8 +61,9 @@ class PingLoop {
   Bytes setting_;
   std::shared_ptr<const std::vector<std::string>> classes_, materials_;
 
-  std::vector<std::uint32_t> added_;  // instances
-  double along_ = 0.0;                // in pings of the track
+  std::vector<std::string> warnings_;  // that pages or the program's user have
+  std::vector<std::uint32_t> added_;   // instances
+  double along_ = 0.0;                 // in pings of the track
   double climbed_m_ = 0.0;
   bool on_track_ = true;  // all pings so far are those of a run
   bool out_of_water_ = false;

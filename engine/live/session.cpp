@@ -31,7 +31,7 @@ struct LiveSession::Inner {
   Inner(const LiveOptions& its_options, const SessionScene& source, const Scene& scene)
       : memory(its_options.memory),
         ring(its_options.ring_bytes),
-        mailbox(source, scene, its_options.pings_per_s, its_options.hold),
+        mailbox(source, its_options.pings_per_s, its_options.hold),
         loop(std::make_shared<LiveScene>(scene, Preparation{.cache = its_options.cache,
                                                             .progress = its_options.progress,
                                                             .stop_check = [this] { stop_check(); },
@@ -45,8 +45,9 @@ struct LiveSession::Inner {
   void change(std::string_view json) {
     const std::lock_guard one_at_a_time(change_lock);
     const auto [source, vehicle] = mailbox.present();
-    const LiveChange asked = read_change(json, source, vehicle);
+    const LiveChange asked = read_change(json, source, vehicle, objects);
     mailbox.accept(asked);
+    if (asked.add) ++objects;
     if (asked.set && asked.set->seabed) prepare(*asked.set);
   }
 
@@ -72,13 +73,21 @@ struct LiveSession::Inner {
   PingLoop loop;  // of the ping thread, from start() to stop()
   std::thread ping_thread;
 
-  std::mutex change_lock;  // of the member below; changes are made one at a time
+  std::mutex change_lock;     // of the members below; changes are made one at a time
+  std::uint32_t objects = 0;  // that were added
   std::thread prepare_thread;
 };
 
 LiveSession::LiveSession(LiveOptions options)
     : inner_(std::make_unique<Inner>(std::move(options))) {}
 LiveSession::~LiveSession() { stop(); }
+
+std::vector<std::string> LiveSession::warnings() const {
+  return inner_->loop.live_scene().warnings();
+}
+Extrapolation LiveSession::extrapolation() const {
+  return inner_->loop.live_scene().extrapolation();
+}
 
 void LiveSession::start() {
   inner_->ping_thread = std::thread([this] { inner_->loop.run(); });
@@ -97,7 +106,8 @@ void LiveSession::change(std::string_view json) { inner_->change(json); }
 
 std::string LiveSession::truth(std::uint64_t number, std::size_t column) const {
   const auto line = inner_->ring.line(number);
-  if (!line || column >= line->truth.size()) throw std::out_of_range("this line is no longer kept");
+  if (!line) throw std::out_of_range("this line is no longer kept");
+  if (column >= line->truth.size()) throw std::out_of_range("the line has fewer columns");
   using Json = nlohmann::ordered_json;
   const BinTruth& bin = line->truth[column];
   const auto name = [](const auto& names, std::size_t i) {

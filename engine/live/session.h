@@ -13,6 +13,7 @@
 
 #include <ensonify/engine/live/line_ring.h>
 #include <ensonify/engine/memory.h>
+#include <ensonify/engine/scene/checks/extrapolation.h>
 
 namespace ensonify::engine {
 
@@ -42,6 +43,10 @@ class LiveSession {
   ~LiveSession();  ///< calls stop()
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
+
+  /// What should be known of the scene, before start(); later warnings are troubles of the status.
+  std::vector<std::string> warnings() const;
+  Extrapolation extrapolation() const;  ///< the same of models outside their range
 
   void start();  ///< begins to ping, on its own threads
   void stop();   ///< closes the ring and ends the threads

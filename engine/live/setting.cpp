@@ -41,7 +41,8 @@ Display line_display(Display display) {
   display.beam_normalisation = display.flat_field = false;
   display.smoothing_px = display.track_smoothing_px = 0.0;
   if (display.mapping == Mapping::equalised) display.mapping = Mapping::gamma;
-  display.palette = Palette::grey;  // the page applies the palette
+  display.slant_range_correction = false;  // the page applies it, and the palette
+  display.palette = Palette::grey;
   return display;
 }
 
@@ -70,7 +71,7 @@ Bytes setting_frame(const LiveScene& live, const Display& display, const std::st
                     {"gamma", shown.gamma},
                     {"range_db", shown.range_db},
                     {"mapping", shown.mapping == Mapping::gamma ? "gamma" : "logarithmic"},
-                    {"ground", shown.slant_range_correction},
+                    {"ground", display.slant_range_correction},
                     {"mid_amplitude", mid_amplitude}}},
                   {"beds", beds},
                   {"bed",

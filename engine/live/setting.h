@@ -8,8 +8,8 @@
 
 namespace ensonify::engine {
 
-/// The scene's display without what needs more than one line (normalisations, equalisation), in
-/// grey.
+/// The scene's display without what needs more than one line (normalisations, equalisation,
+/// smoothing), in slant range and grey.
 Display line_display(Display display);
 
 /// The frame that describes the lines after it: sonars, names, palettes, the display and the

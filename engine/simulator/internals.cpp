@@ -56,6 +56,10 @@ void SimulatorInternals::announce(Simulator& simulator, std::span<const Pose> po
   simulator.own_->spare = &spare;
 }
 
+const UsualPing& SimulatorInternals::usual_ping(const Simulator& simulator) {
+  return simulator.shared_->usual_ping;
+}
+
 void SimulatorInternals::reset(Simulator& simulator) { simulator.own_->face_source.reset(); }
 
 std::span<const RayFan> SimulatorInternals::aim(Simulator& simulator, const Pose& pose) {

@@ -9,6 +9,7 @@
 #include <ensonify/engine/scene/track_poses.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/prepare.h>
+#include <ensonify/engine/simulator/prepared_sonar.h>
 #include <ensonify/engine/sonar/echo/visibility_counter.h>
 #include <ensonify/engine/stage_times.h>
 #include <ensonify/engine/trace/check/fan_comparison.h>
@@ -52,6 +53,9 @@ struct SimulatorInternals {
 
   /// The scene's track with its warnings. Throws SceneError.
   static TrackPoses track_poses(const Simulator& simulator);
+
+  /// The scene's usual altitude, speed and ping interval; of a recorded track, its medians.
+  static const UsualPing& usual_ping(const Simulator& simulator);
 
   /// How the seafloor was made.
   static const PreparedSeafloor& prepared(const Simulator& simulator);

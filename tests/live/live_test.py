@@ -35,11 +35,13 @@ altitude_m = 6
 speed_mps = 2
 ping_interval_s = 0.1
 [sonar.sidescan]
+down_m = 0
 range_m = 24
 bins = 200
 elevations = 512
 [display]
 palette = "PALETTE"
+slant_range_correction = false
 """
 
 
@@ -77,12 +79,13 @@ def pixels(left, width, height):
 @unittest.skipIf(Browser.missing(), f"not installed: {', '.join(Browser.missing())}")
 class InABrowser(unittest.TestCase):
     def test_the_picture_grows_and_equals_the_run_s_picture_pixel_by_pixel(self):
-        for palette in ("grey", "copper"):
-            with Scene(palette) as scene:
+        for palette, changes in (("grey", {}), ("copper", {"slant_range_correction": "true", "down_m": 2})):
+            with Scene(palette, **changes) as scene:
                 width, height, channels, expected = scene.picture()
                 with Live(scene.file, "--pings-per-s", "25", "--hold") as live, Browser(1300, 900) as browser:
                     browser.open(live.address)
-                    browser.wait("window.live?.status?.hold")
+                    browser.wait("window.live?.status?.hold && live.setting")
+                    self.assertEqual(browser.run("return document.querySelector('[data-sonar=range_m]').value"), "24")
                     browser.click("hold")
                     some = browser.wait("window.live?.lines > 5 && live.lines")
                     browser.wait(f"live.lines > {some} + 10")

@@ -2,6 +2,8 @@
 #include <ensonify/engine/live/server.h>
 #include <ensonify/engine/live/session.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <set>
 #include <stdexcept>
@@ -17,8 +19,10 @@
 #include <ensonify/engine/live/mailbox.h>
 #include <ensonify/engine/live/ping_loop.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/session_keys.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/simulator/prepare.h>
+#include <ensonify/engine/sonar/instrument/mounting.h>
 
 #include "support/catch.h"
 #include "support/files.h"
@@ -68,10 +72,7 @@ TEST_CASE("The lines of a session equal the run's picture byte by byte") {
   std::string stationary = tiny_scene;
   stationary.insert(stationary.find("pings ="), "speed_mps = 0\n");
   for (const std::string& text :
-       {tiny_scene,
-        tiny_scene +
-            "[artefacts]\nlost = 0.2\nrepeated = 0.2\n[display]\nslant_range_correction = true\n",
-        stationary}) {
+       {tiny_scene, tiny_scene + "[artefacts]\nlost = 0.2\nrepeated = 0.2\n", stationary}) {
     write_text(folder / "tiny.toml", text);
     const Scene scene = read_scene(folder / "tiny.toml");
     Simulator simulator(scene);
@@ -95,6 +96,51 @@ TEST_CASE("The lines of a session equal the run's picture byte by byte") {
   }
 }
 
+TEST_CASE("A line in slant range and its sonar's height give the run's picture in ground range") {
+  const TemporaryFolder folder;
+  std::string text = tiny_scene;
+  text.insert(text.find("range_m ="), "forward_m = 1.5\nstarboard_m = 0.5\ndown_m = 3\n");
+  text += "[display]\nslant_range_correction = true\n";
+  write_text(folder / "tiny.toml", text);
+  const Scene scene = read_scene(folder / "tiny.toml");
+  Simulator simulator(scene);
+  const ScenePings pings = ping_all(scene, simulator, 2);
+  const Picture picture = render(pings.images.front(), scene.display, simulator.calibration(0));
+  LiveSession session({.scene = folder / "tiny.toml", .pings_per_s = 0.0});
+  session.start();
+  std::size_t row = picture.height;
+  const auto bins = static_cast<std::size_t>(scene.sonars[0].bins);
+  const double bin_m = scene.sonars[0].bin_m();
+  for (const Bytes& frame : frames_of(session.ring(), picture.height)) {
+    if (kind_of(frame) == FrameKind::setting)
+      CHECK(frame->find("\"ground\":true") != std::string::npos);
+    if (kind_of(frame) != FrameKind::line) continue;
+    REQUIRE(row-- > 0);
+    const std::size_t end = frame->size();
+    const Pose sonar = mounted(pings.images.front().pings[picture.height - 1 - row].pose,
+                               scene.sonars[0].mounting);
+    CHECK(number_at<double>(*frame, end - 40) == sonar.position.x());
+    CHECK(number_at<double>(*frame, end - 32) == sonar.position.y());
+    CHECK(number_at<double>(*frame, end - 24) == sonar.position.z());
+    CHECK(number_at<double>(*frame, end - 16) == sonar.heading_rad);
+    const auto height_m = number_at<double>(*frame, end - 8);
+    const std::size_t levels = 8 + 64, brightness = levels + 2 * picture.width;
+    std::size_t wrong = 0;
+    for (std::size_t column = 0; column < picture.width; ++column) {
+      const bool port = column < bins;
+      const double over_m =
+          (static_cast<double>(port ? bins - 1 - column : column - bins) + 0.5) * bin_m;
+      const auto bin =
+          static_cast<std::size_t>(std::sqrt(over_m * over_m + height_m * height_m) / bin_m);
+      const std::size_t from = port ? bins - 1 - bin : bins + bin;
+      const int shown = bin < bins ? static_cast<unsigned char>((*frame)[brightness + from]) : 0;
+      wrong += shown != picture.pixels[row * picture.width + column];
+    }
+    CHECK(wrong == 0);
+  }
+  CHECK(row == 0);
+}
+
 TEST_CASE("A level is sent in steps of a 256th of a decibel, and no echo as 0") {
   CHECK(level_number(0.0f) == 0);
   CHECK(level_number(1.0f) == 32768);
@@ -106,6 +152,7 @@ TEST_CASE("A level is sent in steps of a 256th of a decibel, and no echo as 0") 
 TEST_CASE("A ring keeps the newest lines, and a reader that was up to date gets a gap frame") {
   LineRing ring(10'000);
   const Bytes setting = json_frame(FrameKind::setting, "{}");
+  ring.post(LatestFrame::setting, setting);
   const auto push = [&](std::uint64_t first, std::uint64_t end) {
     for (std::uint64_t i = first; i < end; ++i) {
       auto line = line_of(i, 992);
@@ -132,13 +179,117 @@ TEST_CASE("A ring keeps the newest lines, and a reader that was up to date gets 
   CHECK(reader.next(1h).empty());
 }
 
+TEST_CASE("A page gets the setting, and each new one, also while no line is made") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  LiveSession session({.scene = folder / "tiny.toml", .hold = true});
+  session.start();
+  LineReader reader(session.ring(), false);
+  std::string setting;
+  const auto shows = [&](const std::string& wanted) {
+    for (int i = 0; i < 600 && setting.find(wanted) == std::string::npos; ++i)
+      for (const Bytes& frame : reader.next(100ms)) {
+        REQUIRE(kind_of(frame) != FrameKind::line);
+        if (kind_of(frame) == FrameKind::setting) setting = *frame;
+      }
+    return setting.find(wanted) != std::string::npos;
+  };
+  CHECK(shows("\"palette\":\"grey\""));
+  session.change(R"({"set": {"display.palette": "copper"}})");
+  CHECK(shows("\"palette\":\"copper\""));
+  session.change(R"({"set": {"sonar.left-right.range_m": 12.0}})");
+  CHECK(shows("\"range_m\":12.0"));
+}
+
+TEST_CASE("A session has its scene's warnings, and those of changes become troubles") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  CHECK(LiveSession({.scene = folder / "tiny.toml"}).warnings().empty());
+  LiveSession session(
+      {.scene = folder / "tiny.toml", .overrides = {"sonar.left-right.elevations=17"}});
+  REQUIRE(session.warnings().size() == 1);
+  LiveSession changed({.scene = folder / "tiny.toml", .hold = true});
+  changed.start();
+  changed.change(R"({"set": {"sonar.left-right.elevations": 17}})");
+  LineReader reader(changed.ring(), false);
+  std::string status;
+  for (int i = 0; i < 600 && status.find(session.warnings()[0]) == std::string::npos; ++i)
+    for (const Bytes& frame : reader.next(100ms))
+      if (kind_of(frame) == FrameKind::status) status = *frame;
+  CHECK(status.find("\"trouble\":\"" + session.warnings()[0]) != std::string::npos);
+  CHECK(status.find("\"trouble_number\":1,") != std::string::npos);
+}
+
+TEST_CASE("The vehicle of a recorded track begins at the track's own altitude and speed") {
+  const TemporaryFolder folder;
+  write_text(folder / "track.csv",
+             "t_s,x_m,y_m,z_m,heading_deg\n0,0,-3,-14,0\n0.5,0,-1.5,-14,0\n1,0,0,-14,0\n"
+             "1.5,0,1.5,-14,0\n2,0,3,-14,0\n");
+  std::string text = tiny_scene;
+  text.replace(text.find("pings = 9"), 9,
+               "kind = \"file\"\nfile = \"track.csv\"\nping_interval_s = 0.1");
+  write_text(folder / "tiny.toml", text);
+  const SessionScene source = SessionScene::of_file(folder / "tiny.toml", {}, {});
+  const Scene scene = source.with();
+  Mailbox mailbox(source, 0.0, false);
+  LineRing ring(1 << 20);
+  PingLoop loop(std::make_shared<LiveScene>(scene, Preparation{}), "tiny", mailbox, ring);
+  Vehicle vehicle = mailbox.control().vehicle;
+  CHECK(vehicle.speed_mps == Approx(3.0));
+  CHECK(vehicle.altitude_m == Approx(scene.seafloor.depth_m - 14.0).margin(0.5));
+
+  // Half of the speed takes twice the pings, and the altitude stays.
+  vehicle.speed_mps *= 0.5;
+  mailbox.accept({.set = SceneChange{.before = source, .scene = scene, .vehicle = vehicle}});
+  std::thread pings([&] { loop.run(); });
+  std::vector<float> north_m, up_m;
+  for (const Bytes& frame : frames_of(ring, 10))
+    if (kind_of(frame) == FrameKind::line) {
+      north_m.push_back(number_at<float>(*frame, 8 + 28));
+      up_m.push_back(number_at<float>(*frame, 8 + 32));
+    }
+  mailbox.stop();
+  pings.join();
+  REQUIRE(north_m.size() >= 10);
+  CHECK(north_m[9] - north_m[0] == Approx(9 * 0.1 * 1.5).margin(0.01));
+  CHECK(std::ranges::all_of(up_m, [](float z) { return z == -14.0f; }));
+}
+
+TEST_CASE("A vehicle that is to rise above the water dives as soon as it is to") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  LiveSession session(
+      {.scene = folder / "tiny.toml",
+       .overrides = {"track.pings=100000", "track.speed_mps=0.0001", "track.ping_interval_s=1"},
+       .pings_per_s = 300.0});
+  session.start();
+  session.change(R"({"set": {"track.altitude_m": 500}})");
+  LineReader reader(session.ring(), false);
+  std::size_t at_surface = 0, still = 0;
+  bool dives = false;
+  for (int i = 0; i < 600 && !dives; ++i)
+    for (const Bytes& frame : reader.next(100ms)) {
+      if (kind_of(frame) != FrameKind::line) continue;
+      const bool highest = number_at<float>(*frame, 8 + 32) > -0.6f;
+      if (highest && at_surface < 200 && ++at_surface == 200)
+        session.change(R"({"set": {"track.altitude_m": 5}})");
+      else if (highest && at_surface == 200)
+        ++still;
+      dives = dives || (!highest && at_surface == 200);
+    }
+  CHECK(dives);
+  CHECK(still < 100);  // those that were on their way
+  session.stop();
+}
+
 TEST_CASE("A faulty change is refused with the right kind of error, and a good one is made") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   LiveSession session({.scene = folder / "tiny.toml", .pings_per_s = 0.0});
   for (const std::string wrong :
        {"", "[]", "{}", "{\"set\"", R"({"jump": true})", R"({"hold": 1})", R"({"pings_per_s": -1})",
-        R"({"set": {}})", R"({"add": {}})", R"({"add": {"shape": "barrel", "ahead_m": "x"}})",
+        R"({"set": {}})", R"({"add": 3})", R"({"add": {"shape": "barrel", "ahead_m": "x"}})",
+        R"({"set": {"track.altitude_m": null}})", R"({"set": {"sonar": {"left-right": {}}}})",
         R"({"pings_per_s": 5, "set": 3})"})
     CHECK_THROWS_AS(session.change(wrong), std::invalid_argument);
   const std::string deep = std::string(9000, '[') + std::string(9000, ']');
@@ -146,8 +297,12 @@ TEST_CASE("A faulty change is refused with the right kind of error, and a good o
   for (const std::string wrong :
        {R"({"set": {"sonar.left-right.range_m": -1}})", R"({"set": {"sonar.other.range_m": 5}})",
         R"({"set": {"nonsense": 1}})", R"({"set": {"track.altitude_m": "high"}})",
-        R"({"set": {"seafloor.material": 3}})", R"({"add": {"shape": "house"}})"})
+        R"({"set": {"seafloor.material": 3}})", R"({"add": {"shape": "house"}})", R"({"add": {}})"})
     CHECK_THROWS_AS(session.change(wrong), SceneError);
+  CHECK_THROWS_WITH(session.change(R"({"set": {"track.altitude_m": NaN}})"),
+                    Catch::StartsWith("this is not JSON"));
+  CHECK_THROWS_WITH(session.change(R"({"set": {"track.altitude_m": null}})"),
+                    Catch::StartsWith("'track.altitude_m' is null, expected a number"));
   CHECK_NOTHROW(session.change(R"({"set": {"sonar.left-right.range_m": 12.0}, "hold": false})"));
   session.start();
   bool other = false;
@@ -202,7 +357,7 @@ TEST_CASE("A sonar mounted out of the water is reported once, and the session co
 TEST_CASE("An object that cannot be added is reported, and the session continues") {
   const SessionScene source(tiny_scene, "tiny", {}, {});
   const Scene scene = source.with();
-  Mailbox mailbox(source, scene, 0.0, false);
+  Mailbox mailbox(source, 0.0, false);
   LineRing ring(1 << 20);
   PingLoop loop(std::make_shared<LiveScene>(scene, Preparation{}), "tiny", mailbox, ring);
   mailbox.accept({.add = AddedObject{.object = {}, .ahead_m = 1.0, .starboard_m = 1.0}});
@@ -219,7 +374,7 @@ TEST_CASE("An object that cannot be added is reported, and the session continues
 TEST_CASE("A sonar that cannot be had leaves no key behind, and the session continues") {
   const SessionScene source(tiny_scene, "tiny", {}, {});
   const Scene scene = source.with();
-  Mailbox mailbox(source, scene, 0.0, false);
+  Mailbox mailbox(source, 0.0, false);
   LineRing ring(1 << 20);
   PingLoop loop(std::make_shared<LiveScene>(scene, Preparation{}), "tiny", mailbox, ring);
   // As a sonar that needs too much memory: the key is valid, and the loop cannot make the sonar.
@@ -272,7 +427,7 @@ TEST_CASE("A mailbox keeps changes until they are taken, and prepares one seabed
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   const SessionScene source = SessionScene::of_file(folder / "tiny.toml", {}, {});
-  Mailbox mailbox(source, source.with(), 5.0, true);
+  Mailbox mailbox(source, 5.0, true);
   CHECK(mailbox.control().hold);
   CHECK(mailbox.control().pings_per_s == 5.0);
 
