@@ -57,7 +57,11 @@ ManifestContent read_manifest(const fs::path& folder) {
   const fs::path file = folder / "manifest.json";
   std::error_code unknown;
   if (!fs::is_regular_file(file, unknown))
-    fail_run(folder, "there is no manifest.json; give the folder of a finished `ensonify run`");
+    fail_run(folder,
+             fs::is_regular_file(folder, unknown)
+                 ? "this is a file; give the folder of a finished `ensonify run` (of a "
+                   "recording, `ensonify imitate` makes a scene that can be run)"
+                 : "there is no manifest.json; give the folder of a finished `ensonify run`");
   std::ifstream stream(file, std::ios::binary);
   const auto manifest = nlohmann::json::parse(stream, nullptr, /* exceptions: */ false);
   const char* const damaged = "this is not the manifest of a run; make the run again";
