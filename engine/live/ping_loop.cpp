@@ -220,7 +220,7 @@ TrackPings::PingRecord PingLoop::record_ping(double per_ping) {
   const double over_m = simulator.altitude_m(pose.position);
   if (over_m < min_clearance_m) pose.position.z() += min_clearance_m - over_m;
   pose.position.z() = std::min(pose.position.z(), -min_clearance_m);
-  climbed_m_ = pose.position.z() - planned_z_m;  // not higher than it is: it will go from there
+  climbed_m_ = pose.position.z() - planned_z_m;  // the next climb begins where it is
   pose.t_s = track.poses().front().t_s + static_cast<double>(pings_) * live_scene_->interval_s();
   pose.velocity_mps *= per_ping;
   return {
