@@ -272,6 +272,10 @@ struct LiveServer::Inner {
   int why_not(const httplib::Request& request) const {
     // Many ranges would make an answer that is many times as large as the file.
     if (request.has_header("Range")) return 416;
+    // The library would wait for a body of 2^64 - 1 bytes.
+    if (request.has_header("Content-Length") &&
+        !is_number(request.get_header_value("Content-Length")))
+      return 400;
     if (request.get_header_value_count("Host") != 1 || !is_ours(request.get_header_value("Host")))
       return 400;
     if (const std::size_t origins = request.get_header_value_count("Origin");

@@ -300,6 +300,11 @@ class OverHttp(unittest.TestCase):
                      b"CONNECT evil.example:443 HTTP/1.1\r\nHost: %s\r\n\r\n" % ours.encode()):
             with self.subTest(data=data[:60]):
                 self.assertIn(raw(port, data), (0, *range(400, 432)))
+        begin = time.monotonic()
+        self.assertEqual(raw(port, f"POST /change HTTP/1.1\r\nHost: {ours}\r\nOrigin: http://{ours}\r\n"
+                                   f"X-Ensonify-Token: {token}\r\nContent-Type: application/json\r\n"
+                                   "Content-Length: -1\r\n\r\n".encode()), 400)
+        self.assertLess(time.monotonic() - begin, 3.0)  # a body is waited for 5 s
         # None of these had an effect, and the page's own requests still work.
         frames = Frames(port, token)
         time.sleep(1.0)
