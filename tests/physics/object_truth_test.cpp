@@ -416,8 +416,9 @@ TEST_CASE("What a bin saw lies at its range, on crests seen edge-on too") {
     farthest_m = std::max(farthest_m, std::abs((place - sonar).norm() - pixels.range_m[i]));
   }
   CHECK(lit > 20'000);
-  // Between two rays, an echo lies over the ranges between their places.
-  CHECK(farthest_m < 0.3);
+  // Between two rays, an echo lies over the ranges between their places. On a slope that is nearly
+  // edge-on these lie up to a third of a crest apart.
+  CHECK(farthest_m < 0.5);
 }
 
 TEST_CASE("Each boulder, pit and furrow of a layer is an instance, and its pixels lie on it") {
