@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
 #include <span>
@@ -11,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/bed/interpolated.h>
+#include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
 namespace {
@@ -92,23 +94,37 @@ void SmoothField::take_values(std::span<const double> x_m, std::span<const doubl
   }
 }
 
-std::vector<double> SmoothField::over(const Heightfield& grid) const {
+std::vector<double> SmoothField::over(const Heightfield& grid, int threads) const {
+  std::vector<double> values(static_cast<std::size_t>(grid.points()));
+  refine::for_parts(static_cast<std::size_t>(grid.rows), threads,
+                    [&](std::size_t first_row, std::size_t end_row) {
+                      const int row = static_cast<int>(first_row);
+                      const int rows = static_cast<int>(end_row - first_row);
+                      if (rows > 0)
+                        std::ranges::copy(
+                            over_band(grid.window(0, row, grid.columns, rows)),
+                            values.begin() + static_cast<std::ptrdiff_t>(grid.index(0, row)));
+                    });
+  return values;
+}
+
+std::vector<double> SmoothField::over_band(const Heightfield& band) const {
   const auto places = [](std::size_t count, auto&& place) {
     std::vector<double> at_m(count);
     for (std::size_t i = 0; i < count; ++i) at_m[i] = place(i);
     return at_m;
   };
   const double step_m = shortest_m_ / samples_per_wave;
-  if (step_m < 1.5 * std::max(grid.cell_east_m, grid.cell_north_m)) {
-    std::vector<double> values(static_cast<std::size_t>(grid.points()));
-    const auto columns = static_cast<std::size_t>(grid.columns);
-    const auto rows = static_cast<std::size_t>(grid.rows);
-    take_values(places(columns, [&](std::size_t i) { return grid.x_m(static_cast<int>(i)); }),
-                places(rows, [&](std::size_t i) { return grid.y_m(static_cast<int>(i)); }), values);
+  if (step_m < 1.5 * std::max(band.cell_east_m, band.cell_north_m)) {
+    std::vector<double> values(static_cast<std::size_t>(band.points()));
+    const auto columns = static_cast<std::size_t>(band.columns);
+    const auto rows = static_cast<std::size_t>(band.rows);
+    take_values(places(columns, [&](std::size_t i) { return band.x_m(static_cast<int>(i)); }),
+                places(rows, [&](std::size_t i) { return band.y_m(static_cast<int>(i)); }), values);
     return values;
   }
   return interpolated(
-      grid, step_m,
+      band, step_m,
       [&](std::int64_t column, std::int64_t row, std::size_t columns, std::span<double> samples) {
         const auto from = [&](std::int64_t first) {
           return [=](std::size_t i) {

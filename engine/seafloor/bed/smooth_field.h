@@ -21,7 +21,7 @@ class SmoothField {
 
   double at(double x_m, double y_m) const;
   /// Its values at the points of a grid, interpolated where the grid is much finer than the waves.
-  std::vector<double> over(const Heightfield& grid) const;
+  std::vector<double> over(const Heightfield& grid, int threads = 1) const;
   /// Rms of its slope in any one direction, per metre.
   double slope_per_m() const { return slope_per_m_; }
 
@@ -29,6 +29,7 @@ class SmoothField {
   struct Wave {
     double kx, ky, phase, amplitude;
   };
+  std::vector<double> over_band(const Heightfield& band) const;
   /// The values at the places (x, y), row by row.
   void take_values(std::span<const double> x_m, std::span<const double> y_m,
                    std::span<double> values) const;

@@ -140,11 +140,13 @@ constexpr double finest_wave_m = 0.5;
 /// shortest. Its variance is 1 + fine_rms^2.
 std::vector<double> ragged_field(const Heightfield& grid, const LayerDraws& draws,
                                  std::uint64_t number, double shortest_m, double longest_m) {
-  std::vector<double> values = SmoothField(draws.of(number), shortest_m, longest_m).over(grid);
+  const int threads = draws.control.threads;
+  std::vector<double> values =
+      SmoothField(draws.of(number), shortest_m, longest_m).over(grid, threads);
   const double finest_m = std::max(shortest_m / 16.0, finest_wave_m);
   if (finest_m >= shortest_m) return values;
   const std::vector<double> fine =
-      SmoothField(draws.of(number + layer_stream::finer), finest_m, shortest_m).over(grid);
+      SmoothField(draws.of(number + layer_stream::finer), finest_m, shortest_m).over(grid, threads);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] += fine_rms * fine[i];
   return values;
 }
