@@ -155,7 +155,8 @@ TEST_CASE("a run that cannot write names the file, and leaves nothing behind") {
   CHECK(contents(folder.path()).size() == 1);
 }
 
-TEST_CASE("every scene in scenes/ and the default scene have a valid track, every recipe samples") {
+TEST_CASE(
+    "every scene in scenes/ and the default scene have a valid track and no key without effect, every recipe samples") {
   CHECK(Simulator(Scene{}).track().size() == 600);
   const auto survey = data_file("bathymetry/massbay_5m.tif");
   const std::filesystem::path data = survey ? survey->parent_path().parent_path() : "";
@@ -174,6 +175,7 @@ TEST_CASE("every scene in scenes/ and the default scene have a valid track, ever
       continue;
     }
     Scene scene = read_scene(entry.path(), {}, data);
+    CHECK(scene.warnings.empty());
     if (scene.seafloor.kind == SeafloorKind::fractal) {  // a coarser bed has the same extent
       scene.seafloor.cell_m *= 4.0;
       scene.seafloor.seabed = {};
