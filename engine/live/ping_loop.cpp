@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <fmt/format.h>
+
 #include <ensonify/engine/json_text.h>
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/live/setting.h>
