@@ -8,9 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <ensonify/engine/json_text.h>
 #include <ensonify/engine/live/frames.h>
