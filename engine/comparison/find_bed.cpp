@@ -13,8 +13,8 @@ namespace ensonify::engine {
 namespace {
 
 constexpr std::size_t lasting = 8;  // samples
-constexpr double darkest_of_level =
-    3e-3;  // a bed so far below the usual one is not told from water
+// A bed that is so much darker than the usual one is not distinguished from water.
+constexpr double darkest_of_level = 3e-3;
 
 /// Means over 5 pings and 5 samples.
 class Smooth {
@@ -71,7 +71,7 @@ std::size_t foot_of(std::span<const double> row, const Growth& growth, std::size
   };
   std::size_t foot = first;
   while (foot > 0 && is_bed(foot - 1)) --foot;
-  return foot + bed_found_early < first ? foot : first;  // nearer, it is the means' blur
+  return foot + bed_found_early < first ? foot : first;  // a shorter step is the blur of the means
 }
 
 /// A place where the bed may begin.
@@ -81,15 +81,15 @@ struct Rise {
 };
 
 /// The first 8 rises of a ping, from near to far (later ones are texture of the bed); unset if the
-/// ping is silent. They stay where they are clear while the growth is empty: not known yet.
+/// ping is silent. While the growth is empty (not known yet) they lie where the bed is clear.
 std::optional<std::vector<Rise>> rises_of(std::span<const double> row, const Growth& growth) {
   // The darkest tenth of the near half is taken as water. Without a water column the whole row
-  // counts as bed. Beyond some range there may be nothing: the bed is what is heard.
+  // counts as bed. Beyond some range there may be no echo: only samples above 0 count.
   const double water = level_below(row.first(row.size() / 2), 0.1);
-  std::vector<double> heard;
+  std::vector<double> received;
   for (const double value : row.subspan(row.size() / 4))
-    if (value > 0.0) heard.push_back(value);
-  const double level = level_below(heard, 0.5);
+    if (value > 0.0) received.push_back(value);
+  const double level = level_below(received, 0.5);
   if (!(level > 0.0)) return std::nullopt;
   const double threshold = std::sqrt(std::max(water, 1e-3 * level) * level);
   std::vector<Rise> rises;

@@ -19,8 +19,8 @@ struct FoundBed {
 
 /// Finds the bottom line. Wherever the samples of a ping rise above the geometric mean of the water
 /// column and the bed for 8 samples, bed may be; it begins before, where they leave the water
-/// column, because a beam that looks away from the nadir receives the nearest bed only weakly. A
-/// water column that grows with range, as a time-varied gain makes its noise, is allowed for. Of
+/// column, because a beam that looks away from the nadir receives the nearest bed only weakly.
+/// Noise that grows with range, as a time-varied gain makes it, does not count as bed. Of
 /// these places (fish and noise make some too) the line takes those that follow each other from
 /// ping to ping, those with less echo before them, and those at the stated altitude. That altitude
 /// counts only if it lies by the same distance from such a place in half of the pings; the distance

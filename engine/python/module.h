@@ -4,6 +4,7 @@
 // source adds one part of it.
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>

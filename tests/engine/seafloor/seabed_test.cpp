@@ -199,6 +199,11 @@ TEST_CASE("A bed has the same bits on any number of threads") {
   const Heightfield alone = make_heightfield(bed, 4);
   for (const int threads : {2, 3, alone.rows + 1})
     CHECK(make_heightfield(bed, 4, {}, {}, {}, {.threads = threads}).z_m == alone.z_m);
+  // One transform that is scaled by a sum over all its terms.
+  SeafloorOptions scaled = options();
+  scaled.fractal = {.height_at_1m_m = 0.05, .spectrum = FractalSpectrum::paper, .longest_m = 16.0};
+  CHECK(make_heightfield(scaled, 4, {}, {}, {}, {.threads = 3}).z_m ==
+        make_heightfield(scaled, 4).z_m);
 }
 
 TEST_CASE("A bed without patches and layers has the same bits as its base") {
