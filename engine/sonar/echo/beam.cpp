@@ -20,7 +20,9 @@ double nearness_of(std::size_t row) {
 }
 
 /// One row: power times 1 + 2 F, which stays bounded as F grows, at x = column * step.
-void fill_row(const Shading& shading, double nearness, double step, std::span<float> row) {
+std::vector<float> row_of(const Shading& shading, double nearness, double step,
+                          std::size_t columns) {
+  std::vector<float> row(columns);
   // The Fresnel integral over one half of the array, by Simpson's rule; the cosines of its steps by
   // recurrence.
   const double last_x = step * static_cast<double>(row.size() - 1);
@@ -55,6 +57,7 @@ void fill_row(const Shading& shading, double nearness, double step, std::span<fl
       row[first + c] = static_cast<float>((sum_re[c] * sum_re[c] + sum_im[c] * sum_im[c]) *
                                           (1.0 + 2.0 * nearness));
   }
+  return row;
 }
 
 /// The table of most sonars (no shading, no side lobes) is made once: its 33,000 integrals take as
@@ -79,10 +82,14 @@ ArrayTable::ArrayTable(int side_lobes, const Shading& shading)
     : reach_(shading.null_x(side_lobes + 1) + 1.0),
       columns_(static_cast<std::size_t>(columns_per_lobe * std::ceil(reach_)) + 1),
       last_column_(static_cast<float>(columns_ - 1)),
-      values_(rows * columns_) {
+      values_(2 * (rows - 1) * columns_) {
   for (std::size_t row = 0; row < rows; ++row) {
     const double step = (nearness_of(row) + reach_) / static_cast<double>(columns_ - 1);
-    fill_row(shading, nearness_of(row), step, std::span(values_).subspan(row * columns_, columns_));
+    const std::vector<float> values = row_of(shading, nearness_of(row), step, columns_);
+    for (std::size_t column = 0; column < columns_; ++column) {
+      if (row + 1 < rows) values_[2 * (row * columns_ + column)] = values[column];
+      if (row > 0) values_[2 * ((row - 1) * columns_ + column) + 1] = values[column];
+    }
   }
 }
 
@@ -94,7 +101,7 @@ ArrayTable::Row ArrayTable::row(double nearness) const {
   const double place =
       std::min(nearness * inverse * to_reach * to_scale * double(rows), double(rows) - 1.001);
   const auto below = static_cast<std::size_t>(place);
-  return {&values_[below * columns_], static_cast<float>(place - static_cast<double>(below)),
+  return {&values_[2 * below * columns_], static_cast<float>(place - static_cast<double>(below)),
           static_cast<float>(static_cast<double>(last_column_) * inverse * to_middle * to_scale),
           static_cast<float>(inverse * to_middle * to_reach)};
 }

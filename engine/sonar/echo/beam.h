@@ -25,7 +25,7 @@ class ArrayTable {
 
   /// Two rows of the table, between which a nearness lies.
   struct Row {
-    const float* values;  ///< of the lower row; those of the upper row follow
+    const float* values;  ///< as values(), from the lower row on
     float share;          ///< of the upper row
     float columns_per_x;
     float scale;  ///< power over value()
@@ -37,12 +37,12 @@ class ArrayTable {
     if (!(place < last_column_)) return 0.0f;
     const auto column = static_cast<std::int32_t>(place);
     const float right = place - static_cast<float>(column);
-    const float* a = row.values + column;
-    const float* b = a + columns_;
-    const float here = a[0] + right * (a[1] - a[0]);
-    return here + row.share * (b[0] + right * (b[1] - b[0]) - here);
+    const float* at = row.values + 2 * column;
+    const float lower = at[0] + right * (at[2] - at[0]), upper = at[1] + right * (at[3] - at[1]);
+    return lower + row.share * (upper - lower);
   }
 
+  /// Row by row except the last, two values per column: the row's, and the next row's.
   std::span<const float> values() const { return values_; }
   std::size_t columns() const { return columns_; }
   double reach() const { return reach_; }

@@ -49,7 +49,7 @@ struct PlaneBeam {
   /// The horizontal pattern: ArrayTable's values, and what turns an array's angle into its columns.
   struct Array {
     const float* power;
-    std::int32_t columns;  ///< of one row
+    std::int32_t columns;  ///< of one row, with two values each
     float reach;
     float nearness_m, x_per_sine, offset_m;  ///< as in Beam::Array
     std::size_t zone_count;                  ///< of zones_per_m, that it is focused in
