@@ -377,6 +377,18 @@ TEST_CASE("The visible share is relative to the object alone: half buried, hidde
   }
 }
 
+TEST_CASE("The part of an object beyond the range does not count as hidden") {
+  // At 32 m the range ends over the box, whose faces are as long as its sides.
+  ObjectOptions box = thing("box", 31.0, 0.0);
+  box.size.length_m = 3.0;
+  box.size.width_m = 3.0;
+  box.size.shape_height_m = 0.3;
+  const Image image(level_scene({box}));
+  const ObjectVisibility view = SimulatorInternals::object_visibility(image.simulator, 0).front();
+  CHECK(view.alone > 0);
+  CHECK(view.share() == Approx(1.0).margin(0.01));
+}
+
 TEST_CASE("A ping that reaches no face sees nothing of an object that is near") {
   for (const char* surface : {"static", "refined", "footprint"}) {
     Scene scene = level_scene({});

@@ -1,7 +1,9 @@
 #include <ensonify/engine/sonar/echo/visibility_counter.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace ensonify::engine {
@@ -11,6 +13,7 @@ using Eigen::Vector3d;
 
 constexpr double faces_per_ping = 2e3;
 constexpr double parts_per_sr = 0x1p44;
+constexpr double rounding = 1e-12;  // of a tangent, many times over
 
 /// The solid angle of a ray.
 double solid_angle_sr(const FanGrid& grid, std::size_t plane, std::size_t elevation) {
@@ -18,6 +21,22 @@ double solid_angle_sr(const FanGrid& grid, std::size_t plane, std::size_t elevat
   const double step_rad = 0.5 * (grid.elevation_rad[std::min(elevation + 1, last)] -
                                  grid.elevation_rad[elevation > 0 ? elevation - 1 : 0]);
   return grid.cos_elevation[elevation] * step_rad * grid.planes[plane].width_rad;
+}
+
+/// Leaves the part of a line within the range; false if there is none.
+bool cut_to_range(std::array<Eigen::Vector2d, 2>& ends, double range_m) {
+  const double range2 = range_m * range_m;
+  if (ends[0].squaredNorm() <= range2 && ends[1].squaredNorm() <= range2) return true;
+  const Eigen::Vector2d from = ends[0], way = ends[1] - ends[0];
+  const double way2 = way.squaredNorm(), nearest = -from.dot(way);  // times way2: the share
+  const double root2 = nearest * nearest - way2 * (from.squaredNorm() - range2);
+  if (!(way2 > 0.0 && root2 > 0.0)) return false;
+  const double root = std::sqrt(root2);
+  const double first = std::max((nearest - root) / way2, 0.0),
+               last = std::min((nearest + root) / way2, 1.0);
+  if (!(first < last)) return false;
+  ends = {from + first * way, from + last * way};
+  return true;
 }
 
 }  // namespace
@@ -54,7 +73,7 @@ bool VisibilityCounter::in_view(const Object& object, const RayFan& fan) const {
              object.radius_m + fan.grid->sin_truncation * distance_m;
 }
 
-/// Finds the faces of the wanted objects among the triangles of a ping.
+/// Finds the faces of the wanted objects among the triangles of a ping, object by object.
 void VisibilityCounter::find_faces(refine::Triangles triangles) {
   their_faces_.clear();
   if (triangles.numbers.empty()) {  // all, in order
@@ -63,15 +82,28 @@ void VisibilityCounter::find_faces(refine::Triangles triangles) {
         their_faces_.push_back({number, objects_[number].first_face + i});
     return;
   }
-  const std::uint32_t least = objects_.front().first_face;
+  const auto is_of = [](const Object& object, std::uint32_t face) {
+    return face >= object.first_face && face - object.first_face < object.faces;
+  };
+  found_.clear();
+  first_of_wanted_.assign(wanted_.size() + 1, 0);
+  std::size_t wanted = 0;  // that of the face before, as neighbours are mostly of one object
   for (std::uint32_t place = 0; place < triangles.numbers.size(); ++place) {
     const std::uint32_t face = triangles.numbers[place];
-    if (face < least) continue;
-    const auto behind = std::ranges::upper_bound(objects_, face, {}, &Object::first_face);
-    const auto number = static_cast<std::uint32_t>(behind - objects_.begin() - 1);
-    if (std::ranges::binary_search(wanted_, number)) their_faces_.push_back({number, place});
+    if (!is_of(objects_[wanted_[wanted]], face)) {
+      if (face < objects_[wanted_.front()].first_face) continue;
+      const auto behind = std::ranges::upper_bound(
+          wanted_, face, {}, [this](std::uint32_t number) { return objects_[number].first_face; });
+      wanted = static_cast<std::size_t>(behind - wanted_.begin() - 1);
+      if (!is_of(objects_[wanted_[wanted]], face)) continue;
+    }
+    found_.push_back({static_cast<std::uint32_t>(wanted), place});
+    ++first_of_wanted_[wanted + 1];
   }
-  std::ranges::sort(their_faces_);
+  std::partial_sum(first_of_wanted_.begin(), first_of_wanted_.end(), first_of_wanted_.begin());
+  their_faces_.resize(found_.size());
+  for (const auto& [of, place] : found_)
+    their_faces_[first_of_wanted_[of]++] = {wanted_[of], place};
 }
 
 void VisibilityCounter::look(const RayFan& fan, refine::Triangles triangles, const FanRuns& runs,
@@ -83,6 +115,9 @@ void VisibilityCounter::look(const RayFan& fan, refine::Triangles triangles, con
   if (wanted_.empty() || triangles.faces.empty()) return;
   find_faces(triangles);
   const std::size_t planes = fan.planes(), elevations = fan.elevations();
+  tangents_.clear();
+  for (const FanGrid::Plane& plane : fan.grid->planes)
+    tangents_.push_back(plane.sin_azimuth / plane.cos_azimuth);
   covered_.resize(planes * elevations);
   spans_.resize(planes);
   const auto all = std::span<const std::pair<std::uint32_t, std::uint32_t>>(their_faces_);
@@ -118,11 +153,19 @@ void VisibilityCounter::cover(const RayFan& fan, refine::Triangles triangles, st
     const Vector3d to = triangles.corner(face, k) - fan.origin;
     corners.col(k) << fan.array_axis.dot(to), fan.middle.dot(to), fan.pole.dot(to);
   }
-  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
+  // Before the sonar, the planes that cut the face lie between the azimuths of its corners.
+  std::size_t first = 0, end = fan.planes();
+  if (corners.row(1).minCoeff() > 0.0) {
+    const Eigen::RowVector3d tangents = corners.row(0).cwiseQuotient(corners.row(1));
+    const double margin = rounding * (1.0 + tangents.cwiseAbs().maxCoeff());
+    while (first < end && tangents_[first] < tangents.minCoeff() - margin) ++first;
+    while (first < end && tangents_[end - 1] > tangents.maxCoeff() + margin) --end;
+  }
+  for (std::size_t plane = first; plane < end; ++plane) {
     const FanGrid::Plane& p = fan.grid->planes[plane];
     const Eigen::RowVector3d beside =
         p.cos_azimuth * corners.row(0) - p.sin_azimuth * corners.row(1);
-    if (beside.minCoeff() >= 0.0 || beside.maxCoeff() < 0.0) continue;  // most planes
+    if (beside.minCoeff() >= 0.0 || beside.maxCoeff() < 0.0) continue;
     const Eigen::RowVector3d ahead =
         p.sin_azimuth * corners.row(0) + p.cos_azimuth * corners.row(1);
     cover_plane(fan, plane, beside, ahead, corners.row(2));
@@ -132,18 +175,18 @@ void VisibilityCounter::cover(const RayFan& fan, refine::Triangles triangles, st
 void VisibilityCounter::cover_plane(const RayFan& fan, std::size_t plane,
                                     const Eigen::RowVector3d& beside,
                                     const Eigen::RowVector3d& ahead, const Eigen::RowVector3d& up) {
-  double low = 2.0, high = -2.0, nearest_m = fan.range_m + 1.0;  // elevations of the cut
+  std::array<Eigen::Vector2d, 2> ends;  // of the cut
+  std::size_t found = 0;
   for (int a = 0; a < 3; ++a) {
     const int b = (a + 1) % 3;
     if ((beside[a] >= 0.0) == (beside[b] >= 0.0)) continue;
     const double share = beside[a] / (beside[a] - beside[b]);
-    const double x = ahead[a] + share * (ahead[b] - ahead[a]), y = up[a] + share * (up[b] - up[a]);
-    if (x <= 0.0) return;  // behind the sonar
-    low = std::min(low, std::atan2(y, x));
-    high = std::max(high, std::atan2(y, x));
-    nearest_m = std::min(nearest_m, std::hypot(x, y));
+    ends[found] = {ahead[a] + share * (ahead[b] - ahead[a]), up[a] + share * (up[b] - up[a])};
+    if (ends[found++].x() <= 0.0) return;  // behind the sonar
   }
-  if (!(nearest_m <= fan.range_m)) return;
+  if (!cut_to_range(ends, fan.range_m)) return;
+  const auto elevation_rad = [](const Eigen::Vector2d& at) { return std::atan2(at.y(), at.x()); };
+  const auto [low, high] = std::minmax({elevation_rad(ends[0]), elevation_rad(ends[1])});
   const std::vector<double>& elevations = fan.grid->elevation_rad;
   const auto first =
       static_cast<std::size_t>(std::ranges::lower_bound(elevations, low) - elevations.begin());

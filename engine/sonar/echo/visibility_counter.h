@@ -46,8 +46,11 @@ class VisibilityCounter {
 
   std::vector<Object> objects_;
   std::vector<ObjectVisibility> visibilities_;
-  std::vector<std::uint32_t> wanted_;                                 // objects of this ping
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> their_faces_;  // object, place; sorted
+  std::vector<std::uint32_t> wanted_;  // objects of this ping, ascending
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> their_faces_;  // object, place; by object
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> found_;        // number in wanted_, place
+  std::vector<std::size_t> first_of_wanted_;                          // in their_faces_
+  std::vector<double> tangents_;                                      // of the planes' azimuths
   struct Span {
     std::size_t from, until;
   };
