@@ -30,11 +30,6 @@ void check(const SeaSurface& surface, double grazing_rad) {
                     grazing_rad * degrees_per_rad));
 }
 
-/// The mean square slope of the facets, eq. 12.
-double facet_slope2(double wind_mps) {
-  return wind_mps < 1.0 ? 0.0034 : 4.6e-3 * std::log(2.1 * wind_mps * wind_mps);
-}
-
 /// Where the facets' lobe is 15 dB below its peak: (1 + x)^2 exp(-x / s2) = 10^-1.5 solved for
 /// x = cot^2 of the grazing angle.
 double facet_edge_rad(double slope2) {
@@ -60,6 +55,12 @@ double bubble_cross_section(const SeaSurface& surface, double grazing_rad) {
   return bv / (4.0 * pi) * reradiation * shown / (2.0 * b);
 }
 
+double facet_slope2(const SeaSurface& surface) {
+  check(surface, 0.0);
+  const double U = surface.wind_mps;
+  return U < 1.0 ? 0.0034 : 4.6e-3 * std::log(2.1 * U * U);
+}
+
 double bubble_loss_db(const SeaSurface& surface, double grazing_rad) {
   check(surface, grazing_rad);
   const double U = surface.wind_mps;
@@ -72,7 +73,7 @@ double bubble_loss_db(const SeaSurface& surface, double grazing_rad) {
 double facet_cross_section(const SeaSurface& surface, double grazing_rad) {
   check(surface, grazing_rad);
   if (grazing_rad == 0.0) return 0.0;
-  const double s2 = facet_slope2(surface.wind_mps);
+  const double s2 = facet_slope2(surface);
   const double sine = std::sin(grazing_rad);
   const double cotangent = std::cos(grazing_rad) / sine;
   return std::exp(-4.0 * std::log(sine) - cotangent * cotangent / s2) / (4.0 * pi * s2);
@@ -85,7 +86,7 @@ double ripple_cross_section(const SeaSurface& surface, double grazing_rad) {
 }
 
 double surface_cross_section(const SeaSurface& surface, double grazing_rad) {
-  const double edge_rad = facet_edge_rad(facet_slope2(surface.wind_mps));
+  const double edge_rad = facet_edge_rad(facet_slope2(surface));
   const double share = 1.0 / (1.0 + std::exp(0.524 * degrees_per_rad * (edge_rad - grazing_rad)));
   const double interface = share * facet_cross_section(surface, grazing_rad) +
                            (1.0 - share) * ripple_cross_section(surface, grazing_rad);

@@ -16,6 +16,9 @@ struct SeaSurface {
 /// Backscatter of the bubble layer beneath the surface, eqs. 2 to 6.
 double bubble_cross_section(const SeaSurface& surface, double grazing_rad);
 
+/// The mean square slope of the surface's facets, of both directions together, eq. 12.
+double facet_slope2(const SeaSurface& surface);
+
 /// The loss of the echo of the surface's facets and ripples, down and up through the bubbles,
 /// eq. 28. Infinite at zero grazing.
 double bubble_loss_db(const SeaSurface& surface, double grazing_rad);

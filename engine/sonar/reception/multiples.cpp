@@ -52,11 +52,18 @@ void OtherPaths::sum_bed(double slant_m, Side side, const BeamPlane& plane,
 // an array with the pitch p is inclined: in it these extents are longer by 1 / cos p, and a leg
 // meets the bed ahead of the array by sin p of its extent if it leaves downwards, or astern by as
 // much if it leaves upwards. The leg back meets it where the receiver looks when the echo is back.
+//
+// The relief of surface and bed spreads what they reflect; nothing of it is coherent at these
+// frequencies. A facet that is inclined along the track by t turns a leg with the grazing angle g
+// by 2 t sin g. At the bed, this moves the leg along the track by as much times the length of the
+// leg, times the share of it that lies between the bed and the reflection. A beam that is narrow
+// along the track receives less of it.
 struct OtherPaths::MultiplePath {
   double out_height_m, back_height_m;  // extents of the leg out and the leg back in the plane
   double count;                        // 2: the leg out and the leg back can be exchanged
-  bool up_out, up_back;  // whether the leg out and the leg back leave the array upwards
-  bool off_bed;          // whether the bed reflects the leg back
+  bool up_out, up_back;            // whether the leg out and the leg back leave the array upwards
+  bool off_bed;                    // whether the bed reflects the leg back
+  double out_spread, back_spread;  // along the track at the bed, over a leg's length and sin g
 };
 
 /// The direct echo of the place that a path by the surface comes from.
@@ -80,6 +87,10 @@ OtherPaths::MultipleSource OtherPaths::source_of_multiple(const MultiplePath& pa
   const double horizontal = std::sqrt(horizontal_squared);
   const double out_down = path.up_out ? -path.out_height_m : path.out_height_m;
   const double back_down = path.up_back ? -path.back_height_m : path.back_height_m;
+  const double out_sine = plane.cos_pitch * path.out_height_m / out;
+  const double back_sine = plane.cos_pitch * path.back_height_m / back;
+  const double spread_m =
+      std::hypot(path.out_spread * out_sine * out, path.back_spread * back_sine * back);
   // Both vertical patterns, and the overlap along the track, of sound that goes out by one leg and
   // comes back by the other.
   const auto beams = [&](double leg_m, double down, double other_m, double other_down) {
@@ -87,15 +98,13 @@ OtherPaths::MultipleSource OtherPaths::source_of_multiple(const MultiplePath& pa
                                          other_down * plane.turn_down_per_m - plane.drift_along);
     return law_.vertical(side, plane, horizontal, down) *
            law_.vertical_at(side, plane, apparent_m, horizontal, other_down) *
-           beams_->overlap_m(leg_m, other_m,
-                             std::abs(plane.sin_pitch * (other_down - down) - shift_m));
+           beams_->spread_overlap_m(
+               leg_m, other_m, std::abs(plane.sin_pitch * (other_down - down) - shift_m), spread_m);
   };
   double both = beams(out, out_down, back, back_down);
   if (path.count > 1.0 && !plane.at_rest())
     both = 0.5 * (both + beams(back, back_down, out, out_down));
   // Spreading and absorption of the legs relative to those of the direct path.
-  const double out_sine = plane.cos_pitch * path.out_height_m / out;
-  const double back_sine = plane.cos_pitch * path.back_height_m / back;
   const double strengths = bed_strength(out_sine) * bed_strength(back_sine);
   double gain =
       path.count * both * std::sqrt(strengths * law_.per_m2_at(out) * law_.per_m2_at(back)) /
@@ -123,10 +132,15 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
     return sums[bin] + (place - static_cast<double>(bin)) * (sums[bin + 1] - sums[bin]);
   };
   const double by_surface = h + 2.0 * d, by_bed = 3.0 * h + 2.0 * d;
+  // The surface lies as far over the bed as these shares of a leg's extent, the bed twice as far.
+  const double surface_spread = 2.0 * surface_slope_ * (h + d) / by_surface;
+  const double bed_spread = 2.0 * (h + d) / by_bed * std::hypot(surface_slope_, 2.0 * bed_slope_);
   const MultiplePath paths[] = {
-      {h, by_surface, 2.0, false, true, false},          // the surface reflects one leg
-      {by_surface, by_surface, 1.0, true, true, false},  // the surface reflects both legs
-      {h, by_bed, 2.0, false, false, true}};             // surface and bed reflect one leg
+      {h, by_surface, 2.0, false, true, false, 0.0,
+       surface_spread},  // the surface reflects one leg
+      {by_surface, by_surface, 1.0, true, true, false, surface_spread,
+       surface_spread},                                        // the surface reflects both legs
+      {h, by_bed, 2.0, false, false, true, 0.0, bed_spread}};  // surface and bed reflect one leg
   for (const MultiplePath& path : paths) {
     const auto source = [&](double apparent_m) {
       return source_of_multiple(path, apparent_m, h, side, plane);

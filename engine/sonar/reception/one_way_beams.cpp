@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numbers>
+#include <numeric>
 
 namespace ensonify::engine {
 namespace {
@@ -32,7 +34,8 @@ OneWayBeams::OneWayBeams(const Sonar& sonar, double wavelength_m, double farthes
     Row row{.range_m = range_m,
             .main_m = widest_m(main_null),
             .reach_m = widest_m(farthest_null),
-            .power = {}};
+            .power = {},
+            .width_m = {}};
     const bool same = arrays[0] == arrays[1] && defocus[0] == defocus[1];
     for (const std::size_t i : {transmitter, receiver}) {
       const LineArray& array = arrays[i];
@@ -43,6 +46,12 @@ OneWayBeams::OneWayBeams(const Sonar& sonar, double wavelength_m, double farthes
       }
     }
     if (same) row.power[receiver] = row.power[transmitter];
+    for (const std::size_t i : {transmitter, receiver}) {
+      const std::vector<float>& powers = row.power[i];
+      const double ends = 0.5 * (double(powers.front()) + double(powers.back()));
+      row.width_m[i] =
+          2.0 * row.reach_m / columns * (std::accumulate(powers.begin(), powers.end(), 0.0) - ends);
+    }
     rows_.push_back(std::move(row));
   }
   overlaps_.resize(rows_.size() * rows_.size() * overlap_steps);
@@ -116,6 +125,22 @@ double OneWayBeams::overlap_m(double leg_m, double other_m, double apart_m) cons
   const double share = other - static_cast<double>(j);
   return std::lerp(std::lerp(at(i, j), at(i, j + 1), share),
                    std::lerp(at(i + 1, j), at(i + 1, j + 1), share), one - static_cast<double>(i));
+}
+
+double OneWayBeams::spread_overlap_m(double leg_m, double other_m, double apart_m,
+                                     double spread_m) const {
+  if (!(spread_m > 0.0)) return overlap_m(leg_m, other_m, apart_m);
+  const auto width_m = [&](double range_m, Array array) {
+    const Row& row = row_of(range_m);
+    return row.width_m[array] * range_m / row.range_m;
+  };
+  // The overlap's integral over all distances between the beams' middles.
+  const double area_m2 = 0.5 * (width_m(leg_m, transmitter) * width_m(other_m, receiver) +
+                                width_m(leg_m, receiver) * width_m(other_m, transmitter));
+  const double deviation_m =
+      area_m2 / (std::sqrt(2.0 * std::numbers::pi) * overlap_m(leg_m, other_m));
+  const double share = 1.0 / std::hypot(1.0, spread_m / deviation_m);
+  return share * overlap_m(leg_m, other_m, apart_m * share);
 }
 
 }  // namespace ensonify::engine

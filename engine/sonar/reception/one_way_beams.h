@@ -27,11 +27,15 @@ class OneWayBeams {
   /// transmitter times receiver, as the mean over which of the legs is the way out. apart_m: from
   /// the middle of one beam to that of the other.
   double overlap_m(double leg_m, double other_m, double apart_m = 0.0) const;
+  /// The same if rough surfaces on the way spread the sound along the track, with this standard
+  /// deviation: right for little and for much spread, and between them as of Gaussian beams.
+  double spread_overlap_m(double leg_m, double other_m, double apart_m, double spread_m) const;
 
  private:
   struct Row {
     double range_m, main_m, reach_m;
     std::array<std::vector<float>, 2> power;  // at columns + 1 even distances from 0 to reach_m
+    std::array<double, 2> width_m;            // integrals of power along the track
     double at(Array array, double along_m) const;
   };
   double overlap_m(const Row& one, const Row& other, double apart_m) const;

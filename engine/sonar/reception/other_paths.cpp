@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include <ensonify/engine/sonar/reception/bin_steps.h>
+#include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/reflection.h>
 
@@ -54,6 +55,10 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
                           : 0.0),
       ping_m_(ping_m),
       surface_{.wind_mps = sea.wind_mps, .frequency_hz = law.frequency_hz()},
+      // A calm sea is a mirror; the report has no slopes below 1 m/s.
+      surface_slope_(std::min(sea.wind_mps, 1.0) *
+                     std::sqrt(0.5 * scatter::facet_slope2(surface_))),
+      bed_slope_(sediment_ ? scatter::rms_slope(*sediment_, k_per_cm_) : 0.0),
       vertical_sums_{VerticalSum(law, Side::port), VerticalSum(law, Side::starboard)} {
   // A leg is shorter than both together, which are twice the echo's range.
   if (options.multiples || options.double_bounce)

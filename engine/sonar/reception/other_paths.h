@@ -88,6 +88,7 @@ class OtherPaths {
   double k_per_cm_;  // of the sediment's relief
   double ping_m_;
   scatter::SeaSurface surface_;
+  double surface_slope_, bed_slope_;      // rms, along the track
   std::vector<double> surface_strength_;  // by the sine of the grazing angle
   std::vector<double> bed_reflection_;    // of energy, by the same
   std::vector<double> volume_;            // per bin, for one radian of the vertical beam
