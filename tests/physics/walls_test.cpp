@@ -114,6 +114,67 @@ TEST_CASE("a wall's foot has the echo of the bed that it mirrors, both ways in p
         Approx(0.1 * corner_energy(sonar, {.strength = lambert}, {})).epsilon(0.01));
 }
 
+TEST_CASE("a wall mirrors only bed that is seen") {
+  const Sonar sonar = open_sonar();
+  const double from_m = std::hypot(wall_away_m, altitude_m - wall_height_m) - 9.0,
+               foot_m = std::hypot(wall_away_m, altitude_m);
+  const auto added = [&](Region region, double over_m, double height_m) {
+    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    line.walls = {{.middle = {wall_away_m, 0.0, 0.5 * wall_height_m - altitude_m},
+                   .normal = {-1.0, 0.0, 0.0},
+                   .length_m = 40.0,
+                   .height_m = wall_height_m,
+                   .reflected = 1.0}};
+    for (std::size_t i = 0; i < line.bins.region.size(); ++i) {
+      const double range_m = double(line.bins.range_m[i]);
+      if (range_m < from_m || range_m > foot_m) continue;
+      line.bins.region[i] = static_cast<std::uint32_t>(region);
+      line.bins.x_m[i] = static_cast<float>(array.x() + over_m);
+      line.bins.z_m[i] = static_cast<float>(array.z() - altitude_m + height_m);
+    }
+    const SignalChain chain(
+        sonar,
+        {.speckle = false, .nominal_strength = lambert, .arrivals = {.double_bounce = true}});
+    SignalChain::Scratch scratch;
+    chain.receive(context, std::span(&line, 1), scratch);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < line.bins.intensity.size(); ++i)
+      sum += double(line.bins.intensity[i]) - double(line.bins.intensity_mean[i]);
+    return sum;
+  };
+  const double whole = added(Region::seabed, 0.0, 0.0);
+  CHECK(whole > 1.0);
+  // The wall itself is as near as the bed before it; a deck there is nearer than the wall.
+  CHECK(added(Region::object, wall_away_m, wall_height_m) == Approx(whole).epsilon(0.02));
+  CHECK(added(Region::object, wall_away_m - 6.0, 1.0) < 0.2 * whole);
+  CHECK(added(Region::shadow, 0.0, 0.0) < 1e-3 * whole);
+}
+
+TEST_CASE("the echo of a high wall that leans is spread over its bins") {
+  // Its paths differ by metres, over which the echo has no gaps.
+  const Sonar sonar = open_sonar();
+  EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+  const double leans_rad = 4.0 * degree;
+  line.walls = {{.middle = {12.0, 0.0, 2.0 - altitude_m},
+                 .normal = {-std::cos(leans_rad), 0.0, std::sin(leans_rad)},
+                 .length_m = 40.0,
+                 .height_m = 4.0,
+                 .reflected = 1.0}};
+  const SignalChain chain(
+      sonar, {.speckle = false, .nominal_strength = lambert, .arrivals = {.double_bounce = true}});
+  SignalChain::Scratch scratch;
+  chain.receive(context, std::span(&line, 1), scratch);
+  const auto adds = [&](std::size_t i) {
+    return line.bins.intensity[i] > 1.001f * line.bins.intensity_mean[i];
+  };
+  std::size_t first = 0, last = line.bins.intensity.size() - 1;
+  while (first < last && !adds(first)) ++first;
+  while (last > first && !adds(last)) --last;
+  CAPTURE(first, last);
+  REQUIRE(last - first > 32);
+  for (std::size_t i = first; i <= last; ++i) CHECK(adds(i));
+}
+
 TEST_CASE("a wall that is oblique or beside the beam mirrors less of the bed") {
   const Sonar sonar = open_sonar();
   const double whole = corner_energy(sonar, {.strength = lambert}, {});

@@ -76,6 +76,12 @@ struct OtherPaths::WallOverBed {
     const double before_m = z_m / std::tan(std::max(depression_rad(z_m), lowest_rad));
     return std::hypot(x_m - before_m * std::cos(2.0 * turned_rad), array_height_m);
   }
+  /// The range of the path: array, wall, bed, array.
+  double appears_at_m(double z_m) const {
+    const double before_m = z_m / std::tan(std::max(depression_rad(z_m), lowest_rad));
+    return 0.5 * (std::hypot(x_m, array_height_m - z_m) + std::hypot(before_m, z_m) +
+                  range_on_bed_m(z_m));
+  }
 };
 
 /// None if the wall sends the sound away from the array, or has no bed before it.
@@ -136,16 +142,46 @@ std::optional<OtherPaths::WallOverBed> OtherPaths::wall_over_bed(const PingConte
 // multiple. For each place the paths in both directions are equally long and alike, so that their
 // amplitudes add: four times the energy of one. Left out: rough walls that send sound up or farther
 // down than smooth ones.
+//
+// The bed that the wall mirrors must be seen: before a deck house there is the deck, and behind a
+// hull the bed lies in its shadow.
 void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& line,
                                    const BeamPlane& plane, std::span<const float> direct,
                                    std::span<float> power) const {
   for (const WallFacet& facet : line.walls)
     if (const std::optional<WallOverBed> wall = wall_over_bed(context, line, facet))
-      add_wall(*wall, line.side, plane, direct, power);
+      add_wall(context, line, *wall, plane, direct, power);
 }
 
-void OtherPaths::add_wall(const WallOverBed& wall, Side side, const BeamPlane& plane,
-                          std::span<const float> direct, std::span<float> power) const {
+/// Whether the array sees the bed at that range, before_m before the wall. The upper parts of the
+/// wall may be as near as the bed and outshine it, but nothing else may.
+bool OtherPaths::sees_bed(const PingContext& context, const BinLayers& bins,
+                          const WallOverBed& wall, double range_m, double before_m) const {
+  const auto bin = static_cast<std::size_t>(range_m / law_.bin_m());
+  if (bin >= bins.region.size()) return false;
+  if (bins.region[bin] != static_cast<std::uint32_t>(Region::object))
+    return bins.region[bin] == static_cast<std::uint32_t>(Region::seabed);
+  const double over_m = std::hypot(double(bins.x_m[bin]) - context.array.origin.x(),
+                                   double(bins.y_m[bin]) - context.array.origin.y());
+  return over_m > wall.x_m - 0.5 * before_m - law_.bin_m();
+}
+
+/// Spreads energy evenly over the bins between two ranges.
+void OtherPaths::spread_over(double from_m, double to_m, double energy,
+                             std::span<float> power) const {
+  const auto [first, last] = std::minmax({from_m / law_.bin_m(), to_m / law_.bin_m()});
+  const double bins = last - first;
+  for (auto n = static_cast<std::size_t>(first); n < power.size(); ++n) {
+    const double end = static_cast<double>(n) + 1.0;
+    const double share = std::min(end, last) - std::max(end - 1.0, first);
+    power[n] += static_cast<float>(bins > 1e-6 ? energy * share / bins : energy);
+    if (last < end || !(bins > 1e-6)) return;
+  }
+}
+
+void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, const WallOverBed& wall,
+                          const BeamPlane& plane, std::span<const float> direct,
+                          std::span<float> power) const {
   constexpr int max_steps = 16;
   const double x_m = wall.x_m, height_m = wall.array_height_m;
   const double bins =
@@ -160,11 +196,10 @@ void OtherPaths::add_wall(const WallOverBed& wall, Side side, const BeamPlane& p
     if (!(before_m < x_m)) continue;
     const double image_m = to_wall_m + std::hypot(before_m, z_m);
     const double range_m = wall.range_on_bed_m(z_m);
-    const double bins_of_step = std::abs(wall.range_on_bed_m(z_m + 0.5 * step_m) -
-                                         wall.range_on_bed_m(z_m - 0.5 * step_m)) /
-                                law_.bin_m();
-    const auto foot = static_cast<std::size_t>(0.5 * (image_m + range_m) / law_.bin_m());
-    if (foot >= power.size()) continue;
+    if (!sees_bed(context, line.bins, wall, range_m, before_m)) continue;
+    const double below_m = z_m - 0.5 * step_m, above_m = z_m + 0.5 * step_m;
+    const double bins_of_step =
+        std::abs(wall.range_on_bed_m(above_m) - wall.range_on_bed_m(below_m)) / law_.bin_m();
     // A rough wall also turns what the array hears, within its beam.
     const double spread_rad =
         std::min(2.0 * wall.facet.slope, std::atan2(beams_->main_m(range_m), before_m));
@@ -184,15 +219,15 @@ void OtherPaths::add_wall(const WallOverBed& wall, Side side, const BeamPlane& p
          .blur_m = std::hypot(2.0 * wall.facet.slope * before_m,
                               law_.wavelength_m() / (std::sqrt(2.0 * pi) * wall.facet.length_m) *
                                   (image_m - to_wall_m))});
-    const double to_bed = law_.vertical(side, plane, x_m - before_m, height_m);
-    const double to_wall = law_.vertical(side, plane, x_m, height_m - z_m);
+    const double to_bed = law_.vertical(line.side, plane, x_m - before_m, height_m);
+    const double to_wall = law_.vertical(line.side, plane, x_m, height_m - z_m);
     // Energy of the path over the wall, relative to the direct echo of the same place.
     const double gain = forwards / direct_strength *
                         std::sqrt(law_.per_m2_at(image_m) / law_.per_m2_at(range_m)) * to_wall /
                         to_bed * mirrored / beams_->overlap_m(range_m, range_m);
     const auto bin = std::min(static_cast<std::size_t>(range_m / law_.bin_m()), wall.bed_bin);
-    power[foot] +=
-        static_cast<float>(4.0 * wall.facet.reflected * gain * bins_of_step * double(direct[bin]));
+    spread_over(wall.appears_at_m(below_m), wall.appears_at_m(above_m),
+                4.0 * wall.facet.reflected * gain * bins_of_step * double(direct[bin]), power);
   }
 }
 

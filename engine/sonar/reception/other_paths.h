@@ -74,8 +74,12 @@ class OtherPaths {
   struct WallOverBed;
   std::optional<WallOverBed> wall_over_bed(const PingContext& context, const EchoLine& line,
                                            const WallFacet& wall) const;
-  void add_wall(const WallOverBed& wall, Side side, const BeamPlane& plane,
-                std::span<const float> direct, std::span<float> power) const;
+  bool sees_bed(const PingContext& context, const BinLayers& bins, const WallOverBed& wall,
+                double range_m, double before_m) const;
+  void spread_over(double from_m, double to_m, double energy, std::span<float> power) const;
+  void add_wall(const PingContext& context, const EchoLine& line, const WallOverBed& wall,
+                const BeamPlane& plane, std::span<const float> direct,
+                std::span<float> power) const;
   struct MirroredBeam;
   double mirrored_m(const MirroredBeam& beam) const;
 
