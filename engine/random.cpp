@@ -68,4 +68,11 @@ void RandomStream::exponential(std::span<double> out, std::uint64_t first) const
   for (double& x : out) x = -std::log(x);
 }
 
+std::size_t poisson_count(double mean, double uniform, std::size_t most) {
+  std::size_t count = 0;
+  for (double term = std::exp(-mean), below = term; uniform > below && count < most; below += term)
+    term = term * mean / static_cast<double>(++count);
+  return count;
+}
+
 }  // namespace ensonify::engine

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -56,5 +57,9 @@ class RandomStream {
   Purpose purpose_;
   std::array<std::uint64_t, 3> belongs_to_;
 };
+
+/// A number with Poisson's distribution of that mean, of a number uniform in (0, 1]; at most
+/// `most`.
+std::size_t poisson_count(double mean, double uniform, std::size_t most);
 
 }  // namespace ensonify::engine

@@ -108,6 +108,24 @@ TEST_CASE("Exponential numbers have the exponential's moments") {
   CHECK(m.skewness == Approx(2.0).margin(0.1));
 }
 
+TEST_CASE("Counts of Poisson's distribution have its mean and its variance") {
+  std::vector<double> uniform(100000);
+  RandomStream(1, Purpose::test).uniform(uniform);
+  for (const double mean : {0.3, 1.0, 7.5, 60.0}) {
+    double sum = 0.0, squares = 0.0;
+    for (const double u : uniform) {
+      const auto count = static_cast<double>(poisson_count(mean, u, 200));
+      sum += count;
+      squares += count * count;
+    }
+    const auto n = static_cast<double>(uniform.size());
+    CAPTURE(mean);
+    CHECK(sum / n == Approx(mean).epsilon(0.01));
+    CHECK(squares / n - std::pow(sum / n, 2) == Approx(mean).epsilon(0.02));
+  }
+  CHECK(poisson_count(60.0, 1.0, 5) == 5);
+}
+
 TEST_CASE("A number depends on its place in the stream and not on how it is fetched") {
   const RandomStream stream(7, Purpose::test, {1, 2, 3});
   std::vector<double> uniform(37), normal(37), exponential(37);

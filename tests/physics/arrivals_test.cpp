@@ -109,7 +109,8 @@ TEST_CASE("a sonar that rolls receives the same as one whose sides are mounted l
     for (const Side side : {Side::port, Side::starboard}) {
       const auto receive = [&](const Sonar& sonar, const ArrayFrame& array_frame) {
         const bool bed = what.arrivals.multiples;
-        return received(sonar, what.arrivals, bed ? direct : std::vector<float>{}, {},
+        const SeaState sea = bed ? SeaState{.wind_mps = 0.0} : SeaState{};  // a mirror
+        return received(sonar, what.arrivals, bed ? direct : std::vector<float>{}, sea,
                         {.side = side, .array_frame = array_frame, .artefacts = what.artefacts});
       };
       const std::vector<double> by_roll = receive(upright, rolled),

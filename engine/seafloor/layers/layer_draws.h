@@ -67,15 +67,13 @@ void for_each_scattered(const Heightfield& grid, double per_m2, double margin_m,
       const RandomStream cell = draws.of(what, column, row);
       std::array<double, 1> count;
       cell.uniform(count);
-      double below = std::exp(-1.0), term = below;  // Poisson's distribution of mean 1
-      for (std::uint64_t point = 0; count[0] > below && point < 16; ++point) {
+      const std::size_t points = poisson_count(1.0, count[0], 16);
+      for (std::uint64_t point = 0; point < points; ++point) {
         std::array<double, feature_draws> u;
         cell.uniform(u, 4 + feature_draws * point);
         draws.control.check_stop();
         f((static_cast<double>(column) + u[0]) * side_m, (static_cast<double>(row) + u[1]) * side_m,
           u);
-        term /= static_cast<double>(point + 1);
-        below += term;
       }
     }
 }

@@ -18,7 +18,8 @@ constexpr double joints_per_bed = 4.0;
 constexpr double leaning =
     0.12;  // of a block's top along the dip: the greatest slope is half of it
 constexpr double leaning_along_strike = 0.03;
-constexpr double fallen_per_m2 = 1.0;  // where a ledge is near
+constexpr double farthest_in_beds = 1.5;  // of a block's top from the eroded surface
+constexpr double fallen_per_m2 = 1.0;     // where a ledge is near
 // Limits their number where joints are more than 11 m apart.
 constexpr double max_fallen_per_block = 128.0;
 constexpr double longest_fallen_in_joints = 0.45;
@@ -195,7 +196,7 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
     return field.index(on(x / field.cell_east_m + 0.5 * (field.columns - 1), field.columns),
                        on(y / field.cell_north_m + 0.5 * (field.rows - 1), field.rows));
   };
-  const double joint_m = joints_per_bed * relief.ledge_m;
+  const double joint_m = joints_per_bed * relief.ledge_m, off_m = farthest_in_beds * relief.ledge_m;
   Joints joints(std::max(joint_m, 1e-3), relief.dip_heading_rad, draws);
   std::vector<double> rock(field.z_m.size());
   for (int row = 0; row < field.rows; ++row) {
@@ -205,7 +206,8 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
       rock[point] = eroded(point);
       if (relief.ledge_m == 0.0) continue;
       // Beds are counted across their dip, and each block ends with one of them: the last below the
-      // eroded surface at its middle, or its neighbour. Its top leans a little.
+      // eroded surface at its middle, or its neighbour. Its top leans a little. A long block is cut
+      // down or left standing where that surface is far from its top.
       const double x = field.x_m(column), y = field.y_m(row);
       const Joints::Block block = joints.at(x + crooked * rough.z_m[point],
                                             y + crooked * rough.z_m[rough.z_m.size() - 1 - point]);
@@ -218,8 +220,9 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
                           leaning_along_strike * (u[2] - 0.5) * block.along_m;
       const double open = block.edge_m / (0.06 * joint_m);
       const double crack = 0.4 * u[3] * u[3] * relief.ledge_m * std::exp(-open * open);
-      rock[point] =
+      const double top =
           bed_at(x, y) + relief.ledge_m * std::floor(over) + lean - crack + 0.6 * rough.z_m[point];
+      rock[point] = std::clamp(top, rock[point] - off_m, rock[point] + off_m);
     }
   }
   if (relief.ledge_m > 0.0) add_fallen_blocks(field, relief, draws, rock);
@@ -239,7 +242,7 @@ const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
           "from as far below the bed as it stands above it.",
       .purpose = Purpose::outcrop_layer,
       .class_name = "outcrop",
-      .material = "rock",
+      .material = "rough rock",
       .area = {.share = 0.3, .border_m = 30.0},  // over which the rock rises
       .add = &add_outcrops,
       .values = {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -20,6 +21,7 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr double moat_widths = 4.0;   // to where it has faded
 constexpr double tail_heights = 6.0;  // its length
+constexpr double steepest = 0.62;     // slope at which sand stands, 32 degrees
 
 bool is_scoured(const ObjectOptions& table) {
   return table.scour_ratio > 0.0 || table.tail_ratio > 0.0;
@@ -34,18 +36,22 @@ class Scour {
   void add_to(Heightfield& bed, const ObjectOptions& table, const RandomStream& draws) const {
     if (base_.empty()) return;
     const Vector2d down(std::sin(table.current_rad), std::cos(table.current_rad));
-    const double width_m = 0.5 * height_m_;
+    const double depth_m = table.scour_ratio * height_m_;
+    // The moat's wall is steepest at the object: e times its depth over its width.
+    const double half_m = 0.5 * height_m_,
+                 width_m = std::max(half_m, std::numbers::e * depth_m / steepest);
     // As far as the moat and the tail reach.
-    const double reach_m = 1.5 * box_.diagonal().norm() + (tail_heights + 1.0) * height_m_;
+    const double reach_m = 1.5 * box_.diagonal().norm() +
+                           std::max((tail_heights + 1.0) * height_m_, moat_widths * width_m);
     const int west = column_at(box_.min().x() - reach_m), south = row_at(box_.min().y() - reach_m);
     Heightfield near = bed_.window(west, south, column_at(box_.max().x() + reach_m) - west + 1,
                                    row_at(box_.max().y() + reach_m) - south + 1);
-    near.z_m = SmoothField(draws, 4.0 * width_m, 20.0 * width_m).over(near);
+    near.z_m = SmoothField(draws, 4.0 * half_m, 20.0 * half_m).over(near);
     const auto share = [&](int column, int row) {
       constexpr double spread = 0.5;
       return std::exp(spread * near.at(column - west, row - south) - 0.5 * spread * spread);
     };
-    if (table.scour_ratio > 0.0) dig(table.scour_ratio * height_m_, width_m, down, share, bed);
+    if (depth_m > 0.0) dig(depth_m, width_m, down, share, bed);
     if (table.tail_ratio > 0.0) leave_tail(table.tail_ratio * height_m_, down, share, bed);
   }
 

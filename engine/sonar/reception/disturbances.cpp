@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/engine/random.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
@@ -18,7 +19,7 @@ using std::numbers::pi;
 
 constexpr double fish_cell_m = 10.0;
 constexpr double fish_height_share = 0.25;  // height of a fish over its length
-constexpr std::size_t max_fish = 64;        // per cell
+constexpr std::size_t max_fish = 128;       // per cell
 
 /// The horizontal direction to port or starboard of the array.
 Eigen::Vector2d abeam(const PingContext& context, Side side) {
@@ -209,7 +210,7 @@ void Disturbances::add_fish(const PingContext& context, Side side, std::span<flo
       const RandomStream stream = artefact_stream(
           seed_, Artefact::fish, static_cast<std::uint64_t>(i), static_cast<std::uint64_t>(j));
       stream.uniform(std::span(random).first(1));
-      const auto count = std::min(static_cast<std::size_t>(mean + 1.0 - random[0]), max_fish);
+      const std::size_t count = poisson_count(mean, random[0], max_fish);
       if (count == 0) continue;
       stream.uniform(std::span(random).first(3 * count), 4);
       for (std::size_t k = 0; k < count; ++k) {
@@ -257,24 +258,31 @@ void Disturbances::add_one_fish(const PingContext& context, Side side,
   for (std::size_t n = bin; n < std::min(bin + bins, power.size()); ++n)
     power[n] += static_cast<float>(echo);
 
-  // The shadow extends between the places where the lines of sight below and above the fish meet
-  // the bed.
+  // The shadow lies where lines of sight through the fish, an ellipse, meet the bed. Diffraction
+  // blurs it over a Fresnel zone, and makes it as much weaker as it is higher.
+  const double h = context.altitude_m;
   const auto shadow_m = [&](double height_m) {
-    const double h = context.altitude_m;
     if (height_m >= h) return std::numeric_limits<double>::infinity();
-    const double ground_m = over_m * h / (h - std::max(height_m, 0.0));
-    return context.range_per_m_down * std::sqrt(ground_m * ground_m + h * h);
+    return std::hypot(over_m * h / (h - std::max(height_m, 0.0)), h);
   };
-  const double from_m = shadow_m(over_bed_m - 0.5 * thick_m);
-  const double to_m = shadow_m(over_bed_m + 0.5 * thick_m);
+  const double away_m = from_array.norm(), bed_m = shadow_m(over_bed_m);
+  const double bed_bin_m = law_.bin_m() / context.range_per_m_down;
+  if (!(bed_m < bed_bin_m * static_cast<double>(gain.size()))) return;
+  const double zone_m = std::sqrt(law_.wavelength_m() * away_m * (bed_m - away_m) / bed_m);
+  const double half_m = 0.5 * std::hypot(thick_m, zone_m);
   // Near an array that is not focused, the beam can be stronger off its axis than on it.
-  const double hidden =
-      std::min(std::min(options_.fish_length_m / law_.width_m(bin), 1.0) * in_beam, 1.0);
-  const auto end =
-      static_cast<std::size_t>(std::min(to_m / law_.bin_m(), static_cast<double>(gain.size())));
-  if (!(from_m < law_.bin_m() * static_cast<double>(gain.size()))) return;
-  for (auto n = static_cast<std::size_t>(from_m / law_.bin_m()); n < end; ++n)
-    gain[n] *= static_cast<float>(1.0 - hidden);
+  const double darkest = std::min(in_beam, 1.0) * 0.5 * thick_m / half_m;
+  const auto first = static_cast<std::size_t>(shadow_m(over_bed_m - half_m) / bed_bin_m);
+  const double last_m = shadow_m(over_bed_m + half_m);
+  for (std::size_t n = first; n < gain.size(); ++n) {
+    const double bin_middle_m = (static_cast<double>(n) + 0.5) * bed_bin_m;
+    if (bin_middle_m > last_m) break;
+    const double ground_m = std::sqrt(std::max(bin_middle_m * bin_middle_m - h * h, 1e-9));
+    const double off = (h * (1.0 - over_m / ground_m) - over_bed_m) / half_m;
+    const double across = std::sqrt(std::max(1.0 - off * off, 0.0));
+    const double wide = std::min(options_.fish_length_m * across / law_.width_m(bin), 1.0);
+    gain[n] *= static_cast<float>(1.0 - darkest * wide);
+  }
 }
 
 }  // namespace ensonify::engine

@@ -185,6 +185,51 @@ TEST_CASE("a fish's shadow lies where the line of sight above it meets the bed")
   CHECK_FALSE(Receiver({.fish_per_hectare = 1e-9}).receive().artefacts.has(Artefact::fish));
 }
 
+TEST_CASE("a fish's shadow is as dark as its height over that and the Fresnel zone") {
+  Sonar sonar = quiet_sonar();
+  sonar.focused = true;
+  constexpr double length_m = 0.08, thick_m = 0.25 * length_m;
+  Receiver receiver({.fish_per_hectare = 20.0,
+                     .fish_strength_db = 0.0,
+                     .fish_length_m = length_m,
+                     .fish_height_m = 5.0},
+                    false, sonar);
+  const double wavelength_m = 1500.0 / sonar.frequency_hz;
+  struct Fish {
+    double away_m, bed_m, darkness;
+  };
+  std::vector<Fish> darkest;  // of each fish, where the beam's middle meets it
+  double last_north_m = -1.0;
+  for (double north_m = 0.0; north_m < 800.0; north_m += 0.05) {
+    const EchoLine line = receiver.receive(0, 0.0, north_m, 1.0);
+    if (!line.artefacts.has(Artefact::fish)) continue;
+    const auto& i = line.bins.intensity;
+    const auto bright = std::ranges::max_element(i);
+    const auto dark = std::min_element(i.begin() + line.first_return + 2, i.end());
+    const auto at_m = [&](auto bin) {
+      return double(line.bins.range_m[static_cast<std::size_t>(bin - i.begin())]);
+    };
+    const Fish now{at_m(bright), at_m(dark), 1.0 - double(*dark)};
+    if (darkest.empty() || north_m - last_north_m > 0.06 ||
+        std::abs(now.away_m - darkest.back().away_m) > 0.1)
+      darkest.push_back(now);
+    else if (now.darkness > darkest.back().darkness)
+      darkest.back() = now;
+    last_north_m = north_m;
+  }
+  std::vector<double> ratios;
+  for (const Fish& fish : darkest) {
+    if (fish.darkness < 1e-3 || fish.bed_m < fish.away_m + 1.0) continue;  // no shadow of its own
+    const double zone_m =
+        std::sqrt(wavelength_m * fish.away_m * (fish.bed_m - fish.away_m) / fish.bed_m);
+    const double width_m = 2.0 / 3.0 * wavelength_m * fish.away_m / sonar.array_length_m;
+    ratios.push_back(fish.darkness / (length_m / width_m * thick_m / std::hypot(thick_m, zone_m)));
+  }
+  REQUIRE(ratios.size() > 20);
+  std::ranges::sort(ratios);
+  CHECK(ratios[ratios.size() / 2] == Approx(1.0).margin(0.05));
+}
+
 TEST_CASE("a fish's echo has its strength, whatever the bins and the pulse") {
   // The energy of all echoes of a line with many small fish, by that of a cell.
   const auto energy = [](int bins, double bandwidth_hz) {
