@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +14,13 @@ namespace ensonify::engine {
 struct LabelNames {
   std::vector<std::string> classes, materials;
 };
+
+/// "none", the `wanted` names (without "none") in their order, then the other ones of `own`.
+std::vector<std::string> joined_names(const std::vector<std::string>& own,
+                                      std::span<const std::string> wanted);
+/// The number in `to` of each name in `from`, all of which are there. 0 stays 0.
+std::vector<std::uint32_t> new_numbers(const std::vector<std::string>& from,
+                                       const std::vector<std::string>& to);
 
 /// Renumbers the labels of images in place: the `wanted` names (without "none") get 1, 2, ... in
 /// their order; the images' other names follow in their old order. Returns the names by their new

@@ -20,8 +20,11 @@
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 
 namespace ensonify::engine {
 namespace {
@@ -159,13 +162,23 @@ double ImageReader::number(const std::string& attribute) const {
   fail(file_, fmt::format("the attribute '{}' is missing", attribute));
 }
 
+std::vector<std::string> ImageReader::names(const std::string& attribute) const {
+  const auto list = nlohmann::json::parse(text(attribute), nullptr, /* exceptions: */ false);
+  if (!list.is_array() || list.empty() || list.size() > max_labels + 1 ||
+      !std::ranges::all_of(list, [](const auto& name) { return name.is_string(); }))
+    fail(file_, fmt::format("the attribute '{}' is no list of names", attribute));
+  return list.get<std::vector<std::string>>();
+}
+
 void ImageReader::read(std::size_t first, std::size_t count, std::span<const std::string> layers,
                        std::span<std::vector<float>> into) {
   Imf::FrameBuffer frame;
   const auto top = static_cast<int>(first);
   for (std::size_t i = 0; i < layers.size(); ++i) {
     if (!open_->header().channels().findChannel(layers[i]))
-      fail(file_, fmt::format("the layer '{}' is missing", layers[i]));
+      fail(file_, fmt::format("the layer '{}' is missing", layers[i]),
+           fmt::format("make the run again, without output.layers or with all of {} in it",
+                       fmt::join(layers, ", ")));
     into[i].resize(count * columns());
     frame.insert(layers[i], Imf::Slice::Make(Imf::FLOAT, into[i].data(), {0, top},
                                              static_cast<std::int64_t>(columns()),

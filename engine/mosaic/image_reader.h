@@ -24,6 +24,8 @@ class ImageReader {
   /// The attribute of that name, which has to be there.
   std::string text(const std::string& attribute) const;
   double number(const std::string& attribute) const;
+  /// The names of a layer of labels, by number: its attribute `class_names` or `sediment_names`.
+  std::vector<std::string> names(const std::string& attribute) const;
   /// Fills `into` (one entry per layer) with `count` rows from `first` on: count * columns() values
   /// per layer, as float.
   void read(std::size_t first, std::size_t count, std::span<const std::string> layers,

@@ -2,15 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <stdexcept>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include <ensonify/engine/image/display.h>
+#include <ensonify/engine/image/label_names.h>
+#include <ensonify/engine/mosaic/image_reader.h>
 #include <ensonify/engine/mosaic/mosaic_file.h>
 #include <ensonify/engine/mosaic/ping_source.h>
 #include <ensonify/engine/mosaic/range_levels.h>
@@ -39,6 +44,8 @@ struct Line {
   double spacing_m = 0.0;                // usual distance between rows
   double joined_m = 0.0;                 // rows farther apart are not joined
   std::vector<bool> recorded;            // by row: whether it shows any ground
+  std::vector<std::string> names;        // of the labels that are shown, by their number
+  std::vector<std::uint32_t> numbers;    // of these names in the mosaic
   RangeLevels levels;
 };
 
@@ -90,6 +97,11 @@ float brightness(float level) {
       std::clamp(std::round(255.0 * std::pow(amplitude, Display().gamma)), 1.0, 255.0));
 }
 
+/// The attribute of a run's images that names the labels of a layer; empty: it has no names.
+std::string attribute_of_names(const std::string& layer) {
+  return layer == "class" || layer == "sediment" ? layer + "_names" : "";
+}
+
 /// Slant range of a bin over the sonar's height.
 double ratio(const RecordedRun& run, const MosaicPing& ping, std::size_t bin) {
   return (static_cast<double>(bin) + 0.5) * run.sonar.bin_m() / ping.height_m;
@@ -115,6 +127,7 @@ class Mosaic {
       throw std::invalid_argument(
           fmt::format("a mosaic's block_px is {}, expected 0 or more", options.block_px));
     for (const fs::path& folder : folders) add(folder);
+    number_labels();
     choose_sizes();
   }
 
@@ -123,7 +136,7 @@ class Mosaic {
     lay_out();
     MosaicFile mosaic(file, report_.columns, report_.rows,
                       corner_m_ + lines_.front().run.world_origin.head<2>(), report_.pixel_m, type_,
-                      options_.layer, lines_.front().run.reference);
+                      options_.layer, lines_.front().run.reference, texts());
     draw(mosaic);
     const bool finished = mosaic.finish([&](double share) {
       return proceed("overviews", static_cast<std::size_t>(100.0 * share), 100);
@@ -159,6 +172,22 @@ class Mosaic {
     for (std::size_t begin = 0; begin < pings; begin += strip_pings)
       strips_.push_back({lines_.size(), begin, std::min(begin + strip_pings, pings), Box()});
     lines_.push_back(std::move(line));
+  }
+
+  /// Gives labels of the same name the same number in all runs. Those of the first run stay.
+  void number_labels() {
+    const std::string attribute = attribute_of_names(options_.layer);
+    if (attribute.empty()) return;
+    for (Line& line : lines_) {
+      line.names = ImageReader(line.run.images.front()).names(attribute);
+      names_ = names_.empty() ? line.names : joined_names(line.names, std::span(names_).subspan(1));
+    }
+    for (Line& line : lines_) line.numbers = new_numbers(line.names, names_);
+  }
+
+  std::map<std::string, std::string> texts() const {
+    if (names_.empty()) return {};
+    return {{attribute_of_names(options_.layer), nlohmann::json(names_).dump()}};
   }
 
   void choose_sizes() {
@@ -332,11 +361,22 @@ class Mosaic {
   std::vector<float> values_of(const Line& line, std::size_t number, std::size_t side,
                                const ShownSide& shown) const {
     std::vector<float> values = shown.values;
+    if (!line.numbers.empty())
+      for (float& value : values) value = number_of(value, line);
     if (type_ == PixelType::brightness)
       for (std::size_t bin = 0; bin < values.size(); ++bin)
         values[bin] /= static_cast<float>(
             line.levels.mean(side, ratio(line.run, line.run.pings[number], bin)));
     return values;
+  }
+
+  /// The number in the mosaic of a label of a run.
+  static float number_of(float label, const Line& line) {
+    if (!(label >= 0.0f && label < static_cast<float>(line.numbers.size())))
+      throw SceneError(fmt::format(
+          "{}: label {} has no name there; copy the folder again, or make the run again",
+          line.run.images.front().parent_path().string(), label));
+    return static_cast<float>(line.numbers[static_cast<std::size_t>(label)]);
   }
 
   /// Draws one side of a ping halfway to a neighbour; without one, half of the usual spacing ahead
@@ -402,8 +442,9 @@ class Mosaic {
   PixelType type_;
   PingSource source_;
   std::vector<Line> lines_;
-  std::vector<Strip> strips_;  // in the order of drawing
-  std::int64_t cells_ = 1;     // along a side of a pixel
+  std::vector<std::string> names_;  // of the labels, by their number
+  std::vector<Strip> strips_;       // in the order of drawing
+  std::int64_t cells_ = 1;          // along a side of a pixel
   std::int64_t block_px_ = 0;
   Box extent_;                            // of what is shown, local metres of the first run
   Vector2d corner_m_ = Vector2d::Zero();  // the grid's upper left corner, in the same metres

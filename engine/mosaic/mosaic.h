@@ -16,7 +16,8 @@ namespace ensonify::engine {
 
 /// The layers that a mosaic can show. `brightness` is the amplitude of `sample`, relative to the
 /// run's mean at the same side, range and height, as a picture shows it; the others are those of
-/// the images.
+/// the images. Numbers of `class` and `sediment` are those of the first run, and names that only
+/// other runs have follow; the file's metadata have the names, as in attributes.h.
 inline constexpr std::array<std::string_view, 8> mosaic_layers{
     "brightness", "sample",   "intensity", "intensity_mean",
     "region",     "sediment", "class",     "instance"};

@@ -77,7 +77,8 @@ struct MosaicFile::Open {
 
 MosaicFile::MosaicFile(const std::filesystem::path& file, std::int64_t columns, std::int64_t rows,
                        const Eigen::Vector2d& corner_m, double pixel_m, PixelType type,
-                       const std::string& description, const std::string& reference)
+                       const std::string& description, const std::string& reference,
+                       const std::map<std::string, std::string>& texts)
     : file_(file), type_(type), new_file_(file), open_(std::make_unique<Open>()) {
   [[maybe_unused]] static const bool registered = (GDALRegister_GTiff(), true);
   CPLStringList options;
@@ -102,6 +103,7 @@ MosaicFile::MosaicFile(const std::filesystem::path& file, std::int64_t columns, 
     }
     dataset->GetRasterBand(1)->SetNoDataValue(no_data(type));
     dataset->GetRasterBand(1)->SetDescription(description.c_str());
+    for (const auto& [name, text] : texts) dataset->SetMetadataItem(name.c_str(), text.c_str());
   });
 }
 

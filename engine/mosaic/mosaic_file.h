@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,10 +27,12 @@ enum class PixelType {
 class MosaicFile {
  public:
   /// `corner_m` is the upper left corner of the upper left pixel, east and north, in the world.
-  /// `reference` is the world's coordinate reference system as WKT; it may be empty.
+  /// `reference` is the world's coordinate reference system as WKT; it may be empty. `texts` are
+  /// kept by name in the file's metadata.
   MosaicFile(const std::filesystem::path& file, std::int64_t columns, std::int64_t rows,
              const Eigen::Vector2d& corner_m, double pixel_m, PixelType type,
-             const std::string& description, const std::string& reference);
+             const std::string& description, const std::string& reference,
+             const std::map<std::string, std::string>& texts);
   ~MosaicFile();
   MosaicFile(const MosaicFile&) = delete;
   MosaicFile& operator=(const MosaicFile&) = delete;

@@ -18,6 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     image.read(image.rows() - rows, rows, layers, values);
     tests::promise(values[0].size() == rows * image.columns(), "each pixel has a value");
     image.text("sonar");
+    image.names("class_names");
     image.number("range_m");
   } catch (const engine::SceneError&) {
   }

@@ -90,6 +90,7 @@ struct Picture {
     rows = grid->GetRasterYSize();
     REQUIRE(grid->GetGeoTransform(transform.data()) == CE_None);
     overviews = grid->GetRasterBand(1)->GetOverviewCount();
+    if (const char* text = grid->GetMetadataItem("class_names")) class_names = text;
     values.resize(static_cast<std::size_t>(columns * rows));
     REQUIRE(grid->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, columns, rows, values.data(), columns,
                                              rows, GDT_Float64, 0, 0, nullptr) == CE_None);
@@ -139,6 +140,7 @@ struct Picture {
   }
 
   int columns = 0, rows = 0, overviews = 0;
+  std::string class_names;
   std::array<double, 6> transform{};
   std::vector<double> values;  // NaN without data
 };
@@ -258,6 +260,32 @@ TEST_CASE("An object of a run is where it is, within half a pixel, in a mosaic o
     CHECK(nearest_m[ball] < 0.1);
     CHECK(farthest_m[ball] < 0.5);
   }
+}
+
+TEST_CASE("Classes of several runs have one number by name in a mosaic, which has the names") {
+  const TemporaryFolder folder;
+  const auto with_object = [](const std::string& name, const Vector2d& place) {
+    return level_bed +
+           fmt::format(
+               "[[objects]]\nshape = \"box\"\nlength_m = 2\nmaterial = \"bright\"\nclass = "
+               "\"{}\"\neast_m = {}\nnorth_m = {}\n",
+               name, place.x(), place.y());
+  };
+  const Vector2d to_starboard = balls_m[0], to_port = balls_m[2];
+  run_scene(folder, with_object("a", to_starboard), "one", {"sonar.sidescan.sides=starboard"});
+  run_scene(folder, with_object("b", to_port), "two", {"sonar.sidescan.sides=port"});
+  const Picture picture = mosaic_of(folder, {"one", "two"}, {.pixel_m = 0.1, .layer = "class"});
+  CHECK(picture.class_names == R"(["none","seabed","a","b"])");
+  std::array<int, 4> near_a{}, near_b{};  // pixels by number
+  picture.for_each([&](const Vector2d& place, double value) {
+    if (std::isnan(value)) return;
+    if ((place - to_starboard).norm() < 3.0) ++near_a.at(static_cast<std::size_t>(value));
+    if ((place - to_port).norm() < 3.0) ++near_b.at(static_cast<std::size_t>(value));
+  });
+  CHECK(near_a[2] > 10);
+  CHECK(near_a[3] == 0);
+  CHECK(near_b[2] == 0);
+  CHECK(near_b[3] > 10);
 }
 
 TEST_CASE("With perfect navigation over a level bed, both sources of positions agree") {
@@ -590,10 +618,13 @@ TEST_CASE("A mosaic refuses what it cannot use, with one message and exit code 2
     write_text(run / "sidescan.exr", "P5 1 1 255 0");
     list_files(run, {"sidescan.exr"});
   });
-  damaged("the layer 'sample' is missing", [&](const fs::path& run) {
-    copy_rows(folder / "good/sidescan.exr", 0, 20, run / "sidescan.exr", "sample");
-    list_files(run, {"sidescan.exr"});
-  });
+  damaged(
+      "the layer 'sample' is missing; make the run again, without output.layers or with all of "
+      "x_m, y_m, sample, region in it",
+      [&](const fs::path& run) {
+        copy_rows(folder / "good/sidescan.exr", 0, 20, run / "sidescan.exr", "sample");
+        list_files(run, {"sidescan.exr"});
+      });
   damaged("there are 20 pings, but the image has 19 rows", [&](const fs::path& run) {
     copy_rows(folder / "good/sidescan.exr", 0, 19, run / "sidescan.exr");
     list_files(run, {"sidescan.exr"});
