@@ -27,7 +27,7 @@ TargetRecord record_of(Target target, const Seafloor& seafloor,
                    .heading_rad = object.heading_rad,
                    .scale = object.scale,
                    .buried = object.buried,
-                   .aspect_rad = record.target.sight_rad - object.heading_rad};
+                   .aspect_rad = record.target.sight.direction_rad() - object.heading_rad};
   if (number < views.size() && views[number].alone > 0)
     record.object->visible_share = views[number].share();
   return record;

@@ -170,7 +170,7 @@ std::map<std::uint32_t, TargetOutlines> find_outlines(Marks& marks) {
   return found;
 }
 
-/// Sets range, side, ping, direction and contrast of a target that has its outlines.
+/// Sets range, ping, sight and contrast of a target that has its outlines.
 void measure(const Waterfall& image, const Marks& marks, Target& target) {
   constexpr int min_border_px = 8;
   const bool seen = target.body.area_px > 0;
@@ -179,9 +179,8 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
   const int more_columns = std::max(min_border_px, shown.high[0] - shown.low[0]);
   const int more_rows = std::max(min_border_px, shown.high[1] - shown.low[1]);
   double body = 0.0, bed = 0.0, range_m = 0.0, ping = 0.0;
-  std::size_t pixels = 0, bed_pixels = 0, port = 0;
+  std::size_t bed_pixels = 0;
   const int port_end = static_cast<int>(port_columns(image.sonar));
-  Eigen::Vector2d sight = Eigen::Vector2d::Zero();  // sum over its pixels: north, east
   for (int row = std::max(0, shown.low[1] - more_rows);
        row < std::min(marks.rows(), shown.high[1] + more_rows); ++row) {
     int its_port = 0, its_starboard = 0;  // pixels of this row
@@ -199,24 +198,28 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
       }
     }
     if (its_port + its_starboard == 0) continue;
-    pixels += static_cast<std::size_t>(its_port + its_starboard);
-    port += static_cast<std::size_t>(its_port);
     const PingRow& its_ping = image.pings[static_cast<std::size_t>(marks.rows() - 1 - row)];
     ping += (its_port + its_starboard) * static_cast<double>(its_ping.number);
     const double ahead_rad = mounted(its_ping.pose, image.sonar.mounting).heading_rad;
-    sight +=
-        (its_starboard - its_port) * Eigen::Vector2d(-std::sin(ahead_rad), std::cos(ahead_rad));
+    target.sight +=
+        {static_cast<std::size_t>(its_port), static_cast<std::size_t>(its_starboard),
+         (its_starboard - its_port) * Eigen::Vector2d(-std::sin(ahead_rad), std::cos(ahead_rad))};
   }
-  const auto n = static_cast<double>(pixels);
+  const auto n = static_cast<double>(target.sight.pixels());
   target.range_m = range_m / n;
   target.ping = ping / n;
-  target.sight_rad = std::atan2(sight.y(), sight.x());
-  target.side = 2 * port > pixels ? Side::port : Side::starboard;
   if (seen && body > 0.0 && bed > 0.0)
     target.contrast_db = scatter::to_db((body / n) / (bed / static_cast<double>(bed_pixels)));
 }
 
 }  // namespace
+
+Sight& Sight::operator+=(const Sight& more) {
+  port_px += more.port_px;
+  starboard_px += more.starboard_px;
+  directions += more.directions;
+  return *this;
+}
 
 std::map<std::uint32_t, TargetOutlines> find_outlines(const Waterfall& waterfall) {
   Marks marks(waterfall);

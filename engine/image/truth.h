@@ -1,10 +1,14 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include <ensonify/engine/image/waterfall.h>
 
@@ -33,14 +37,26 @@ struct TargetOutlines {
   Outline shadow;  ///< pixels of region shadow with its `shadow_instance`
 };
 
+/// How the sonar sees the pixels of a target. Those of several parts of a run add up.
+struct Sight {
+  std::size_t port_px = 0, starboard_px = 0;
+  /// Sum over the pixels of the direction in which the sonar sees each, as a unit vector: north,
+  /// east.
+  Eigen::Vector2d directions = Eigen::Vector2d::Zero();
+
+  Sight& operator+=(const Sight& more);
+  std::size_t pixels() const { return port_px + starboard_px; }
+  Side side() const { return port_px > starboard_px ? Side::port : Side::starboard; }
+  /// Mean direction, clockwise from north.
+  double direction_rad() const { return std::atan2(directions.y(), directions.x()); }
+};
+
 /// What a picture shows of one object, or of one feature of the bed.
 struct Target : TargetOutlines {
   std::uint32_t instance = 0;
-  double range_m = 0.0;    ///< mean slant range of the body; without a body, of the shadow
-  Side side = Side::port;  ///< with most of its pixels
-  double ping = 0.0;       ///< mean ping of its pixels, numbered as in the run
-  /// Mean direction in which the sonar sees its pixels, clockwise from north.
-  double sight_rad = 0.0;
+  double range_m = 0.0;  ///< mean slant range of the body; without a body, of the shadow
+  double ping = 0.0;     ///< mean ping of the same pixels, numbered as in the run
+  Sight sight;           ///< of the same pixels
   /// Mean expected intensity of the body over that of the seabed near it, dB. The seabed near it:
   /// pixels of region seabed without an instance, in the body's box grown by its own size (at least
   /// 8 pixels) on every side. None if either is missing.

@@ -101,6 +101,7 @@ Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full
     return array.shading.beam_width_x() * wavelength_m / array.length_m;
   };
   Recording recording{.name = sonar.name,
+                      .file = sonar.name,
                       .frequency_hz = sonar.frequency_hz,
                       .bandwidth_hz = sonar.pulse.kind == PulseKind::cw
                                           ? 1.0 / sonar.pulse.transmitted_length_s()

@@ -50,6 +50,7 @@ struct NavPing {
 /// A waterfall as a real sonar's software would have recorded it.
 struct Recording {
   std::string name;  ///< of the sonar
+  std::string file;  ///< name of the file that it is written to, without extension
   double frequency_hz = 0.0, bandwidth_hz = 0.0;
   double pulse_length_s = 0.0;
   double range_m = 0.0;
@@ -79,17 +80,17 @@ struct PingInTime {
 std::vector<PingInTime> pings_by_time(std::span<const Recording> sonars,
                                       std::span<const std::size_t> which);
 
-/// The name of a recording of all sonars of a scene, without its extension.
+/// The name of the file of a recording of all sonars of a scene, without its extension.
 inline constexpr std::string_view common_recording = "recording";
 
 /// Unix seconds of a time written as `2025-06-01T12:00:00Z`; none for any other form.
 std::optional<std::int64_t> unix_time(std::string_view text);
 
-/// A recording of a waterfall. Without an origin, positions follow the frame's UTM zone; without a
-/// zone, its reference; with neither, they lie in the North Sea. Without a start time it begins on
-/// 2000-01-01, or at the track's first time if the track counts seconds from 1970. A side that the
-/// sonar does not have is silent. Pings that were not recorded are left out. Throws
-/// std::invalid_argument in a build without GeographicLib.
+/// A recording of a waterfall, whose file has the sonar's name. Without an origin, positions follow
+/// the frame's UTM zone; without a zone, its reference; with neither, they lie in the North Sea.
+/// Without a start time it begins on 2000-01-01, or at the track's first time if the track counts
+/// seconds from 1970. A side that the sonar does not have is silent. Pings that were not recorded
+/// are left out. Throws std::invalid_argument in a build without GeographicLib.
 Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full_scale,
                          const RecordingFrame& frame);
 

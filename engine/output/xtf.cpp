@@ -48,7 +48,6 @@ void add_channel_info(PackedBytes& bytes, std::size_t channel, std::string_view 
 void add_file_header(PackedBytes& bytes, std::span<const Recording> sonars) {
   const bool alone = sonars.size() == 1;
   const std::string name = alone ? sonars.front().name : "";
-  const std::string file = alone ? name : std::string(common_recording);
   bytes.begin(file_header);
   bytes.put<std::uint8_t>(0, 123);
   bytes.put<std::uint8_t>(1, 1);
@@ -58,7 +57,7 @@ void add_file_header(PackedBytes& bytes, std::span<const Recording> sonars) {
   bytes.text(36, 64,
              fmt::format("ensonify {}; place and attitude are the sonar's own", program_version()));
   bytes.put<std::uint16_t>(34, 0);  // sonar type: not in the list
-  bytes.text(100, 64, file + ".xtf");
+  bytes.text(100, 64, sonars.front().file + ".xtf");
   bytes.put<std::uint16_t>(164, 3);  // positions are latitudes and longitudes
   bytes.put<std::uint16_t>(166, static_cast<std::uint16_t>(2 * sonars.size()));  // channels
   for (std::size_t channel = 0; channel < 2 * sonars.size(); ++channel) {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -161,10 +161,12 @@ class JoinedOutline {
 /// A target, put together from those of the parts.
 class JoinedTarget {
  public:
-  JoinedTarget(std::size_t rows, std::size_t columns)
-      : body_(rows, columns), shadow_(rows, columns) {}
+  /// `sights` are of the whole run.
+  JoinedTarget(std::size_t rows, std::size_t columns, const TargetSights& sights)
+      : body_(rows, columns), shadow_(rows, columns), sights_(sights) {}
 
   void add(const Json& target, std::size_t first_row) {
+    if (target.contains("aspect_deg")) heading_deg_ = target.at("heading_deg").get<double>();
     const Json &body = target.at("body"), &shadow = target.at("shadow");
     body_.add(body, first_row);
     shadow_.add(shadow, first_row);
@@ -176,6 +178,10 @@ class JoinedTarget {
   Json json(std::span<const ObjectVisibility> visibility) const {
     const bool seen = body_.area_px() > 0;
     Json json = (seen ? of_body_ : of_shadow_).json();
+    const Sight& sight = seen ? sights_.body : sights_.shadow;
+    json["side"] = name_of(sight.side());
+    if (heading_deg_)
+      json["aspect_deg"] = turned_deg(sight.direction_rad() - *heading_deg_ * degree);
     if (json.contains("visible_fraction")) {
       const std::size_t object = whole_numbers(json.at("instance")).get<std::size_t>() - 1;
       const bool counted = object < visibility.size() && visibility[object].alone > 0;
@@ -198,9 +204,6 @@ class JoinedTarget {
       area_px_ += area_px;
       range_m_ += area_px * target.at("range_m").get<double>();
       ping_ += area_px * target.at("ping").get<double>();
-      if (target.contains("aspect_deg"))
-        aspect_ += std::polar(area_px, target.at("aspect_deg").get<double>() * degree);
-      port_px_ += target.at("side").get<std::string>() == name_of(Side::port) ? area_px : 0.0;
       if (const Json& db = target.at("contrast_db"); !db.is_null()) {
         contrast_px_ += area_px;
         contrast_ += area_px * scatter::from_db(db.get<double>());
@@ -209,9 +212,7 @@ class JoinedTarget {
     Json json() const {
       Json json = largest_;
       json["range_m"] = range_m_ / area_px_;
-      json["side"] = name_of(2.0 * port_px_ > area_px_ ? Side::port : Side::starboard);
       json["ping"] = ping_ / area_px_;
-      if (json.contains("aspect_deg")) json["aspect_deg"] = turned_deg(std::arg(aspect_));
       json["contrast_db"] =
           contrast_px_ > 0.0 ? Json(scatter::to_db(contrast_ / contrast_px_)) : Json(nullptr);
       return json;
@@ -219,19 +220,21 @@ class JoinedTarget {
 
    private:
     Json largest_;
-    double largest_px_ = 0.0, area_px_ = 0.0, range_m_ = 0.0, ping_ = 0.0, port_px_ = 0.0;
-    std::complex<double> aspect_ = 0.0;
+    double largest_px_ = 0.0, area_px_ = 0.0, range_m_ = 0.0, ping_ = 0.0;
     double contrast_px_ = 0.0, contrast_ = 0.0;
   };
 
   JoinedOutline body_, shadow_;
+  TargetSights sights_;
+  std::optional<double> heading_deg_;  // of an object
   Means of_body_, of_shadow_;
 };
 
 }  // namespace
 
 std::string join_targets(const fs::path& folder, const RunParts& parts, const std::string& sonar,
-                         std::span<const ObjectVisibility> visibility) {
+                         std::span<const ObjectVisibility> visibility,
+                         const std::map<std::uint32_t, TargetSights>& sights) {
   std::map<std::uint32_t, JoinedTarget> targets;
   Json whole;
   std::size_t beams = 1;
@@ -253,7 +256,7 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
       }
       for (const Json& target : json.at("targets")) {
         const auto instance = whole_numbers(target.at("instance"), max_labels).get<std::uint32_t>();
-        targets.try_emplace(instance, beams * parts.pings(), columns)
+        targets.try_emplace(instance, beams * parts.pings(), columns, sights.at(instance))
             .first->second.add(target, beams * (parts.pings() - parts.range(part).end()));
       }
     } catch (const std::exception& error) {

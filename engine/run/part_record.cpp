@@ -44,6 +44,30 @@ std::vector<ObjectVisibility> visibility_of(const Json& json) {
   return views;
 }
 
+/// [instance, whether of the body, pixels to port, to starboard, directions north, east], and so
+/// on.
+Json sights_json(const std::map<std::uint32_t, TargetSights>& targets) {
+  Json list = Json::array();
+  for (const auto& [instance, sights] : targets)
+    for (const Sight* sight : {&sights.body, &sights.shadow})
+      if (sight->pixels() > 0)
+        list.push_back({instance, sight == &sights.body, sight->port_px, sight->starboard_px,
+                        sight->directions.x(), sight->directions.y()});
+  return list;
+}
+
+std::map<std::uint32_t, TargetSights> sights_of(const Json& json) {
+  std::map<std::uint32_t, TargetSights> targets;
+  for (const Json& its : json) {
+    TargetSights& sights = targets[whole_numbers(its.at(0), max_labels).get<std::uint32_t>()];
+    (its.at(1).get<bool>() ? sights.body : sights.shadow) = {
+        whole_numbers(its.at(2)).get<std::size_t>(),
+        whole_numbers(its.at(3)).get<std::size_t>(),
+        {its.at(4).get<double>(), its.at(5).get<double>()}};
+  }
+  return targets;
+}
+
 }  // namespace
 
 PartRecord& PartRecord::operator+=(const PartRecord& next) {
@@ -71,6 +95,12 @@ PartRecord& PartRecord::operator+=(const PartRecord& next) {
     views.resize(its.size());
     for (std::size_t i = 0; i < its.size(); ++i) views[i] += its[i];
   }
+  for (const auto& [sonar, its] : next.target_sights)
+    for (const auto& [instance, sights] : its) {
+      TargetSights& sum = target_sights[sonar][instance];
+      sum.body += sights.body;
+      sum.shadow += sights.shadow;
+    }
   files.insert(files.end(), next.files.begin(), next.files.end());
   return *this;
 }
@@ -83,6 +113,8 @@ std::string part_json(const PartRecord& record) {
   Json visibility = Json::object();
   for (const auto& [sonar, views] : record.object_visibility)
     visibility[sonar] = visibility_json(views);
+  Json sights = Json::object();
+  for (const auto& [sonar, targets] : record.target_sights) sights[sonar] = sights_json(targets);
   const Json json = {
       {"program", "ensonify"},
       {"version", program_version()},
@@ -98,6 +130,7 @@ std::string part_json(const PartRecord& record) {
       {"verification", record.verification},
       {"pings_over_hole", record.pings_over_hole},
       {"object_visibility", visibility},
+      {"target_sights", sights},
       {"warnings", record.warnings},
       {"files", files},
   };
@@ -128,6 +161,8 @@ PartRecord read_part_json(const std::filesystem::path& file) {
     };
     for (const auto& [sonar, views] : json.at("object_visibility").items())
       record.object_visibility[inside(sonar)] = visibility_of(views);
+    for (const auto& [sonar, targets] : json.at("target_sights").items())
+      record.target_sights[inside(sonar)] = sights_of(targets);
     json.at("warnings").get_to(record.warnings);
     for (const Json& its : json.at("files"))
       record.files.push_back({inside(its.at("name").get<std::string>()),

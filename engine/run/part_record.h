@@ -7,10 +7,17 @@
 #include <vector>
 
 #include <ensonify/engine/image/label_names.h>
+#include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/simulator/ping_all.h>
 
 namespace ensonify::engine {
+
+/// How a sonar sees a target in parts of a run: its body, and its shadow in those parts that show
+/// no body.
+struct TargetSights {
+  Sight body, shadow;
+};
 
 /// What is known of a part of a run when its files are written, or of the whole run: the content of
 /// a part's part.json. Counts and verification as in RunReport.
@@ -28,6 +35,8 @@ struct PartRecord {
   std::uint64_t pings_over_hole = 0;
   /// By name of the sonar: what was seen of the seafloor's objects; empty where it was not counted.
   std::map<std::string, std::vector<ObjectVisibility>> object_visibility;
+  /// By name of the sonar, then by instance.
+  std::map<std::string, std::map<std::uint32_t, TargetSights>> target_sights;
   std::vector<std::string> warnings;  ///< about the scene and its track; the same for all parts
   std::vector<FileRecord> files;
 

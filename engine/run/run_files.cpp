@@ -211,8 +211,10 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
     if (formats.empty()) return;
     tasks.emplace_back([&, first, end, name] {
       std::vector<Recording> sonars;
-      for (std::size_t i = first; i < end; ++i)
+      for (std::size_t i = first; i < end; ++i) {
         sonars.push_back(recording_of(scene, run.world, pings.images[i], simulator, i));
+        sonars.back().file = name;
+      }
       for (const OutputFormat* format : formats)
         write_bytes(fmt::format("{}.{}", name, format->name),
                     std::get<EncodeRecording>(format->encode)(sonars));
@@ -247,13 +249,17 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
     });
     tasks.emplace_back([&, name] { write_text(name + "_pings.csv", pings_csv(image)); });
     if (!seafloor.objects.empty() || !seafloor.features.empty())
-      tasks.emplace_back([&, name, i] {
+      tasks.emplace_back([&, name, i, &sights = record.target_sights[image.sonar.name]] {
         std::optional<Waterfall> over_ground;  // as the picture shows it
         if (scene.display.slant_range_correction) over_ground = truth_over_ground(image);
-        write_text(name + "_targets.json",
-                   targets_json(target_records(over_ground ? *over_ground : image, seafloor,
-                                               pings.object_visibility[i]),
-                                image, seafloor));
+        const std::vector<TargetRecord> targets = target_records(
+            over_ground ? *over_ground : image, seafloor, pings.object_visibility[i]);
+        for (const TargetRecord& record_of_target : targets) {
+          const Target& target = record_of_target.target;
+          TargetSights& its = sights[target.instance];
+          (target.body.area_px > 0 ? its.body : its.shadow) = target.sight;
+        }
+        write_text(name + "_targets.json", targets_json(targets, image, seafloor));
       });
     if (output.truth)
       tasks.emplace_back([&, name, i] {

@@ -101,7 +101,8 @@ PartRecord finish_run(const fs::path& folder, const RunPlan& plan,
         }))
       continue;
     const Claim claim = StagingFolder::wait_for(folder / targets, waiting);
-    refine::write_file(folder / targets, join_targets(folder, parts, sonar, visibility));
+    refine::write_file(folder / targets,
+                       join_targets(folder, parts, sonar, visibility, whole.target_sights[sonar]));
     files.push_back(record_of(folder, targets));
   }
   files.push_back(record_of(folder, plan_file(folder).filename().string()));

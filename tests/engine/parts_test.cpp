@@ -249,7 +249,7 @@ TEST_CASE(
                R"( "side": "port", "ping": 1, "contrast_db": 3, "shadow": null, "body":)"
                R"( {"box": [1, 1, 2, 1], "area_px": 2, )" +
                    outline + "}}]}");
-    return join_targets(folder.path(), RunParts({0}, 2), "a", {});
+    return join_targets(folder.path(), RunParts({0}, 2), "a", {}, {{1, TargetSights{}}});
   };
   CHECK_NOTHROW(joined(R"("polygons": [[1, 1, 3, 1, 3, 2, 1, 2]])"));
   for (const std::string wrong :

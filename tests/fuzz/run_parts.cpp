@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const engine::RunPlan plan = engine::read_plan(folder.path());
     engine::differences(plan, plan);
     engine::join_targets(folder.path(), plan.parts, "left-right",
-                         part.object_visibility["left-right"]);
+                         part.object_visibility["left-right"], part.target_sights["left-right"]);
   } catch (const std::runtime_error&) {
   }
   return 0;

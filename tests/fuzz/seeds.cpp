@@ -156,6 +156,7 @@ int main(int argc, char** argv) {
           R"( "classes": ["none"], "materials": ["none"], "seafloor": {"faces": 1},)"
           R"( "counts": {"pings": 2}, "verification": {}, "pings_over_hole": 0,)"
           R"( "object_visibility": {"left-right": {"objects": 1, "views": [0, 2, 1]}},)"
+          R"( "target_sights": {"left-right": [[1, true, 2, 0, -2.5, 1]]},)"
           R"( "warnings": [], "files": [{"name": "a", "size_bytes": 1, "xxh128": "0"}]})" +
           zero + R"({"picture": {"columns": 9, "rows": 2}, "targets": [{)" + target + "}]}");
   const tests::SmallDataset dataset;

@@ -182,6 +182,8 @@ TEST_CASE("the parts of a run put together are the run of one part") {
     CHECK(parts.contains(its + ".exr"));
     CHECK(parts.contains(its + ".png"));
   }
+  CHECK(parts.at("part_0002/left-right_0002.xtf").substr(100, 64).c_str() ==
+        std::string("left-right_0002.xtf"));
   CHECK(joined[".xtf"] == recording(one, name + ".xtf"));
   CHECK(joined[".jsf"] == recording(one, name + ".jsf"));
   CHECK(joined[".csv"] == one.at(name + "_pings.csv"));
@@ -198,6 +200,8 @@ TEST_CASE("the parts of a run put together are the run of one part") {
       CHECK(a.at(key) == b.at(key));
     for (const std::string key : {"range_m", "ping"})
       CHECK(b.at(key).get<double>() == Approx(a.at(key).get<double>()));
+    CHECK(b.at("aspect_deg").get<double>() ==
+          Approx(a.at("aspect_deg").get<double>()).margin(1e-9));
     for (const std::string key : {"body", "shadow"}) {
       REQUIRE(a.at(key).is_null() == b.at(key).is_null());
       if (a.at(key).is_null()) continue;
@@ -227,6 +231,35 @@ TEST_CASE("the parts of a run put together are the run of one part") {
   CHECK(manifest.at("files").size() == parts.size() - 1);
   CHECK(!Json::parse(one.at("manifest.json")).contains("parts"));
   CHECK(!one.contains("run.json"));
+}
+
+TEST_CASE("a wall across the track has the side and aspect of the whole run in any parts") {
+  const TemporaryFolder folder;
+  // Pings that see it on both sides, with a vehicle that turns to and fro.
+  write_text(folder / "scene.toml", changed(tiny_scene, "pings = 9", "pings = 30\naltitude_m = 6") +
+                                        R"([motion]
+heading = { rms_deg = 3, period_s = 6 }
+[[objects]]
+shape = "box"
+length_m = 14
+width_m = 1
+tall_m = 1
+heading_deg = 60
+)");
+  const auto target = [&](const std::string& pings) {
+    run_whole(folder.path(), "by" + pings, {"-D", "output.pings_per_file=" + pings});
+    return Json::parse(read_text(folder / ("by" + pings) / "left-right_targets.json"))
+        .at("targets")
+        .at(0);
+  };
+  const Json whole = target("30");
+  for (const std::string pings : {"8", "12", "16", "20"}) {
+    const Json joined = target(pings);
+    CAPTURE(pings, joined.dump(), whole.dump());
+    CHECK(joined.at("side") == whole.at("side"));
+    CHECK(joined.at("aspect_deg").get<double>() ==
+          Approx(whole.at("aspect_deg").get<double>()).margin(1e-9));
+  }
 }
 
 TEST_CASE("a run in parts needs at most the disk that it states") {
