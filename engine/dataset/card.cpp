@@ -52,6 +52,16 @@ std::string hub_metadata(const Card& card) {
   return text + "---\n\n";
 }
 
+/// A text of one line for a cell of a table, or for a heading.
+std::string one_line(std::string_view text) {
+  std::string line;
+  for (const char c : text) {
+    if (c == '|' || c == '\\') line += '\\';
+    line += c == '\n' || c == '\r' ? ' ' : c;
+  }
+  return line;
+}
+
 }  // namespace
 
 std::string Realised::text() const {
@@ -91,7 +101,7 @@ std::string Card::description() const {
 std::string Card::markdown() const {
   std::string text = hub_metadata(*this);
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "# {}\n\n{}\n", heading(), description());
+  fmt::format_to(out, "# {}\n\n{}\n", one_line(heading()), description());
   if (!licence.empty()) fmt::format_to(out, "\nLicence: {}\n", licence);
   if (!pictures.empty()) text += "\n## Pictures\n\n";
   for (const std::string& picture : pictures) fmt::format_to(out, "![{0}]({0})\n", picture);
@@ -103,15 +113,15 @@ std::string Card::markdown() const {
   text += "\n## Targets in whole lines\n\n| class | split | targets |\n|---|---|---|\n";
   for (const auto& [name, by_split] : targets)
     for (const auto& [split, count] : by_split)
-      fmt::format_to(out, "| {} | {} | {} |\n", name, split, count);
+      fmt::format_to(out, "| {} | {} | {} |\n", one_line(name), split, count);
   text +=
       "\n## Labels\n\n0 is none; ignore 255 (65535 for instances).\n\n"
       "| number | class | sediment |\n|---|---|---|\n";
   for (std::size_t i = 0; i < std::max(classes.size(), sediments.size()); ++i)
-    fmt::format_to(out, "| {} | {} | {} |\n", i + 1, i < classes.size() ? classes[i] : "",
-                   i < sediments.size() ? sediments[i] : "");
+    fmt::format_to(out, "| {} | {} | {} |\n", i + 1, i < classes.size() ? one_line(classes[i]) : "",
+                   i < sediments.size() ? one_line(sediments[i]) : "");
   text += "\n## Assets and licences\n\n";
-  if (assets.empty()) text += "No external files: everything is generated.\n";
+  if (assets.empty() && licences.empty()) text += "No external files: everything is generated.\n";
   for (const std::string& asset : assets) fmt::format_to(out, "- {}\n", asset);
   for (const std::string& line : licences) fmt::format_to(out, "- {}\n", line);
   const auto histograms = [&](std::string_view heading,
