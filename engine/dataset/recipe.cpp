@@ -21,6 +21,7 @@
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 
 namespace ensonify::engine {
 namespace {
@@ -32,11 +33,6 @@ std::uint64_t key_number(std::string_view key) {
   std::uint64_t number = 0;
   std::from_chars(digits.data(), digits.data() + 16, number, 16);
   return number;
-}
-
-/// A string without its quotes; other values unchanged. (No name of a scene needs escapes.)
-std::string bare(const std::string& value) {
-  return value.size() >= 2 && value.front() == '"' ? value.substr(1, value.size() - 2) : value;
 }
 
 /// Whether the things of a list are numbered in the labels, and so are targets: objects, and
@@ -114,7 +110,7 @@ class SampleDraws {
   std::string draw(const std::string& key, const Distribution& d) {
     using Kind = Distribution::Kind;
     if (d.kind == Kind::table) {
-      const std::string by = bare(value(d.by, d.place));
+      const std::string by = plain_text(value(d.by, d.place));
       const auto* entry = d.entry_for(by);
       if (!entry)
         throw SceneError(fmt::format("{}: the table has no entry for {} = {}, and no default",
@@ -256,7 +252,7 @@ void collect_files(const RecipeText& text, Scene& scene, std::set<std::string>& 
     if (const auto drawn = text.distributions.find(key); drawn != text.distributions.end())
       drawn->second.collect_values(values);
     for (const std::string& value : values)
-      if (!bare(value).empty()) names.insert(bare(value));
+      if (!plain_text(value).empty()) names.insert(plain_text(value));
   });
 }
 
@@ -270,7 +266,7 @@ void collect_object_labels(const RecipeText& text, std::span<const ObjectOptions
     if (const auto drawn = text.distributions.find(fmt::format("objects.{}.{}", number, key));
         drawn != text.distributions.end())
       drawn->second.collect_values(values);
-    for (std::string& text_of : values) text_of = bare(text_of);
+    for (std::string& text_of : values) text_of = plain_text(text_of);
     values.push_back(value);
     return values;
   };
@@ -374,9 +370,9 @@ PossibleNames possible_names(const DrawnKeys& keys, Scene& scene) {
         lists_of_targets, [&whole = key](auto list) { return under(whole, list); });
     if (key.ends_with(".class") && !under(key, "objects"))
       for (const std::string& value : values)
-        (of_instances ? targets : grounds).insert(bare(value));
+        (of_instances ? targets : grounds).insert(plain_text(value));
     if (key.ends_with(".material"))
-      for (const std::string& value : values) materials.insert(bare(value));
+      for (const std::string& value : values) materials.insert(plain_text(value));
   }
   collect_object_labels(keys, scene.objects, targets, grounds, materials);
   for (std::set<std::string>* all : {&targets, &grounds, &materials}) all->erase("");
@@ -423,7 +419,7 @@ std::string split_of_sample(SampleDraws& draws, const DrawnKeys& d, const SplitO
     if (key == "seafloor")
       by_seafloor = true;
     else
-      group.push_back(bare(draws.value(key, name + ": 'dataset.split.by'")));
+      group.push_back(plain_text(draws.value(key, name + ": 'dataset.split.by'")));
   // The other keys are drawn once per seafloor: those of one seafloor agree in all of them.
   const std::uint64_t group_number =
       by_seafloor ? seafloor : key_number(fmt::format("{}", fmt::join(group, "\n")));
@@ -467,6 +463,11 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
       throw refuse(
           fmt::format("'dataset.chips.classes' names {}, which no target is; expected some of {}",
                       toml_string(chosen), fmt::join(targets, ", ")));
+  for (const std::set<std::string>* names : {&targets, &grounds})
+    if (names->contains(std::string(name_of_number_0)))
+      throw refuse(
+          fmt::format("a class can be \"{}\", which is the name of number 0: give it another name",
+                      name_of_number_0));
   targets_.assign(targets.begin(), targets.end());
   if (options_.shadow_class) {
     if (targets.contains(std::string(shadow_name)) || grounds.contains(std::string(shadow_name)))

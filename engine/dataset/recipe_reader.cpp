@@ -342,4 +342,9 @@ RecipeText parse_recipe_text(std::string_view text, std::string_view name,
   return RecipeReader(name, data_folder).read(text, overrides);
 }
 
+std::string plain_text(const std::string& value) {
+  if (!value.starts_with('"')) return value;
+  return toml::parse("text = " + value)["text"].value_or(std::string());
+}
+
 }  // namespace ensonify::engine

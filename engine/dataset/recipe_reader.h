@@ -32,4 +32,7 @@ RecipeText parse_recipe_text(std::string_view text, std::string_view name,
                              const std::filesystem::path& data_folder,
                              std::span<const std::string> overrides);
 
+/// The text that a string of TOML stands for; other values unchanged.
+std::string plain_text(const std::string& value);
+
 }  // namespace ensonify::engine

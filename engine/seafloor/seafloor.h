@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/refine/progressive_mesh.h>
@@ -20,6 +21,9 @@ namespace ensonify::engine {
 /// The number of labels, and of instances, that there can be: they have 16 bits, and label pictures
 /// ignore the last number. Number 0 means none.
 inline constexpr std::size_t max_labels = 65535;
+
+/// The name of number 0. No class may have it.
+inline constexpr std::string_view name_of_number_0 = "none";
 
 /// The number of faces that a seafloor can have.
 inline constexpr double max_seafloor_faces = 2147483648.0;  // 2^31
@@ -73,8 +77,8 @@ struct Seafloor {
   std::vector<std::uint16_t> face_label;
   std::uint32_t first_labelled = 0;
   bool labels_in_grid = false;  ///< the kinds of the grid's tiles are the labels of the bed's faces
-  std::vector<std::string> classes = {"none"};
-  std::vector<std::string> materials = {"none"};
+  std::vector<std::string> classes = {std::string(name_of_number_0)};
+  std::vector<std::string> materials = {std::string(name_of_number_0)};
   int utm_zone = 0;  ///< of the mesh's world, as in Heightfield
   std::vector<ObjectRecord> objects;
   std::vector<FeatureRecord> features;  ///< only features that have a point of the bed

@@ -70,8 +70,11 @@ SessionObjects::SessionObjects(const Seafloor& seafloor, FacesWithBodies& faces)
 void SessionObjects::check(const MovingObject& object, const Pose& pose) const {
   check_pose(pose);
   if (object.mesh.faces.empty()) throw std::invalid_argument("Simulator: the mesh has no faces");
-  if (object.class_name.empty())
-    throw std::invalid_argument("Simulator: the object's class is empty, expected a name");
+  if (object.class_name.empty() || object.class_name == name_of_number_0)
+    throw std::invalid_argument(fmt::format(
+        "Simulator: the object's class is \"{}\", expected a name other than \"{}\", that of "
+        "number 0",
+        object.class_name, name_of_number_0));
   if (fixed_labels_ + faces_.bodies() >= max_labels)
     throw std::invalid_argument(fmt::format(
         "Simulator: there are {} objects and other labels, and no room for more: remove one",

@@ -199,6 +199,8 @@ TEST_CASE("invalid calls are refused and change nothing") {
                   std::invalid_argument);
   CHECK_THROWS_AS(session.add({.mesh = cube(1.0f)}, nowhere), std::invalid_argument);
   CHECK_THROWS_AS(session.add({}, beside), std::invalid_argument);
+  CHECK_THROWS_AS(session.add({.mesh = cube(1.0f), .class_name = "none"}, beside),
+                  std::invalid_argument);
   CHECK_THROWS_AS(session.add({.mesh = cube(1.0f), .class_name = ""}, beside),
                   std::invalid_argument);
   CHECK_THROWS_AS(session.add({.mesh = cube(1.0f), .material = "cheese"}, beside),

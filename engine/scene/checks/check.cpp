@@ -12,6 +12,7 @@
 #include <ensonify/engine/scene/checks/seabed_check.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
@@ -202,10 +203,15 @@ void check_images(const OutputOptions& output, const auto& require) {
 
   for (const auto& [key, names] : {std::pair("output.class_names", &output.class_names),
                                    std::pair("output.sediment_names", &output.sediment_names)})
-    for (const std::string& name : *names)
+    for (const std::string& name : *names) {
       require(std::ranges::count(*names, name) == 1, key, [&, &which = key] {
         return fmt::format("'{}' names \"{}\" twice, expected each once", which, name);
       });
+      require(name != name_of_number_0, key, [&, &which = key] {
+        return fmt::format("'{}' names \"{}\", which is the name of number 0: leave it out", which,
+                           name);
+      });
+    }
 }
 
 void check_beam(const Sonar& sonar, double sound_speed_mps, const auto& require) {

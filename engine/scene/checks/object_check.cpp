@@ -7,6 +7,7 @@
 
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 
 namespace ensonify::engine {
 namespace {
@@ -44,6 +45,9 @@ class Faults {
     if (!object_.mesh.empty() && !object_.shape.empty())
       add("shape", "'{0}.shape' and '{0}.mesh' are both given, expected one of them");
     if (object_.class_name.empty()) add("class", "'{}.class' is empty, expected a name");
+    if (object_.class_name == name_of_number_0)
+      add("class", "'{}.class' is \"{}\", which is the name of number 0: expected another name",
+          name_of_number_0);
     for (const Dimension& dimension : all_dimensions())
       if (object_.shape.empty() && dimension.size != &ShapeSize::length_m &&
           object_.size.*dimension.size)

@@ -8,6 +8,7 @@
 
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/layers/area_files.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/triangle_mesh.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/sea_water.h>
@@ -133,6 +134,11 @@ void check_seabed(const Scene& scene,
                         "one of {}",
                         name, layer.area.on, fmt::join(materials, ", "));
                   });
+    check.require(layer.class_name != name_of_number_0, name + ".class", [&] {
+      return fmt::format(
+          "'{}.class' is \"{}\", which is the name of number 0: expected another name", name,
+          name_of_number_0);
+    });
     if (layer.material.empty()) return;
     check_material(scene, layer.material, name + ".material", place);
   });

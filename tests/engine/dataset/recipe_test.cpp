@@ -514,6 +514,9 @@ TEST_CASE("what a dataset's labels cannot follow is refused with what to do inst
         "made in slant range: leave it out; 'dataset.ground_px_m' makes");
   CHECK_NOTHROW(recipe_of("[dataset]\n[display]\nslant_range_correction = false\n"));
   check_refused("[dataset]\n[output]\nclass_names = [\"mine\"]\n", "leave them out");
+  check_refused(
+      "[dataset]\n[[objects]]\nshape = \"box\"\nclass = { choice = [\"mine\", \"none\"] }\n",
+      "a class can be \"none\", which is the name of number 0");
 }
 
 TEST_CASE("every sample's scene numbers its labels as the dataset does") {
@@ -524,6 +527,32 @@ TEST_CASE("every sample's scene numbers its labels as the dataset does") {
     CHECK(recipe.sample(i).scene.output.class_names == recipe.class_names());
     CHECK(recipe.sample(i).scene.output.sediment_names == recipe.material_names());
   }
+}
+
+TEST_CASE("names with quotes, backslashes and tabs are the names of the samples") {
+  const Recipe recipe = recipe_of(R"(
+[dataset]
+samples = 4
+[dataset.split]
+by = ["draw.kind"]
+held_out_test = ["a \"b\""]
+[draw]
+kind = { choice = ["a \"b\"", "c"], stratified = true }
+[[objects]]
+shape = "box"
+class = { by = "draw.kind", table = { "a \"b\"" = "A\\B", c = "C\t1" } }
+tall_m = { by = "objects.0.class", table = { "A\\B" = 1.0, "C\t1" = 2.0 } }
+)");
+  CHECK(recipe.class_names() == std::vector<std::string>{"A\\B", "C\t1", "seabed"});
+  std::set<std::string> classes;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const SampleScene sample = recipe.sample(i);
+    const ObjectOptions& object = sample.scene.objects.at(0);
+    classes.insert(object.class_name);
+    CHECK(object.size.shape_height_m == (object.class_name == "A\\B" ? 1.0 : 2.0));
+    CHECK((sample.split == "test") == (object.class_name == "A\\B"));
+  }
+  CHECK(classes == std::set<std::string>{"A\\B", "C\t1"});
 }
 
 TEST_CASE("each split of the recipe for target recognition shows each class, on separate seabeds") {

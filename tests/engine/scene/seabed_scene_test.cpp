@@ -96,6 +96,9 @@ TEST_CASE("An error in a patch names its file and line") {
   check("[[seafloor.pits]]\nradius_m = 4\nmiddle_north_m = 70\n", "6:", "outside the seabed");
   check("[[seafloor.patches]]\nmaterial = \"mud pie\"\n", "6:", "mud pie");
   check("[[seafloor.patches]]\nmaterial = \"\"\n", "6:", "empty");
+  for (const char* list : {"patches", "boulders"})
+    check("[[seafloor." + std::string(list) + "]]\nclass = \"none\"\n",
+          "6:", "\"none\", which is the name of number 0");
   check("[[seafloor.boulders]]\nmaterial = \"mud pie\"\n", "6:", "mud pie");
   check("[[seafloor.crests]]\non = \"clay\"\n", "6:", "no part of the map");
   check("[[seafloor.crests]]\nwavelength_m = 0.5\n", "6:", "need cells of");
