@@ -74,7 +74,9 @@ std::vector<Key<Scene>> output_keys() {
        at(&Scene::output, &OutputOptions::truth)},
       {"class_names", "", {},
        "Names of the classes 1, 2, ... in the layer class, whether the scene has them or not; its "
-       "other classes follow. Runs with the same names have the same numbers.",
+       "other classes follow. Runs with the same names have the same numbers. This holds for the "
+       "files of a run, for datasets and for images() in Python. A session (stream, live, Simulator) "
+       "has the seafloor's own numbers, and a list of their names.",
        at(&Scene::output, &OutputOptions::class_names)},
       {"sediment_names", "", {}, "The same for materials in the layer sediment.",
        at(&Scene::output, &OutputOptions::sediment_names)},
