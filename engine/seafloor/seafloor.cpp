@@ -1,12 +1,35 @@
 #include <ensonify/engine/seafloor/seafloor.h>
 
+#include <cmath>
+
 #include <fmt/format.h>
 
+#include <ensonify/engine/random.h>
 #include <ensonify/refine/height_grid.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::engine {
+
+// Faces of a bed of several materials come from a grid, so all have about the same area.
+std::vector<double> Seafloor::material_shares() const {
+  constexpr std::size_t most = 16384;
+  std::vector<std::uint16_t> sample;
+  if (!one_label() && !labels_in_grid) {
+    std::vector<double> places(bed_faces > most ? most : 0);
+    RandomStream(0, Purpose::bed_sample).uniform(places);
+    for (const double place : places)
+      sample.push_back(label_of(
+          static_cast<std::uint32_t>(std::ceil(place * static_cast<double>(bed_faces))) - 1));
+    for (std::uint32_t face = 0; places.empty() && face < bed_faces; ++face)
+      sample.push_back(label_of(face));
+  }
+  if (sample.empty()) sample.push_back(0);
+  std::vector<double> shares(materials.size(), 0.0);
+  for (const std::uint16_t label : sample)
+    shares[labels[label].sediment] += 1.0 / static_cast<double>(sample.size());
+  return shares;
+}
 
 refine::Bounds Seafloor::bounds() const {
   if (progressive) return progressive->bounds;

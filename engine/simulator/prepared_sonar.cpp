@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -38,6 +39,48 @@ scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, 
   return scatter::BackscatterTable(*backscatter);
 }
 
+/// A bed of several materials: its strength is that of a bed of one material whose echo has the
+/// same median. The intensity of each material's echo is taken as exponential.
+class MixedBed final : public scatter::Backscatter {
+ public:
+  MixedBed(std::span<const scatter::BackscatterTable> tables, std::span<const double> shares)
+      : tables_(tables), shares_(shares) {}
+
+  double cross_section(double grazing_rad) const override {
+    const double sine = std::sin(grazing_rad);
+    std::vector<double> means(shares_.size());
+    double low = std::numeric_limits<double>::infinity(), high = 0.0;
+    for (std::size_t i = 0; i < means.size(); ++i) {
+      means[i] = tables_[i].sigma_over_sine(sine) * sine;
+      if (shares_[i] == 0.0) continue;
+      low = std::min(low, means[i]);
+      high = std::max(high, means[i]);
+    }
+    constexpr int halvings = 40;
+    for (int k = 0; k < halvings; ++k) {
+      const double middle = std::sqrt(low * high);
+      double above = 0.0;  // share of the echoes that are above the median of this one
+      for (std::size_t i = 0; i < means.size(); ++i)
+        if (shares_[i] > 0.0) above += shares_[i] * std::exp2(-middle / means[i]);
+      (above > 0.5 ? low : high) = middle;
+    }
+    return high;
+  }
+
+ private:
+  std::span<const scatter::BackscatterTable> tables_;
+  std::span<const double> shares_;
+};
+
+/// For the gains, which go by the median of the bed. Without a bed, the first material's.
+scatter::BackscatterTable bed_table(std::span<const scatter::BackscatterTable> tables,
+                                    std::span<const double> shares) {
+  const auto there = [](double share) { return share > 0.0; };
+  if (std::ranges::count_if(shares, there) > 1)
+    return scatter::BackscatterTable(MixedBed(tables, shares));
+  return tables[static_cast<std::size_t>(std::ranges::find_if(shares, there) - shares.begin())];
+}
+
 std::vector<scatter::GroundTexture> textures_of(const Scene& scene,
                                                 const std::vector<std::string>& materials) {
   if (!scene.texture) return {};
@@ -49,9 +92,6 @@ std::vector<scatter::GroundTexture> textures_of(const Scene& scene,
 
 ChainOptions chain_options(const Scene& scene, const UsualPing& usual, std::size_t number,
                            const PreparedSonar& its, const std::vector<std::string>& materials) {
-  // For the automatic gain and the level bed: the first material is the bed's own.
-  const auto& bed_table =
-      its.material_tables[std::min<std::size_t>(1, its.material_tables.size() - 1)];
   return {.seed = scene.seed,
           .sonar_number = number,
           .speckle = scene.speckle,
@@ -64,8 +104,8 @@ ChainOptions chain_options(const Scene& scene, const UsualPing& usual, std::size
           .nominal_altitude_m = nominal_altitude_m(usual, its.sonar),
           .nominal_speed_mps = usual.speed_mps,
           .ping_interval_s = usual.interval_s,
-          .nominal_strength =
-              [&bed_table](double sine) { return bed_table.sigma_over_sine(sine) * sine; },
+          .nominal_strength = [&bed_table = *its.bed_table](
+                                  double sine) { return bed_table.sigma_over_sine(sine) * sine; },
           .bed = materials.size() > 1 ? sediment_of(material_named(materials[1], scene.materials))
                                       : std::nullopt,
           .textures = textures_of(scene, materials),
@@ -86,19 +126,34 @@ WallMirror wall_mirror_of(const Material& material, std::optional<double> loss_d
 }
 
 /// Warns of several beams that do not do what they are for.
-void warn_of_beams(const Scene& scene, const Sonar& sonar, double sound_speed_mps,
-                   std::vector<std::string>& warnings) {
+void warn_of_beams(const Scene& scene, const Sonar& sonar, double altitude_m,
+                   double sound_speed_mps, std::vector<std::string>& warnings) {
   if (sonar.beams == 1) return;
-  constexpr double faint_db = -10.0, uneven = 0.1;
+  constexpr double faint_db = -10.0, uneven = 0.1, step = 1.01;
   const LineArray transmitter = sonar.transmit_array(sound_speed_mps / sonar.frequency_hz);
   const double half_m = 0.5 * sonar.range_m, outer_m = sonar.beam_offset_m(sonar.beams - 1);
-  const double outer_db =
-      scatter::to_db(transmitter.power(outer_m / half_m, half_m) / transmitter.power(0.0, half_m));
-  if (outer_db < faint_db)
+  const auto outer_db = [&](double range_m) {
+    return scatter::to_db(transmitter.power(outer_m / range_m, range_m) /
+                          transmitter.power(0.0, range_m));
+  };
+  // Nearer than half the range the sound is louder, and the gain compensates more.
+  double weakest_db = scatter::to_db(least_beam_share), at_m = 0.0, even_from_m = 0.0;
+  for (double range_m = altitude_m; range_m < half_m; range_m *= step)
+    if (const double db = outer_db(range_m); db < scatter::to_db(least_beam_share)) {
+      even_from_m = step * range_m;
+      if (db < weakest_db) weakest_db = db, at_m = range_m;
+    }
+  const auto warn = [&](double db, double range_m, const std::string& more) {
     add_once(warnings, fmt::format("sonar {}: the outermost of its {} beams gets {:.0f} dB of the "
                                    "middle's sound at {:.3g} m: shorten sonar.{}.array_length_m, "
-                                   "which transmits",
-                                   sonar.name, sonar.beams, outer_db, half_m, sonar.name));
+                                   "which transmits{}",
+                                   sonar.name, sonar.beams, db, range_m, sonar.name, more));
+  };
+  if (outer_db(half_m) < faint_db)
+    warn(outer_db(half_m), half_m, "");
+  else if (at_m > 0.0)
+    warn(weakest_db, at_m,
+         fmt::format(", or keep an altitude of {:.0f} m or more", std::ceil(even_from_m)));
   if (scene.track.kind == TrackKind::file) return;
   const double covered_m = sonar.beams * sonar.beam_spacing_m;
   const double interval_s = scene.ping_interval_s(sound_speed_mps);
@@ -156,13 +211,14 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
                                                    const UsualPing& usual, std::size_t number,
                                                    const Sonar& settings,
                                                    const std::vector<std::string>& materials,
+                                                   std::span<const double> bed_shares,
                                                    std::vector<std::string>& warnings) {
   const auto made = std::make_shared<PreparedSonar>();
   Sonar& sonar = made->sonar;
   sonar = settings.sampled(water.sound_speed_mps());
   if (!sonar.vertical.file.path.empty())
     sonar.vertical.measured = read_vertical_pattern(sonar.vertical.file.path);
-  warn_of_beams(scene, sonar, water.sound_speed_mps(), warnings);
+  warn_of_beams(scene, sonar, nominal_altitude_m(usual, sonar), water.sound_speed_mps(), warnings);
   warn_of_few_rays(sonar, warnings);
   made->profile = water.profile(sonar.frequency_hz);
   made->medium = water.medium(sonar.frequency_hz, nominal_altitude_m(usual, sonar),
@@ -180,6 +236,7 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
     if (scene.arrivals.double_bounce)
       made->mirrors.push_back(wall_mirror_of(material, scene.arrivals.wall_loss_db));
   }
+  made->bed_table = bed_table(made->material_tables, bed_shares);
   made->chain = std::make_unique<const SignalChain>(
       sonar, chain_options(scene, usual, number, *made, materials));
   warn_of_noise(*made, warnings);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct PreparedSonar {
   std::optional<scatter::SoundSpeedProfile> profile;
   Medium medium;                                           ///< may refer to the profile
   std::vector<scatter::BackscatterTable> material_tables;  ///< index: the material's number
+  std::optional<scatter::BackscatterTable> bed_table;      ///< of the median of the bed
   std::vector<double> smooth_specular;  ///< the same of each: smooth_specular(Material)
   std::vector<std::optional<scatter::Sediment>> sediments;  ///< and sediment_of(Material)
   std::vector<WallMirror> mirrors;  ///< and of its walls; empty without double bounces
@@ -39,14 +41,16 @@ struct UsualPing {
 };
 
 /// Prepares a sonar of the scene with these settings. Makes a backscatter table for each of
-/// `materials`: number 0 means no material, number 1 is the material of the bed. `number` is the
-/// sonar's index in the scene. Adds a warning for parameters of a material that are outside their
+/// `materials`: number 0 means no material, number 1 is the material of the bed. `bed_shares` are
+/// the shares of the bed's area that the first of them have. `number` is the sonar's index in the
+/// scene. Adds a warning for parameters of a material that are outside their
 /// valid range; the same warning is added once. Throws what read_vertical_pattern() and
 /// material_named() throw.
 std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const PreparedWater& water,
                                                    const UsualPing& usual, std::size_t number,
                                                    const Sonar& settings,
                                                    const std::vector<std::string>& materials,
+                                                   std::span<const double> bed_shares,
                                                    std::vector<std::string>& warnings);
 
 }  // namespace ensonify::engine

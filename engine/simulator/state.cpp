@@ -46,7 +46,8 @@ Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
       usual_ping{.altitude_m = of.track.altitude_m,
                  .speed_mps = of.track.speed_mps,
                  .interval_s = of.ping_interval_s(water.sound_speed_mps())},
-      warnings(of.warnings) {
+      warnings(of.warnings),
+      bed_shares(seafloor.material_shares()) {
   parts.options.stop_check = how.stop_check;
   warnings.insert(warnings.end(), seafloor.warnings.begin(), seafloor.warnings.end());
   require_sea_over(bounds, of.seafloor);
@@ -123,7 +124,8 @@ std::shared_ptr<const PreparedSonar> Simulator::SharedState::prepare(
       fmt::format("the {:.2g} million rays of a ping of {}, for {} thread{},",
                   1e-6 * rays_of({&settings, 1}), settings.name, threads, threads > 1 ? "s" : ""),
       "take fewer elevations or planes");
-  return prepare_sonar(scene, water, usual_ping, number, settings, materials, its_warnings);
+  return prepare_sonar(scene, water, usual_ping, number, settings, materials, bed_shares,
+                       its_warnings);
 }
 
 Refraction Simulator::SharedState::refraction(const PreparedSonar& sonar) const {

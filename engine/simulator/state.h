@@ -56,6 +56,7 @@ struct Simulator::SharedState {
   std::optional<TrackPoses> recorded_track;  ///< of a file
   UsualPing usual_ping;
   std::vector<std::string> warnings;
+  std::vector<double> bed_shares;  ///< of the bed's materials
   PreparedSonars sonars;
   std::vector<ObjectSurface> objects;
   std::vector<BuriedGroup> buried;  ///< of those

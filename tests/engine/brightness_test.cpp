@@ -154,3 +154,17 @@ elevations = 600
                                           Catch::Contains("noise") &&
                                           Catch::Contains("sonar.s.range_m"));
 }
+
+TEST_CASE("the brightness follows the shares that materials have of the bed") {
+  const std::string patch = "[[seafloor.patches]]\nmaterial = \"gravel\"\npolygon_m = ";
+  const std::string sand = "material = \"silty sand\"\n";
+  const Brightness gravel = brightness_of(scene_of("material = \"gravel\"\n", ""), {});
+  const Brightness covered = brightness_of(
+      scene_of(sand + patch + "[[-70, -20], [70, -20], [70, 20], [-70, 20]]\n", ""), {});
+  CHECK(covered.middle == gravel.middle);
+  CHECK(covered.white == gravel.white);
+  // Half the bed has gravel, which is 15 dB stronger here: the median lies between the two.
+  const Brightness half =
+      brightness_of(scene_of(sand + patch + "[[0, -20], [70, -20], [70, 20], [0, 20]]\n", ""), {});
+  CHECK(half.middle == Approx(gravel.middle).epsilon(0.15));
+}

@@ -6,11 +6,13 @@
 #include <memory>
 #include <numbers>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "support/beds.h"
 #include "support/catch.h"
 
+#include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/ping_all.h>
@@ -267,6 +269,28 @@ TEST_CASE("at as many times the speed, the rows of several beams lie as those of
   CHECK(uneven.warnings()[1] ==
         "sonar sidescan: its 5 beams cover 5 m along the track, and the vehicle goes 1.2 m from "
         "ping to ping: the rows overlap; they are even at track.speed_mps = 50");
+}
+
+TEST_CASE("an altitude at which an outer beam lies in a null of the transmitter is warned of") {
+  const auto warnings = [](const std::string& altitude_m) {
+    const Simulator simulator(parse_scene(
+        "version = 1\n[seafloor]\nextent_east_m = 100\nextent_north_m = 20\ncell_m = 1\n"
+        "[sonar.k]\npreset = \"klein-5000\"\nrange_m = 50\n[track]\npings = 2\nspeed_mps = 5\n"
+        "ping_interval_s = 0.2\naltitude_m = " +
+            altitude_m,
+        "s.toml"));
+    return std::vector<std::string>(simulator.warnings().begin(), simulator.warnings().end());
+  };
+  const auto weak = [](const std::string& warning) {
+    return warning.find(
+               "sonar k: the outermost of its 5 beams gets -33 dB of the middle's sound "
+               "at 6.69 m: shorten sonar.k.array_length_m, which transmits, or keep an "
+               "altitude of 8 m or more") != std::string::npos;
+  };
+  CHECK(std::ranges::any_of(warnings("6"), weak));
+  CHECK(std::ranges::none_of(warnings("8"), [](const std::string& warning) {
+    return warning.find("outermost") != std::string::npos;
+  }));
 }
 
 TEST_CASE("the recorder evens out how much sound each beam gets, and the intensity keeps it") {

@@ -531,7 +531,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::display, &Display::flat_field)},
            {"gain_db", "dB", {-100, 100},
             "Added to the automatic gain, which puts the median of the scene's bed, taken as "
-            "level, at medium brightness.",
+            "level and with all its materials, at medium brightness.",
             at(&Scene::display, &Display::gain_db)},
            {"mapping", "", {},
             "gamma: brightness is amplitude to a power; logarithmic: brightness is linear in "

@@ -17,7 +17,6 @@ namespace {
 constexpr float loudest = 1e33f;   // uPa^2, louder than any sound in water; its squares are finite
 constexpr int behind_gain = 1000;  // look number of the first noise after the gain
 constexpr int looks_of_beam = 2000;   // look numbers of a beam's noise
-constexpr double min_share = 0.01;    // of the beam, for which the gain makes up on the move
 constexpr int wave_oscillator = 100;  // `number` of the waves' Oscillator; Motion uses 0 to 6
 constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
@@ -31,8 +30,8 @@ std::vector<double> beam_shares(const ChainOptions& options, const SonarEquation
   const MovedBeam& moved = law.moved_beam();
   const Beam beam = moved.beam(ahead_m);
   for (std::size_t bin = 0; bin < shares.size(); ++bin)
-    shares[bin] =
-        std::max(moved.summed_share(law.range_m(bin), drift_along, beam, ahead_m), min_share);
+    shares[bin] = std::max(moved.summed_share(law.range_m(bin), drift_along, beam, ahead_m),
+                           least_beam_share);
   return shares;
 }
 

@@ -18,6 +18,10 @@
 
 namespace ensonify::engine {
 
+/// A beam that gets less of the array's sound than this share stays darker than the others: the
+/// recorder's gain of a beam does not compensate more.
+inline constexpr double least_beam_share = 0.01;
+
 /// The inputs of a signal chain in addition to its sonar.
 struct ChainOptions {
   std::uint64_t seed = 1;
