@@ -25,7 +25,7 @@ class Faults {
     }
     path(!object_.shape.empty() && shape_named(object_.shape).along_path);
     many();
-    if (object_.burial != 0.0 && object_.height_m != 0.0)
+    if (object_.burial.value_or(0.0) != 0.0 && object_.height_m.value_or(0.0) != 0.0)
       add("burial", "'{0}.burial' and '{0}.height_m' are both given, expected one of them");
     return fault_;
   }

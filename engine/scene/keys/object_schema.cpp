@@ -79,9 +79,14 @@ const Section<ObjectOptions>& object_section() {
           {"north_m", "m", {-1e6, 1e6}, "Its middle, north of the seabed's.",
            at(&ObjectOptions::north_m)},
           {"height_m", "m", {-1000, 11000},
-           "Smallest distance between it and the bed: 0 stands, more floats, less is sunk in.",
+           "Smallest distance between it and the bed: 0 stands, more floats, less is sunk in; unset: "
+           "0, or as burial says.",
            at(&ObjectOptions::height_m)},
-          {"burial", "", {0, 1}, "Share of its height that is sunk in, instead of height_m.",
+          {"burial", "", {0, 1}, 
+           "Share of its height that is sunk in, instead of height_m. If neither is given, a boat, "
+           "car, container, cable drum, ladder, mannequin, mine or ordnance sinks in by itself, by a "
+           "drawn share. What makes up a wreck, an aircraft or a mooring lies in the bed as its form "
+           "says; both keys move all of it from there.",
            at(&ObjectOptions::burial)},
           {"follow_slope", "", {}, "Whether it is tilted as the bed below it.",
            at(&ObjectOptions::follow_slope)},

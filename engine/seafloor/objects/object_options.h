@@ -32,8 +32,10 @@ struct ObjectOptions {
   double north_m = 0.0;  ///< likewise
   /// The smallest vertical distance between the object and the bed: 0: it stands on the bed;
   /// positive: it floats; negative: it is sunk into the bed.
-  double height_m = 0.0;
-  double burial = 0.0;        ///< instead of height_m: share of its height that is sunk in
+  std::optional<double> height_m;
+  /// Instead of height_m: share of its height that is sunk in. With neither, it stands on the bed,
+  /// or lies in it as its shape is meant.
+  std::optional<double> burial;
   bool follow_slope = false;  ///< whether it tilts with the bed below it
   // What a current has moved around it, see scour.h: shares of its height, and where it flows to.
   double scour_ratio = 0.0, tail_ratio = 0.0, current_rad = 0.0;

@@ -185,10 +185,11 @@ class Source {
           options_.shape_seed ? RandomStream(*options_.shape_seed, Purpose::object_shape, {0, copy})
                               : RandomStream(seed_, Purpose::object_shape, {number_, copy});
       try {
-        ShapeBody made =
-            make_body(shape_named(options_.shape), options_.size, form, options_.variant);
+        const ShapeKind& kind = shape_named(options_.shape);
+        ShapeBody made = make_body(kind, options_.size, form, options_.variant);
         body.mesh = std::move(made.mesh);
-        body.sunk_m = made.sunk_m;
+        const bool depth_given = options_.burial || options_.height_m;
+        if (kind.several || !depth_given) body.sunk_m = made.sunk_m;
         // Part 0 is the object's own label, and those of the shape follow.
         for (const std::uint8_t part : made.face_part)
           body.face_part.push_back(static_cast<std::uint16_t>(part + 1));
@@ -229,10 +230,11 @@ void join(Body& base, Body member, const ObjectOptions& options) {
     lowest_m = std::min(lowest_m, double(p.z()));
     highest_m = std::max(highest_m, double(p.z()));
   }
-  const double sunk_m = options.burial * (highest_m - lowest_m) + options.scale * member.sunk_m;
-  const Eigen::Vector3f shift(static_cast<float>(options.east_m),
-                              static_cast<float>(options.north_m),
-                              static_cast<float>(options.height_m - sunk_m - lowest_m));
+  const double sunk_m =
+      options.burial.value_or(0.0) * (highest_m - lowest_m) + options.scale * member.sunk_m;
+  const Eigen::Vector3f shift(
+      static_cast<float>(options.east_m), static_cast<float>(options.north_m),
+      static_cast<float>(options.height_m.value_or(0.0) - sunk_m - lowest_m));
   const auto vertices = static_cast<std::uint32_t>(base.mesh.positions.size());
   const auto parts = static_cast<std::uint16_t>(base.parts.size());
   for (const Eigen::Vector3f& p : member.mesh.positions)

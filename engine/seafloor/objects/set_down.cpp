@@ -130,8 +130,9 @@ SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, 
   if (!std::isfinite(drop)) throw no_bed(what, spot.east_m, spot.north_m);
   const refine::Bounds box = refine::bounds(placed.mesh);
   const double shape_height_m = box.highest.z() - box.lowest.z();
-  put(turn,
-      object.height_m - object.burial * (shape_height_m + hidden_m) - drop - spot.scale * sunk_m);
+  put(turn, object.height_m.value_or(0.0) -
+                object.burial.value_or(0.0) * (shape_height_m + hidden_m) - drop -
+                spot.scale * sunk_m);
   placed.buried = buried_share(refine::bounds(placed.mesh), bed);
   return placed;
 }
@@ -159,7 +160,8 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
         what, length_m, max_pieces));
   const std::vector<Vector3d> line = laid_line(
       path, diameter_m, step_m, object.sag_radius_m.value_or(usual_sag_radius_m(object.shape)),
-      object.height_m - object.burial * (diameter_m + hidden_m), ground_m);
+      object.height_m.value_or(0.0) - object.burial.value_or(0.0) * (diameter_m + hidden_m),
+      ground_m);
   SetDown placed{.mesh = make_line(kind, object.size, line)};
   double buried = 0.0;  // mean along the line
   for (const Vector3d& p : line)

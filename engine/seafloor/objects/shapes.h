@@ -40,6 +40,8 @@ struct ShapeKind {
   std::vector<ShapePart> parts = {};
   std::vector<std::string_view> variants = {};  ///< words for the key `variant`
   void (*family)(FamilyForm&) = nullptr;        ///< makes a member
+  /// Whether a member is several things that each lie in the bed: a burial sinks all of them more.
+  bool several = false;
 
   /// One size of this shape: the given one, or the usual one if that is unset.
   double size_m(const ShapeSize& given, std::optional<double> ShapeSize::*which) const;

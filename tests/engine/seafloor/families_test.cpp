@@ -353,6 +353,29 @@ TEST_CASE("A shape that is meant to be sunk in is set down so") {
   CHECK(lowest_m() == Approx(-51.0 - 2.0 * sunk_m).margin(1e-3));
 }
 
+TEST_CASE("A given burial or height holds for a shape that otherwise sinks in by itself") {
+  const Seafloor floor = tests::level_bed(50.0, 100.0);
+  const BedGrid bed(floor);
+  for (const ShapeKind* kind : families()) {
+    if (kind->several) continue;
+    CAPTURE(kind->name);
+    ObjectOptions object;
+    object.shape = kind->name;
+    object.shape_seed = 3;
+    const auto placed = [&] {
+      return place_objects(std::span(&object, 1), 1, bed).objects.front();
+    };
+    CHECK(placed().record.buried > 0.01);
+    object.burial = 0.0;
+    CHECK(placed().record.buried == Approx(0.0).margin(1e-4));
+    object.burial = 0.4;
+    CHECK(placed().record.buried == Approx(0.4).margin(2e-3));
+    object.burial.reset();
+    object.height_m = -0.02;
+    CHECK(refine::bounds(placed().mesh).lowest.z() == Approx(-50.02).margin(1e-4));
+  }
+}
+
 TEST_CASE("shape_seed gives the same form in every table and scene, and copies that differ") {
   const Seafloor floor = tests::level_bed(50.0, 100.0);
   const BedGrid bed(floor);
