@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/simulator/beyond_bed.h>
 #include <ensonify/engine/sonar/echo/plane_spacing.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/parallel_for.h>
@@ -28,6 +29,9 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   warnings_ = std::move(track_poses.warnings);
   if (auto warning = coarse_planes_warning(simulator.sonars(), simulator.sound_speed_mps(),
                                            simulator.seafloor(), poses_))
+    warnings_.push_back(std::move(*warning));
+  if (auto warning =
+          beyond_bed_warning(simulator.sonars(), scene.seafloor, simulator.seafloor(), poses_))
     warnings_.push_back(std::move(*warning));
   reported_ = reported_poses(scene.navigation, scene.seed, poses_);
   hold_stale(scene.artefacts, scene.seed, reported_);

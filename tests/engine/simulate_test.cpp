@@ -23,6 +23,7 @@
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/bed/tessellate.h>
+#include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/trace/intersector.h>
@@ -186,6 +187,39 @@ TEST_CASE("fewer than 32 elevations are warned of") {
       return warning.find("s: 31 elevations are so few") != std::string::npos;
     });
     CHECK(few == (elevations == 31 ? 1 : 0));
+  }
+}
+
+TEST_CASE("swaths that reach beyond the edge of the bed are warned of, with the bins' true share") {
+  Scene scene;
+  scene.seafloor.extent_east_m = 100.0;
+  scene.seafloor.extent_north_m = 60.0;
+  scene.seafloor.cell_m = 1.0;
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  scene.track.pings = 4;
+  scene.track.altitude_m = 10.0;
+  scene.sonars.resize(1);
+  scene.sonars[0].name = "s";
+  scene.sonars[0].range_m = 50.0;
+  scene.sonars[0].bins = 500;
+  for (const double east_m : {0.0, 20.0}) {
+    scene.track.middle_east_m = east_m;
+    Simulator simulator(scene);
+    const std::vector<std::string> warnings = TrackPings(scene, simulator).warnings();
+    if (east_m == 0.0) {
+      CHECK(warnings.empty());
+      continue;
+    }
+    REQUIRE(warnings.size() == 1);
+    CHECK(
+        warnings[0] ==
+        "sonar s: 18 % of its bins look beyond the edge of the bed and are as black as shadow, in "
+        "4 of 4 pings, from 0 to 3: set seafloor.extent_east_m = 138 and "
+        "seafloor.extent_north_m = 60, move the track, or shorten sonar.s.range_m");
+    const Waterfall image = ping_all(scene, simulator, 1).images.front();
+    int starved = 0;
+    for (const PingRow& row : image.pings) starved += row.starved_port + row.starved_starboard;
+    CHECK(starved / (4.0 * 1000.0) == Approx(0.184).margin(0.01));
   }
 }
 

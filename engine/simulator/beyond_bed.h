@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/instrument/sonar.h>
+#include <ensonify/engine/sonar/vehicle/track.h>
+
+namespace ensonify::engine {
+
+/// A warning about the sonar of which the largest share of bins looks beyond the edge of the bed,
+/// where the picture is as black as in a shadow: the share, the pings and what to do. The bed is
+/// taken as level. None for a share of up to 1 %.
+std::optional<std::string> beyond_bed_warning(std::span<const Sonar> sonars,
+                                              const SeafloorOptions& options,
+                                              const Seafloor& seafloor,
+                                              std::span<const Pose> poses);
+
+}  // namespace ensonify::engine
