@@ -371,7 +371,7 @@ class Reader {
     return names;
   }
 
-  /// An unknown key: the nearest of its own section, else the nearest anywhere.
+  /// An unknown key: the nearest of its own section, else all of it and the nearest anywhere.
   SceneError unknown(const toml::key& key, std::string_view section_name,
                      std::vector<std::string> here) {
     std::string hint = scatter::suggestion(key.str(), here);
@@ -390,8 +390,9 @@ class Reader {
         for (const auto& section : dataset_sections())
           for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
       hint = scatter::suggestion(key.str(), all);
+      if (hint.empty() || !section_name.empty())
+        hint = fmt::format("; expected one of {}{}", fmt::join(here, ", "), hint);
     }
-    if (hint.empty()) hint = fmt::format("; expected one of {}", fmt::join(here, ", "));
     return fault(
         key, fmt::format("unknown key {}{}{}", printable(key.str()),
                          section_name.empty() ? "" : fmt::format(" in [{}]", section_name), hint));

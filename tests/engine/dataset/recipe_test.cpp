@@ -411,6 +411,9 @@ TEST_CASE("overrides change values and distributions, also of keys that the reci
       Catch::Contains("-D track.speed_mps=x: 'track.speed_mps' is \"x\", expected a number"));
   check_message("dataset.seafloors=9", "expected at most that number; with -D dataset.seafloors=9");
   check_message("track.altitudem=7", "did you mean 'altitude_m'?");
+  check_message("dataset.tiles.size_px=7",
+                "unknown key \"size_px\" in [dataset.tiles]; expected one of width_px, height_px, "
+                "width_m, height_m, stride, least_bed; did you mean 'dataset.chips.size_px'?");
   check_message("dataset.sample=7", "-D dataset.sample=7: unknown key \"sample\"");
   check_message("sea.temperature_c={uniform=[6, 5]}", "-D sea.temperature_c={uniform=[6, 5]}: ");
 }
