@@ -197,11 +197,13 @@ class Reader {
       } else if (section(path) != dataset_sections().end()) {
         read_dataset(expect_table(node, path), path, options);
       } else {
-        std::vector<std::string> known;
+        std::vector<std::string> here;
         for (const auto& s : dataset_sections())
-          for (const auto& k : s.keys) known.push_back(joined(s.name, k.name));
-        throw fault(key, fmt::format("unknown key {} in [{}]{}", printable(key.str()), name,
-                                     scatter::suggestion(key.str(), known)));
+          if (s.name == name)
+            for (const auto& k : s.keys) here.emplace_back(k.name);
+          else if (s.name.starts_with(name + "."))
+            here.emplace_back(s.name.substr(name.size() + 1));
+        throw unknown(key, name, here);
       }
     }
   }

@@ -107,8 +107,8 @@ struct Seafloor {
                                    : features.at(number - objects.size()).label;
   }
   /// The share of the bed, without objects, that each of `materials` has: of all its faces, or of a
-  /// sample of a large bed. With labels in the grid, whose tiles are not there yet, it is all of the
-  /// first material. Throws as label_of().
+  /// sample of a large bed. With labels in the grid, whose tiles are not there yet, it is all of
+  /// the first material. Throws as label_of().
   std::vector<double> material_shares() const;
   refine::Bounds bounds() const;  ///< of all faces, local metres
   /// Counts the repairs to a mesh file, and warns of them.

@@ -82,7 +82,7 @@ const Section<ObjectOptions>& object_section() {
            "Smallest distance between it and the bed: 0 stands, more floats, less is sunk in; unset: "
            "0, or as burial says.",
            at(&ObjectOptions::height_m)},
-          {"burial", "", {0, 1}, 
+          {"burial", "", {0, 1},
            "Share of its height that is sunk in, instead of height_m. If neither is given, a boat, "
            "car, container, cable drum, ladder, mannequin, mine or ordnance sinks in by itself, by a "
            "drawn share. What makes up a wreck, an aircraft or a mooring lies in the bed as its form "
