@@ -62,7 +62,7 @@ struct FanGrid {
   };
   double middle_depression_rad;
   double sin_truncation;
-  std::vector<Plane> planes;  ///< by azimuth, ascending
+  std::vector<Plane> planes;          ///< by azimuth, ascending
   std::vector<double> elevation_rad;  ///< ascending: from the largest depression upwards
   std::vector<double> sin_elevation;
   std::vector<double> cos_elevation;
