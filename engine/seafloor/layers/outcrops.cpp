@@ -206,8 +206,8 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
       rock[point] = eroded(point);
       if (relief.ledge_m == 0.0) continue;
       // Beds are counted across their dip, and each block ends with one of them: the last below the
-      // eroded surface at its middle, or its neighbour. Its top leans a little. A long block is cut
-      // down or left standing where that surface is far from its top.
+      // eroded surface at its middle, or its neighbour. Its top leans a little. Where
+      // the top of a long block is far from that surface, it follows the surface.
       const double x = field.x_m(column), y = field.y_m(row);
       const Joints::Block block = joints.at(x + crooked * rough.z_m[point],
                                             y + crooked * rough.z_m[rough.z_m.size() - 1 - point]);

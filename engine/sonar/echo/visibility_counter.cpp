@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 constexpr double faces_per_ping = 2e3;
 constexpr double parts_per_sr = 0x1p44;
-constexpr double rounding = 1e-12;  // of a tangent, many times over
+constexpr double rounding = 1e-12;  // far above a tangent's rounding
 
 /// The solid angle of a ray.
 double solid_angle_sr(const FanGrid& grid, std::size_t plane, std::size_t elevation) {

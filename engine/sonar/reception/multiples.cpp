@@ -132,7 +132,8 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
     return sums[bin] + (place - static_cast<double>(bin)) * (sums[bin + 1] - sums[bin]);
   };
   const double by_surface = h + 2.0 * d, by_bed = 3.0 * h + 2.0 * d;
-  // The surface lies as far over the bed as these shares of a leg's extent, the bed twice as far.
+  // From the bed to the surface a leg has (h + d) of its extent; to a reflection by the bed, twice
+  // that.
   const double surface_spread = 2.0 * surface_slope_ * (h + d) / by_surface;
   const double bed_spread = 2.0 * (h + d) / by_bed * std::hypot(surface_slope_, 2.0 * bed_slope_);
   const MultiplePath paths[] = {
