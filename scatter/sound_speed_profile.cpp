@@ -15,7 +15,8 @@ namespace {
 constexpr double deepest_sample_m = 12000.0;  // below the deepest trench
 constexpr double slowest_mps = 1000.0;
 constexpr double fastest_mps = 2000.0;
-constexpr double one_depth_m = 1e-3;  // casts do not resolve less
+constexpr double one_depth_m = 1e-3;       // casts do not resolve less
+constexpr double contradiction_mps = 2.0;  // more than a probe and a minute's waves explain
 
 double speed_in(const SoundSpeedLayer& layer, double depth_m) {
   if (layer.gradient_per_s == 0.0) return layer.top_mps;
@@ -76,11 +77,15 @@ SoundSpeedProfile::SoundSpeedProfile(std::vector<SoundSpeedSample> samples) {
   for (auto sample = samples.begin(); sample != samples.end();) {
     const double depth_m = sample->depth_m;
     double sum_mps = 0.0, sum_db_per_m = 0.0;
+    double slowest = sample->sound_speed_mps, fastest = slowest;
     int count = 0;
     for (; sample != samples.end() && sample->depth_m - depth_m < one_depth_m; ++sample, ++count) {
       sum_mps += sample->sound_speed_mps;
       sum_db_per_m += sample->absorption_db_per_m;
+      slowest = std::min(slowest, sample->sound_speed_mps);
+      fastest = std::max(fastest, sample->sound_speed_mps);
     }
+    if (fastest - slowest > widest_.spread_mps) widest_ = {depth_m, fastest - slowest};
     const double speed_mps = sum_mps / count, db_per_m = sum_db_per_m / count;
     if (layers_.empty()) {
       layers_.push_back({-inf, depth_m, speed_mps, speed_mps, 0.0, db_per_m});
@@ -118,6 +123,7 @@ SoundSpeedProfile SoundSpeedProfile::with_absorption(
   }
   SoundSpeedProfile profile(std::move(samples));
   profile.sorted_ = sorted_;
+  profile.widest_ = widest_;
   return profile;
 }
 
@@ -163,6 +169,10 @@ std::vector<std::string> SoundSpeedProfile::remarks(double upper_m, double lower
           deepest_m(), lower_m));
   }
   if (!sorted_) said.emplace_back("the cast's samples are not in order of depth; they were sorted");
+  if (widest_.spread_mps > contradiction_mps)
+    said.push_back(fmt::format(
+        "the cast's samples at {:.1f} m differ by {:.1f} m/s; their mean is taken, check the file",
+        widest_.depth_m, widest_.spread_mps));
   return said;
 }
 

@@ -68,12 +68,17 @@ class SoundSpeedProfile {
 
   /// Remarks for a user who needs the profile from upper_m down to lower_m, one sentence each: that
   /// it starts below or ends above them, that it is a single sample, that the samples had to be
-  /// sorted.
+  /// sorted, that samples at one depth differ by more than 2 m/s.
   std::vector<std::string> remarks(double upper_m, double lower_m) const;
 
  private:
   double absorbed_db(double depth_m) const;
+  /// Samples at one depth, and their greatest difference.
+  struct Spread {
+    double depth_m = 0.0, spread_mps = 0.0;
+  };
   bool sorted_;  // the given samples were in order of depth
+  Spread widest_;
   std::vector<SoundSpeedLayer> layers_;
   std::vector<double> absorbed_db_;  // straight down from the first sample to each layer's top
 };

@@ -125,7 +125,7 @@ void add_results(py::module_& module) {
   py::class_<Line>(module, "EchoLine", R"(One side of one ping of a sonar, or one of its beams.
 
 line["intensity"] is a layer of it: a NumPy array of (bins,), from near to far, over the line's own
-memory, float32 or uint32. `layers` lists the names.)")
+memory, float32 or uint32. `ensonify.layers` lists the names.)")
       .def_readonly("sonar", &Line::sonar, "The sonar's name.")
       .def_property_readonly("side", &Line::side, "\"port\" or \"starboard\".")
       .def_property_readonly(

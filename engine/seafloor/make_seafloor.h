@@ -15,7 +15,7 @@ namespace ensonify::engine {
 
 /// To be raised when the same options make another seafloor than they did: caches of analysed
 /// seafloors name it.
-inline constexpr int seafloor_version = 14;
+inline constexpr int seafloor_version = 15;
 
 /// The heights of the bed that make_seafloor() makes, with the scours of the objects and without
 /// the objects. Throws std::invalid_argument if the options make no bed below the sea surface or

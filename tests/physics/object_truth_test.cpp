@@ -200,13 +200,18 @@ TEST_CASE("Buried objects are not seen, and others are, each once") {
   std::vector<ObjectOptions> objects = four_things();
   for (const std::size_t buried : {1, 2}) objects[buried].burial = 1.0;
   objects.push_back(thing("boulder", 10.0, 3.0));
-  std::vector<std::uint32_t> seen;
-  for (const Target& target : find_targets(Image(level_scene(objects)).waterfall)) {
-    seen.push_back(target.instance);
-    CHECK(target.body.area_px > 0);
-    CHECK(target.shadow.area_px > 0);
+  Scene scene = level_scene(objects);
+  for (const double height_at_1m_m : {0.0, 0.1}) {
+    CAPTURE(height_at_1m_m);
+    scene.seafloor.fractal.height_at_1m_m = height_at_1m_m;
+    std::vector<std::uint32_t> seen;
+    for (const Target& target : find_targets(Image(scene).waterfall)) {
+      seen.push_back(target.instance);
+      CHECK(target.body.area_px > 0);
+      CHECK(target.shadow.area_px > 0);
+    }
+    CHECK(seen == std::vector<std::uint32_t>{1, 4, 5});
   }
-  CHECK(seen == std::vector<std::uint32_t>{1, 4, 5});
 }
 
 TEST_CASE("An object that is half sunk in has the shadow of the half above the bed") {

@@ -218,4 +218,9 @@ TEST_CASE("A profile reports what its cast lacks, and whether it had to be sorte
   std::swap(upcast[1], upcast[2]);
   REQUIRE(SoundSpeedProfile(upcast).remarks(2.0, 90.0).size() == 1);
   CHECK(SoundSpeedProfile(upcast).remarks(2.0, 90.0)[0].find("sorted") != std::string::npos);
+  const SoundSpeedProfile repeated({{0.0, 1500.0}, {10.0, 1501.0}, {10.0, 1499.5}, {20.0, 1500.0}});
+  CHECK(repeated.remarks(0.0, 20.0).empty());
+  const SoundSpeedProfile damaged({{0.0, 1500.0}, {10.0, 1600.0}, {10.0, 1400.0}, {20.0, 1500.0}});
+  REQUIRE(damaged.remarks(0.0, 20.0).size() == 1);
+  CHECK(damaged.remarks(0.0, 20.0)[0].find("at 10.0 m differ by 200.0 m/s") != std::string::npos);
 }

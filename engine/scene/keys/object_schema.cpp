@@ -83,10 +83,11 @@ const Section<ObjectOptions>& object_section() {
            "0, or as burial says.",
            at(&ObjectOptions::height_m)},
           {"burial", "", {0, 1},
-           "Share of its height that is sunk in, instead of height_m. If neither is given, a boat, "
-           "car, container, cable drum, ladder, mannequin, mine or ordnance sinks in by itself, by a "
-           "drawn share. What makes up a wreck, an aircraft or a mooring lies in the bed as its form "
-           "says; both keys move all of it from there.",
+           "Share of its height that is sunk in, instead of height_m: 0 touches the bed, 1 is "
+           "covered by it. If neither is given, a boat, car, container, cable drum, ladder, "
+           "mannequin, mine or ordnance sinks in by itself, by a drawn share. What makes up a wreck, "
+           "an aircraft or a mooring lies in the bed as its form says; both keys move all of it "
+           "from there.",
            at(&ObjectOptions::burial)},
           {"follow_slope", "", {}, "Whether it is tilted as the bed below it.",
            at(&ObjectOptions::follow_slope)},

@@ -17,8 +17,9 @@ namespace {
 
 using Eigen::AngleAxisd, Eigen::Vector2d, Eigen::Vector3d, Eigen::Vector3f;
 
-constexpr double max_pieces = 5e5;  // of one line
-constexpr double hidden_m = 1e-3;   // an object with a burial of 1 lies this far below the bed
+constexpr double max_pieces = 5e5;   // of one line
+constexpr double cover_m = 1e-3;     // of bed over an object with a burial of 1
+constexpr double edge_step_m = 0.1;  // less than the bed's cells, for the most part
 
 refine::MeshError no_bed(const std::string& what, double east_m, double north_m) {
   return refine::MeshError(
@@ -64,24 +65,61 @@ Plane plane_below(const refine::Bounds& box, const BedGrid& bed) {
   return {middle.z() - slope.dot(middle.head<2>()), slope};
 }
 
-/// The distance by which an object can be lowered until it touches the bed; negative if it must be
-/// raised.
-double drop_m(refine::Triangles object, const BedGrid& bed) {
-  double least = std::numeric_limits<double>::infinity();
+/// Distances by which an object can be lowered; negative if it must be raised.
+struct Drops {
+  /// Until it touches the bed.
+  double touching_m = std::numeric_limits<double>::infinity();
+  /// Until the bed covers all of it; only if asked for.
+  double hidden_m = -std::numeric_limits<double>::infinity();
+};
+
+/// Calls with(point) for points on the edges of a closed mesh, between their ends, at most a step
+/// apart.
+template <class With>
+void between_vertices(refine::Triangles mesh, double step_m, With&& with) {
+  for (const refine::Face& face : mesh.faces)
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const std::uint32_t first = face[corner], last = face[(corner + 1) % 3];
+      if (first > last) continue;  // the neighbouring face has it the other way round
+      const Vector3d from = mesh.positions[first].cast<double>();
+      const Vector3d edge = mesh.positions[last].cast<double>() - from;
+      const int steps = static_cast<int>(std::ceil(edge.norm() / step_m));
+      for (int i = 1; i < steps; ++i) with(from + edge * i / steps);
+    }
+}
+
+Drops drops_of(refine::Triangles object, const BedGrid& bed, bool to_hidden) {
+  Drops drops;
+  const auto hide = [&](double over_m) { drops.hidden_m = std::max(drops.hidden_m, over_m); };
   for (const Vector3f& p : object.positions)
-    if (const double z = bed.height_m(p.x(), p.y()); !std::isnan(z))
-      least = std::min(least, p.z() - z);
-  // From below the object, so that its underside is met even where the two overlap.
+    if (const double z = bed.height_m(p.x(), p.y()); !std::isnan(z)) {
+      drops.touching_m = std::min(drops.touching_m, p.z() - z);
+      hide(p.z() - z);
+    }
+  if (to_hidden)
+    between_vertices(object, edge_step_m, [&](const Vector3d& p) {
+      if (const double z = bed.height_m(p.x(), p.y()); !std::isnan(z)) hide(p.z() - z);
+    });
   const refine::Bounds box = refine::bounds(object);
-  const double start_m = box.lowest.z() - 1.0;
   const std::vector<Vector3f> ground = bed.vertices_within(box);
-  std::vector<Ray> rays;
-  for (const Vector3f& p : ground) rays.push_back({{p.x(), p.y(), start_m}, Vector3d::UnitZ()});
-  std::vector<Hit> hits(rays.size());
-  if (!rays.empty()) make_intersector(reference_intersector, object)->intersect(rays, hits);
-  for (std::size_t i = 0; i < rays.size(); ++i)
-    if (hits[i]) least = std::min(least, start_m + hits[i].t - ground[i].z());
-  return least;
+  if (!ground.empty()) {
+    const auto intersector = make_intersector(reference_intersector, object);
+    std::vector<Ray> rays(ground.size());
+    std::vector<Hit> hits(ground.size());
+    // Calls with(height over the bed) for what rays upwards (1) or downwards (-1) meet first.
+    const auto meet = [&](double start_m, double upwards, auto&& with) {
+      for (std::size_t i = 0; i < ground.size(); ++i)
+        rays[i] = {{ground[i].x(), ground[i].y(), start_m}, upwards * Vector3d::UnitZ()};
+      intersector->intersect(rays, hits);
+      for (std::size_t i = 0; i < ground.size(); ++i)
+        if (hits[i]) with(start_m + upwards * hits[i].t - ground[i].z());
+    };
+    // From below the object, so that its underside is met even where the two overlap.
+    meet(box.lowest.z() - 1.0, 1.0,
+         [&](double over_m) { drops.touching_m = std::min(drops.touching_m, over_m); });
+    if (to_hidden) meet(box.highest.z() + 1.0, -1.0, hide);
+  }
+  return drops;
 }
 
 double buried_share(const refine::Bounds& box, const BedGrid& bed) {
@@ -126,13 +164,12 @@ SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, 
     turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), normal).toRotationMatrix() * turn;
     put(turn, 0.0);
   }
-  const double drop = drop_m(placed.mesh, bed);
-  if (!std::isfinite(drop)) throw no_bed(what, spot.east_m, spot.north_m);
-  const refine::Bounds box = refine::bounds(placed.mesh);
-  const double shape_height_m = box.highest.z() - box.lowest.z();
-  put(turn, object.height_m.value_or(0.0) -
-                object.burial.value_or(0.0) * (shape_height_m + hidden_m) - drop -
-                spot.scale * sunk_m);
+  const double burial = object.burial.value_or(0.0);
+  const Drops drops = drops_of(placed.mesh, bed, burial > 0.0);
+  if (!std::isfinite(drops.touching_m)) throw no_bed(what, spot.east_m, spot.north_m);
+  double lowered_m = drops.touching_m + spot.scale * sunk_m;
+  if (burial > 0.0) lowered_m += burial * (drops.hidden_m + cover_m - drops.touching_m);
+  put(turn, object.height_m.value_or(0.0) - lowered_m);
   placed.buried = buried_share(refine::bounds(placed.mesh), bed);
   return placed;
 }
@@ -160,7 +197,7 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
         what, length_m, max_pieces));
   const std::vector<Vector3d> line = laid_line(
       path, diameter_m, step_m, object.sag_radius_m.value_or(usual_sag_radius_m(object.shape)),
-      object.height_m.value_or(0.0) - object.burial.value_or(0.0) * (diameter_m + hidden_m),
+      object.height_m.value_or(0.0) - object.burial.value_or(0.0) * (diameter_m + cover_m),
       ground_m);
   SetDown placed{.mesh = make_line(kind, object.size, line)};
   double buried = 0.0;  // mean along the line

@@ -33,8 +33,9 @@ Eigen::Matrix3d attitude(const ObjectOptions& object, double heading_rad);
 /// down on a bed. If it follows the slope, it is tilted with the plane that fits the bed's heights
 /// below its bounding box best in least squares. It is lowered until one of its vertices meets the
 /// bed or a vertex of the bed meets it, then raised or sunk by the object's height or burial, and
-/// sunk by `sunk_m`, in the mesh's units. `what` begins messages. Throws refine::MeshError for a
-/// place without a bed below it.
+/// sunk by `sunk_m`, in the mesh's units. A burial is the share of the way from there to the height
+/// at which the bed covers all of it; on a level bed that is a share of its height. `what` begins
+/// messages. Throws refine::MeshError for a place without a bed below it.
 SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, const Spot& spot,
                  const BedGrid& bed, const std::string& what, double sunk_m = 0.0);
 

@@ -167,6 +167,43 @@ TEST_CASE("Burial is a share of the height, and the record has it") {
   CHECK(refine::bounds(placed.objects[0].mesh).highest.z() == Approx(-20.0 + 0.3).margin(0.01));
 }
 
+TEST_CASE("On an uneven bed, a burial of 0 touches it and one of 1 is covered by it") {
+  Seafloor bed = sloping_bed(20.0, {0.1, -0.05});
+  for (Eigen::Vector3f& p : bed.mesh.positions)
+    p.z() += 0.2f * std::sin(2.0f * p.x()) * std::cos(3.0f * p.y());
+  const BedGrid grid(bed);
+  ObjectOptions crate;
+  crate.shape = "box";
+  crate.size.length_m = 3.0;
+  crate.size.shape_height_m = 1.0;
+  crate.heading_rad = 0.4;
+  /// The least and the greatest height of the crate over the bed, at many places of all its faces.
+  const auto over_bed_m = [&](double burial) {
+    crate.burial = burial;
+    const PlacedObjects placed = place({crate}, bed);
+    double least = 1e9, greatest = -1e9;
+    const refine::TriangleMesh& mesh = placed.objects.front().mesh;
+    for (const refine::Face& face : mesh.faces)
+      for (int i = 0; i <= 100; ++i)
+        for (int j = 0; j <= 100 - i; ++j) {
+          const Eigen::Vector3f p =
+              (float(i) * mesh.positions[face[0]] + float(j) * mesh.positions[face[1]] +
+               float(100 - i - j) * mesh.positions[face[2]]) /
+              100.0f;
+          const double above = double(p.z()) - grid.height_m(double(p.x()), double(p.y()));
+          least = std::min(least, above);
+          greatest = std::max(greatest, above);
+        }
+    return std::pair(least, greatest);
+  };
+  const auto [touching_m, top_m] = over_bed_m(0.0);
+  CHECK(touching_m == Approx(0.0).margin(2e-3));
+  CHECK(top_m > 1.1);  // over the lowest bed under it
+  const auto [bottom_m, covered_m] = over_bed_m(1.0);
+  CHECK(covered_m == Approx(-1e-3).margin(2e-3));
+  CHECK(over_bed_m(0.5).second == Approx(0.5 * (top_m + covered_m)).margin(2e-3));
+}
+
 TEST_CASE(
     "A path is the same from CSV as from the scene, and a damaged one is refused with its line") {
   const tests::TemporaryFolder folder;
