@@ -25,7 +25,8 @@ struct Comparison {
 /// Throws std::runtime_error for JSON that is not a report of this program.
 Comparison compare(const nlohmann::ordered_json& before, const nlohmann::ordered_json& now);
 
-/// A table of the changes; its last lines have the number that fell, and the cases of one report.
+/// A table of the changes. Its last lines have the number of speedups that fell, and the cases that
+/// only one report has.
 std::string table(const Comparison& comparison);
 
 }  // namespace ensonify::bench

@@ -30,7 +30,7 @@ struct Cell {
   double stages_over_ping = 0.0;               ///< sum of the stages' times over the pings' time
   double mesh_mb = 0.0, progressive_mb = 0.0;  ///< what the face source needs
   double tree_mb = 0.0;  ///< growth of the process while the trees were built, without the mesh
-  // The rays of one ping against the exact reference.
+  // The comparison of one ping's rays with the exact reference.
   std::uint64_t checked_rays = 0;
   std::array<std::uint64_t, engine::verdict_names.size()> verdicts{};
   bool agrees() const;

@@ -39,8 +39,8 @@ class CsvTable {
   /// The same from text; `name` stands for the file in messages.
   static CsvTable parse(std::string_view text, std::string_view name, const CsvFormat& format);
 
-  /// A table from elsewhere: which columns it has, and its values row by row. In messages its rows
-  /// have these numbers.
+  /// A table that does not come from a CSV file: which columns it has, its values row by row, and
+  /// the numbers of its rows for messages.
   static CsvTable of(std::string name, std::vector<bool> has, std::vector<double> values,
                      std::vector<int> row_numbers);
 

@@ -13,13 +13,13 @@ std::string json_text(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
-/// The same on one line, with other characters than ASCII as \u and four digits.
+/// The same on one line, in ASCII: other characters are \u and four digits.
 template <typename Json>
 std::string ascii_json_text(const Json& json) {
   return json.dump(-1, ' ', true, Json::error_handler_t::replace);
 }
 
-/// Whether a value is written the same in TOML, which has no null and writes tables another way.
+/// Whether a value is written the same in TOML, which has no null and another form of tables.
 template <typename Json>
 bool is_toml(const Json& value) {
   if (value.is_array()) return std::ranges::all_of(value, is_toml<Json>);

@@ -19,7 +19,7 @@ double available_memory_bytes();
 
 /// How much memory a process may use.
 struct MemoryLimit {
-  double bytes = 0.0;  ///< for the whole process; 0: what is available at the time
+  double bytes = 0.0;  ///< for the whole process; 0: what is available when it is checked
 
   /// Throws MemoryError unless `more_bytes` more fit. Stages call it before they allocate. `what`
   /// names, in the plural, what needs the bytes; `cure` says how to need fewer.

@@ -11,7 +11,7 @@ struct MovingObject {
   /// Metres, z up, y where its heading points, about the point that a pose places. Both sides of
   /// its faces scatter. Its world_origin does not count.
   refine::TriangleMesh mesh;
-  /// One of the scene's own, or a name that material.h defines.
+  /// A material of the scene, or a name that material.h defines.
   std::string material = "fouled steel";
   std::string class_name = "object";
 };

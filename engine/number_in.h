@@ -8,7 +8,7 @@
 namespace ensonify::engine {
 
 /// The number that the whole text is, as std::from_chars() reads it: no spaces, no leading '+'.
-/// None if it is no number, or one that T does not hold. (A double may be infinite or NaN.)
+/// None if it is not a number, or if it does not fit into T. (A double may be infinite or NaN.)
 template <typename T>
 std::optional<T> number_in(std::string_view text) {
   T number{};

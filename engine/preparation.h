@@ -19,23 +19,24 @@ struct Preparation {
   /// Above this the files of the cache that were used longest ago are removed.
   std::uintmax_t cache_limit_bytes = std::uintmax_t{16} << 30;
   int threads = 0;  ///< 0: one per core of the machine
-  /// Called with the name of the next stage ("seafloor", "analysis", "tree"), and now and then
-  /// while one lasts; by one thread at a time. What it throws ends the preparation.
+  /// Called with the name of a stage ("seafloor", "analysis", "tree") when the stage begins, and
+  /// now and then while it lasts; by one thread at a time. What it throws ends the preparation.
   std::function<void(std::string_view stage)> progress;
   /// Called now and then during a ping, by any thread. What it throws ends the ping.
   std::function<void()> stop_check = {};
-  /// The scene's seafloor where prepare_seafloor() has made it before. It is shared, not copied.
+  /// The scene's seafloor, if prepare_seafloor() has made it before; null: it is made. It is
+  /// shared, not copied.
   std::shared_ptr<const PreparedSeafloor> seafloor = {};
   MemoryLimit memory = {};  ///< for the whole process
-  double more_bytes = 0.0;  ///< part of it that the caller will take, as for the images of a run
+  double more_bytes = 0.0;  ///< the part that the caller will use, e.g. for images
 };
 
 /// How a seafloor was prepared.
 struct SeafloorOrigin {
-  std::string surface;               ///< the scene's, or the one that `auto` chose
-  std::string why;                   ///< why `auto` chose it; empty where the scene names it
-  std::filesystem::path cache_file;  ///< where it was read from, or is kept; empty: nowhere
-  bool cached = false;               ///< whether it was read from there
+  std::string surface;               ///< the scene's face source, or the one that `auto` chose
+  std::string why;                   ///< why `auto` chose it; empty if the scene names one
+  std::filesystem::path cache_file;  ///< in the cache, which was read or written; empty: none
+  bool cached = false;               ///< whether it was read from this file
 };
 
 /// Where analysed seafloors are kept by default: $XDG_CACHE_HOME/ensonify, or

@@ -59,8 +59,7 @@ class RandomStream {
   std::array<std::uint64_t, 3> belongs_to_;
 };
 
-/// A number with Poisson's distribution of that mean, of a number uniform in (0, 1]; at most
-/// `most`.
+/// A Poisson distributed number of that mean, at most `most`, from a number uniform in (0, 1].
 std::size_t poisson_count(double mean, double uniform, std::size_t most);
 
 }  // namespace ensonify::engine

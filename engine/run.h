@@ -24,7 +24,7 @@ namespace ensonify::engine {
 struct Stopped : Error {
   using Error::Error;
 };
-/// The same for a run in parts: the finished ones remain, and the same call makes the others.
+/// The same for a run in parts: the finished parts remain, and the same call makes the others.
 struct StoppedBetweenParts : Stopped {
   using Stopped::Stopped;
 };
@@ -46,12 +46,12 @@ struct RunSize {
   double memory_bytes = 0.0;       ///< of the images
 };
 
-/// What a run made, for RunControl::on_outputs; good during that call.
+/// What a run made, for RunControl::on_outputs; valid during that call.
 struct RunOutputs {
   const Simulator& simulator;
   /// One per sonar, with the numbers of the labels that its files have.
   std::span<const Waterfall> lines;
-  /// By sonar, what was seen of each object of the seafloor; empty where that was not counted.
+  /// By sonar, how much of each object of the seafloor was seen; empty if that was not counted.
   std::span<const std::vector<ObjectVisibility>> object_visibility;
 };
 
@@ -70,8 +70,8 @@ struct RunControl {
   /// Whether the caller moves the folder to its place with refine::put_in_place(), which syncs its
   /// files. Otherwise run() syncs each (of a run of one part).
   bool staged = false;
-  /// The parts to make of a run in several parts. A run of which a share is made is completed by
-  /// merge_run(). A share without parts makes no pings, and a warning says so.
+  /// Which parts of a run in several parts are made. After all shares are made, merge_run()
+  /// completes the run. A share without parts makes no pings, and a warning reports it.
   Shard shard = {};
   /// Called before the first ping of a run in several parts.
   std::function<void(const RunSize&)> on_parts = {};
@@ -79,7 +79,7 @@ struct RunControl {
   std::function<void(const RunOutputs&)> on_outputs = {};
 };
 
-/// What a run did. No file holds its times.
+/// What a run did. Its times are in no file.
 struct RunReport {
   std::map<std::string, std::uint64_t> counts;  ///< pings, rays, hits, starved bins, faces, …
   /// What the comparison with the reference found; empty unless verify_pings was set.

@@ -15,7 +15,7 @@
 
 namespace ensonify::engine {
 
-// A session that is changed by a scene's keys: those of the stream, the live view and Python.
+// Sessions that are changed by a scene's keys: `ensonify stream`, the live view and Python.
 
 /// A key of a scene, by its whole name with dots, and its value as TOML writes it; JSON's strings,
 /// numbers, truth values and lists are TOML as well.
@@ -35,13 +35,13 @@ class SessionScene {
   static SessionScene of_file(const std::filesystem::path& file, std::vector<std::string> overrides,
                               const std::filesystem::path& data_folder);
 
-  /// The scene as it is with the kept changes and with these. Throws SceneError.
+  /// The scene with the kept changes and with these. Throws SceneError.
   Scene with(std::span<const KeyValue> changes = {}) const;
 
-  /// Keeps changes.
+  /// Adds these changes to the kept ones.
   void keep(std::span<const KeyValue> changes);
-  /// Takes kept changes back, except for keys that have other values by now: they get the values
-  /// that `before` has.
+  /// Undoes kept changes: their keys get the values that they had in `before`. A key that was
+  /// changed again stays as it is.
   void take_back(std::span<const KeyValue> changes, const SessionScene& before);
 
   const ScenePaths& paths() const { return paths_; }
@@ -69,8 +69,8 @@ void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyVa
 /// origin, which a pose places, is the middle of its bounds. The material may be one of `scene`,
 /// the session's. Without the key shape_seed the form of a boulder, for example, follows from that
 /// scene's seed and from `number`, for which a session takes Simulator::next_instance(). `name`
-/// stands for the scene's file in messages. Throws SceneError, also for keys of its place, angles
-/// and number, and as mesh_of().
+/// stands for the scene's file in messages. Throws SceneError, also for keys of place, angles and
+/// number of objects, and what mesh_of() throws.
 MovingObject object_of(std::span<const KeyValue> keys, std::string_view name, const Scene& scene,
                        const ScenePaths& paths, std::uint32_t number);
 

@@ -50,14 +50,14 @@ class Simulator {
   /// ping_numbered(), with the numbers 0, 1, 2, ... in turn; a ping that throws takes no number.
   std::span<const EchoLine> ping(const Pose& pose);
 
-  /// One ping of every sonar: the sides of the first one (port, then starboard, of those it has;
-  /// those of each of its beams in turn, from the rear), then of the next. `number` selects the
-  /// random numbers: the same number and pose give the same ping again. The lines are good until
-  /// the next call. Throws std::invalid_argument for a pose that is not finite, lies beyond
-  /// 1e8 m, turns faster than a million degrees per second, puts a sonar above the sea surface or
-  /// below the bed, or is as fast as sound; refine::DamagedFile for a damaged seafloor's file. A
-  /// ping over a hole or off the seafloor is allowed; the first one out of reach of the seafloor
-  /// adds a warning.
+  /// One ping of every sonar. Returns one line per sonar, beam and side, in this order: sonars as
+  /// in the scene, the beams of a sonar from the rear, and for each beam port before starboard, of
+  /// the sides that the sonar has. `number` selects the random numbers: the same number and pose
+  /// give the same ping again. The lines are valid until the next call. Throws
+  /// std::invalid_argument for a pose that is not finite, lies beyond 1e8 m, turns faster than a
+  /// million degrees per second, puts a sonar above the sea surface or below the bed, or is as fast
+  /// as sound; refine::DamagedFile for a damaged seafloor's file. A ping over a hole or off the
+  /// seafloor is allowed; the first one out of reach of the seafloor adds a warning.
   std::span<const EchoLine> ping_numbered(const Pose& pose, std::uint64_t number);
 
   /// The lines of the last ping, to keep; the next ping makes new ones. Empty before the first ping
@@ -68,10 +68,10 @@ class Simulator {
   /// that a scene's check refuses, std::invalid_argument for a number that no sonar has.
   void set_sonar(std::size_t number, const Sonar& settings);
 
-  /// Puts an object into the scene, its mesh's y where the pose heads. Returns its instance, as the
-  /// layers have it: the lowest number that no other object has. altitude_m() ignores it. Throws
-  /// std::invalid_argument for an unknown material, a pose that is not finite or lies beyond
-  /// 1e8 m, a mesh without faces, or more objects or class names than there are labels;
+  /// Adds an object to the scene; y of its mesh points along the heading of the pose. Returns its
+  /// instance, the number in the layers: the lowest one that no other object has. altitude_m()
+  /// ignores it. Throws std::invalid_argument for an unknown material, a pose that is not finite or
+  /// lies beyond 1e8 m, a mesh without faces, or more objects or class names than there are labels;
   /// refine::MeshError for a face whose vertex is not there, not finite or beyond 1e8 m;
   /// MemoryError for a mesh that does not fit.
   std::uint32_t add(MovingObject object, const Pose& pose);
@@ -91,14 +91,15 @@ class Simulator {
   std::vector<Pose> track() const;
 
   const Seafloor& seafloor() const;  ///< valid while this or a clone of it lives
-  /// As they are set, with the bins of their digitisers. Valid until set_sonar().
+  /// The sonars with their present settings and the bins of their digitisers. Valid until
+  /// set_sonar().
   std::span<const Sonar> sonars() const;
   /// The names that the numbers of the class and sediment layers stand for: the seafloor's, then
   /// those that add() added. Valid until the next add().
   std::span<const std::string> classes() const;
   std::span<const std::string> materials() const;
   /// Repairs of meshes, parameters outside their range, a short cast, a ping out of reach of the
-  /// seafloor; good until the next call. What lies outside a model's range is in Extrapolation
+  /// seafloor; valid until the next call. What lies outside a model's range is in Extrapolation
   /// (extrapolation.h).
   std::span<const std::string> warnings() const;
   double sound_speed_mps() const;  ///< that converts time to range

@@ -4,7 +4,7 @@ namespace ensonify::engine {
 
 /// Seconds spent in a ping's stages, summed over pings.
 struct StageTimes {
-  double surface_s = 0.0;  ///< which triangles are there, where they are listed
+  double surface_s = 0.0;  ///< finding the faces that are there; in trace_s if only runs are found
   double trace_s = 0.0;    ///< nearest hits, or runs
   double echo_s = 0.0;     ///< scattering and binning
   double receive_s = 0.0;  ///< from the scatterers to the recorder's samples

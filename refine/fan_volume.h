@@ -33,8 +33,8 @@ struct FanVolume {
   bool operator==(const FanVolume&) const = default;
 };
 
-/// Tests whether spheres can touch any of several fan volumes. It never misses a touch, and
-/// sometimes reports one that is not there (near the volume's edges); rounding of the rays is
+/// Tests whether spheres can touch any of several fan volumes. It never misses one that touches,
+/// and sometimes reports one that does not (near the volume's edges). The rounding of the rays is
 /// included.
 class ViewTest {
  public:

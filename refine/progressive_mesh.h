@@ -21,7 +21,7 @@ struct DamagedFile : MeshError {
   using MeshError::MeshError;
 };
 
-/// The arrays that a builder fills and a ProgressiveMesh then owns; it explains the names.
+/// The arrays that a builder fills and a ProgressiveMesh then owns. The class explains their names.
 struct ProgressiveMeshArrays {
   std::vector<Eigen::Vector3f> points;
   std::vector<std::uint32_t> mid;

@@ -88,8 +88,8 @@ constexpr double ordinary_spread_db = 6.0;
 /// "expected within 6 dB", or that nothing is known, for a warning.
 std::string spread_text(double spread_db);
 
-/// A warning, for once per run, if the frequency is outside TR 9407's validity (10 to 100 kHz) or
-/// the exponent outside its recommended range; otherwise none.
+/// A warning, to be given once per run, if the frequency is outside TR 9407's validity (10 to 100
+/// kHz) or the exponent outside its recommended range; otherwise none.
 std::optional<std::string> validity_warning(const Sediment& sediment, double frequency_hz,
                                             std::string_view model = "tr9407");
 

@@ -129,8 +129,8 @@ void print_warnings(std::span<const std::string> warnings);
 /// The number of columns of a terminal; 80 if the file is not a terminal.
 std::size_t terminal_columns(int descriptor);
 
-/// Records SIGINT, SIGTERM and SIGHUP during its life, instead of ending the program. Another one
-/// that comes more than a second later ends it. Under nohup SIGHUP stays ignored.
+/// Records SIGINT, SIGTERM and SIGHUP during its life, instead of ending the program. Another
+/// signal that comes more than a second later ends the program. Under nohup SIGHUP stays ignored.
 class SignalWatch {
  public:
   /// A signal ends a waiting read or write only if `interrupts`. Throws std::system_error if the
@@ -147,7 +147,7 @@ class SignalWatch {
   static bool wait_for_output(int descriptor);
 
  private:
-  static std::atomic<int> caught_;  // which other threads read; lock-free, as a handler needs
+  static std::atomic<int> caught_;  // read by other threads; lock-free, as a handler requires
   static std::atomic<Clock::time_point> caught_at_;
   static_assert(std::atomic<int>::is_always_lock_free &&
                 std::atomic<Clock::time_point>::is_always_lock_free);

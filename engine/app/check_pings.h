@@ -15,7 +15,7 @@ namespace ensonify::engine::app {
 std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, std::uint64_t rays);
 
 std::size_t pings_of(const std::vector<PingBlock>& blocks);
-/// How many rays they have within their beams.
+/// The number of rays of these blocks within their beams.
 std::uint64_t rays_of(const std::vector<PingBlock>& blocks);
 
 }  // namespace ensonify::engine::app

@@ -10,8 +10,8 @@
 
 namespace ensonify::engine {
 
-/// A line as a grey picture, port left and the newest ping on top, at most 1000 x 1500 pixels: each
-/// is the largest of the samples that it covers, to the power of 0.6, white at the 99.5th
+/// A line as a grey picture of at most 1000 x 1500 pixels, port left and the newest ping on top. A
+/// pixel is the largest of the samples that it covers, to the power of 0.6; white is the 99.5th
 /// percentile.
 Picture picture_of(const RecordedLine& line);
 

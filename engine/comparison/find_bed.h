@@ -11,23 +11,23 @@ constexpr std::size_t bed_found_early = 2;  ///< because means over 5 samples ar
 
 /// Where the bed begins in the pings of one side.
 struct FoundBed {
-  /// By ping: the first sample of the bed, bed_found_early samples before its edge; 0 where all is
-  /// bed, the number of samples in a silent ping.
+  /// By ping: the first sample of the bed, set bed_found_early samples before its edge; 0 if all
+  /// samples are bed, the number of samples if the ping is silent.
   std::vector<std::size_t> first_sample;
-  bool stated = false;  ///< the samples do not show it well: it is where the pings' altitudes are
+  bool stated = false;  ///< the bed is from the stated altitudes: the samples do not show it
 };
 
-/// Finds the bottom line. Wherever the samples of a ping rise above the geometric mean of the water
-/// column and the bed for 8 samples, bed may be; it begins before, where they leave the water
-/// column, because a beam that looks away from the nadir receives the nearest bed only weakly.
-/// Noise that grows with range, as a time-varied gain makes it, does not count as bed. Of
-/// these places (fish and noise make some too) the line takes those that follow each other from
-/// ping to ping, those with less echo before them, and those at the stated altitude. That altitude
-/// counts only if it lies by the same distance from such a place in half of the pings; the distance
-/// may be any. Pings that the line leaves out are interpolated, or lie by that distance from their
-/// stated altitude. If the samples of most pings show no bed, the stated altitude counts as it is;
-/// and so it does if the line lies far behind it, but the samples behind it are brighter, on the
-/// mean, than those before.
+/// Finds the bottom line. The bed may begin wherever 8 samples of a ping in succession are above
+/// the geometric mean of the levels of water column and bed. Its edge is taken at the smaller range
+/// at which the samples leave the water column, because a beam that looks away from the nadir
+/// receives the nearest bed only weakly. Noise that grows with range, as a time-varied gain makes
+/// it, does not count as bed. Fish and noise make such places, too. The line prefers places that
+/// continue from ping to ping, that have less echo before them, and that are at the stated
+/// altitude. The stated altitude counts only if, in half of the pings, it differs from such a place
+/// by the same distance, which may be any. In pings that the line leaves out, the place is
+/// interpolated, or is the stated altitude corrected by that distance. The stated altitude is used
+/// uncorrected if the samples of most pings show no bed, or if the line lies far behind it although
+/// the samples behind it are brighter, on average, than those before it.
 FoundBed find_bed(const RecordedLine& line, Side side);
 
 }  // namespace ensonify::engine

@@ -8,16 +8,17 @@
 
 namespace ensonify::engine {
 
-/// The curve that a statistic is a point of.
+/// The curve to which a statistic belongs.
 enum class StatisticCurve { none, level_over_grazing, level_over_range, contrast_over_grazing };
 
-/// The part of a curve that a statistic is of: degrees of grazing angle, or percent of the range.
+/// The part of a curve that a statistic describes: degrees of grazing angle, or percent of the
+/// range.
 struct CurvePart {
   StatisticCurve curve = StatisticCurve::none;
   int low = 0, high = 0;
 };
 
-/// One number that says how a line looks.
+/// One number that describes how a line looks.
 struct LineStatistic {
   std::string name;  ///< with its unit
   double value;      ///< NaN: the line does not show it
@@ -43,8 +44,8 @@ struct ComparedStatistic {
   double a, b;
   double spread;  ///< between the halves of A's pings
   CurvePart part;
-  /// |b - a| over the spread, 0 if it is what a file's rounding makes; infinite if only the spread
-  /// is 0, NaN if one of them is unknown.
+  /// |b - a| over the spread; 0 if a file's rounding explains the difference, infinite if only the
+  /// spread is 0, NaN if a number is unknown.
   double ratio() const;
 };
 std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b);

@@ -32,12 +32,12 @@ struct Card {
   std::map<std::string, std::size_t> samples_by_split, images;
   std::map<std::string, std::set<std::string>> hub;  ///< splits by group, as folders of hub/
   std::vector<std::string> pictures;                 ///< paths in the dataset's folder
-  /// Targets in whole lines, by class, then split.
+  /// The number of targets in whole lines, by class, then by split.
   std::map<std::string, std::map<std::string, std::size_t>> targets;
   std::map<std::string, Realised> drawn;     ///< by key of the recipe
   std::map<std::string, Realised> measured;  ///< of the targets in whole lines, by JSON key
 
-  std::string heading() const;      ///< the title, or a general one
+  std::string heading() const;      ///< the dataset's title, or a general one
   std::string description() const;  ///< in a sentence
   /// README.md, with the metadata of the Hugging Face Hub in front (YAML, its dataset cards).
   std::string markdown() const;

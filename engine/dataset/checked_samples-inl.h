@@ -41,8 +41,8 @@ class CheckedSamples {
   bool finished(std::size_t sample) const { return folders_.finished(sample); }
   /// The sample's folder, or its tar.
   std::filesystem::path place(std::size_t sample) const;
-  /// Reads and checks every file of a sample. None if one is damaged; `damage` then says which and
-  /// how.
+  /// Reads and checks every file of a sample. None if one is damaged; `damage` then names the file
+  /// and the damage.
   std::optional<SampleRecord> read(std::size_t sample, std::string& damage);
   /// The size of a file of the sample that was read last; none if it is not one of its files.
   std::optional<std::uint64_t> size_bytes(std::size_t sample, const std::string& name) const;

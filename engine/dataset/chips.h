@@ -25,12 +25,13 @@ struct ImageNumber {
   std::size_t sonar = 0, geometry = 0;
 };
 
-/// The chips of a line: one per target, then backgrounds, then hard negatives, as the options say.
+/// The chips of a line: one per target, then backgrounds, then hard negatives, as the options ask.
 /// `targets` are the line's, by instance; classes[n - 1] is the name of number n in its labels. A
-/// chip without a target has no pixel of the boxes of objects, or, if there is a choice of classes,
-/// of the targets of these classes; at most half of a background is water. Fewer of these are
-/// returned if there is no room, or nothing that resembles a target. Throws std::invalid_argument
-/// if the line is smaller than chips of a fixed size.
+/// chip without a target contains no pixel of an object's box; if classes are chosen, only the
+/// boxes of targets of these classes count. At most half of a background is water. Fewer
+/// backgrounds and hard negatives are returned if there is no room for them, or if nothing
+/// resembles a target. Throws std::invalid_argument if the line is smaller than chips of a fixed
+/// size.
 std::vector<Chip> choose_chips(const LabelledImage& line,
                                const std::map<std::uint32_t, TargetRecord>& targets,
                                const std::vector<std::string>& classes, const ChipOptions& options,

@@ -29,7 +29,7 @@ std::string sample_json(std::size_t number, const SampleScene& sample,
 
 /// Whether a folder has all files that its sample.json lists, with their sizes. (`merge` compares
 /// their hashes.) Throws SceneError if it is not the folder of this sample of the dataset, or if
-/// files are missing and it has others: then nothing in it may be removed.
+/// listed files are missing and unlisted ones are there: then nothing in it may be removed.
 bool is_whole_sample(const std::filesystem::path& folder, std::size_t number,
                      const std::string& dataset_xxh128);
 

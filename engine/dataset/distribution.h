@@ -30,15 +30,15 @@ struct Distribution {
   /// Appends the possible words of its choices and its table's entries.
   void collect_values(std::vector<std::string>& values) const;
 
-  /// The entry of `table` for a value: its own, else the first whose name has a * and matches it,
-  /// else that of "default"; null if there is none.
+  /// The entry of `table` for a value: the entry of that name, else the first entry whose name has
+  /// a * and matches the value, else the entry "default"; null if there is none.
   const std::pair<const std::string, Distribution>* entry_for(const std::string& value) const;
 
   /// The value for two numbers in (0, 1]; only `normal` uses v.
   std::string value(double u, double v) const;
 };
 
-/// Whether a text is as a pattern says, in which each * stands for any characters but /.
+/// Whether a text matches a pattern, in which each * stands for any characters except /.
 bool matches(std::string_view text, std::string_view pattern);
 
 /// A number in (0, 1] for each index. Each aligned run of 2^k indices has one number in each of 2^k

@@ -47,7 +47,7 @@ struct GenerateReport {
 /// in one step; a stopped one leaves nothing, and the next call removes the remains of a killed
 /// one. Several processes may share a folder: each sample is made by one process, and each process
 /// returns when its shard is complete. If a sample fails, the others are still made. Throws
-/// SceneError if the folder holds another dataset, std::system_error if the disk refuses.
+/// SceneError if the folder holds another dataset, std::system_error if the disk cannot be written.
 GenerateReport generate(const Recipe& recipe, const std::filesystem::path& folder,
                         const GenerateControl& control);
 

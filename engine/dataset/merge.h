@@ -17,7 +17,7 @@ struct MergeReport {
   std::map<std::string, std::size_t> images, samples_by_split;
   std::vector<std::filesystem::path> files;  ///< written; empty if a sample is missing or damaged
   /// Faults of a complete dataset's splits: empty splits, classes that a split does not show,
-  /// seabeds in several splits; and labels of a few pixels.
+  /// seabeds in several splits, and labels of very few pixels.
   std::vector<std::string> warnings;
 };
 

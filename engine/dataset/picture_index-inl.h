@@ -8,7 +8,7 @@
 
 namespace ensonify::engine {
 
-/// What the indexes of a dataset need to know about its classes.
+/// The classes of a dataset, for its indexes.
 struct IndexClasses {
   std::vector<std::string> names;  ///< class number n is names[n - 1]
   std::size_t shadow_class = 0;    ///< number of the class of shadows; 0: none

@@ -29,8 +29,8 @@ struct ContactSheet {
 
 /// A contact sheet of `samples` of a recipe's samples, evenly chosen. For each: the line of its
 /// first sonar next to the line's labels, to scale, with boxes around the targets and their
-/// classes, and the drawn values below. Stopped by `progress`, it has the samples that were
-/// finished; Stopped is thrown if none is. Throws as Recipe::sample() and run().
+/// classes, and the drawn values below. If `progress` stops it, the sheet has the samples that were
+/// finished; without any, Stopped is thrown. Throws as Recipe::sample() and run().
 ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewControl& control);
 
 }  // namespace ensonify::engine

@@ -24,10 +24,10 @@ struct RecipeText {
   std::set<std::string, std::less<>> overridden;          ///< keys of scenes among the overrides
 };
 
-/// Finds a recipe's distributions. Overrides key=value become distributions of one value, or of
-/// theirs. A file data:PATH with a * becomes a choice of the files in the data folder that it
-/// matches. Throws SceneError with `file:line:column` for a distribution that is not valid, and for
-/// a * that matches no file.
+/// Finds a recipe's distributions. An override key=value becomes a distribution of one value, or
+/// the distribution that it gives. A file data:PATH with a * becomes a choice of the files in the
+/// data folder that it matches. Throws SceneError with `file:line:column` for a distribution that
+/// is not valid, and for a * that matches no file.
 RecipeText parse_recipe_text(std::string_view text, std::string_view name,
                              const std::filesystem::path& data_folder,
                              std::span<const std::string> overrides);

@@ -22,14 +22,15 @@ struct Picture {
   int bits = 8;  ///< per channel, 8 or 16
 };
 
-/// What a display knows of a sonar before its first ping.
+/// What a display needs of a sonar before the first ping.
 struct Calibration {
   double absorption_db_per_m = 0.0;
-  const Recorder* recorder = nullptr;  ///< made the samples; none: the intensity is shown
+  const Recorder* recorder = nullptr;  ///< that made the samples; null: the intensity is shown
   /// Mean intensity, uPa^2, of the scene's bed, if it were level, in each column of the waterfall;
   /// 0: no echo.
   std::vector<double> level_bed;
-  double noise = 0.0;  ///< its mean power, uPa^2; the gain ends where it is at mid-brightness
+  /// mean noise power, uPa^2; the gain is limited so that noise is at most at mid-brightness
+  double noise = 0.0;
   double median_share = 1.0;  ///< median over mean of a bed's intensity, due to speckle
   /// Factors by which automatic gains multiply the level bed's amplitude in each column, after the
   /// recorder's gain; empty: 1.
@@ -43,8 +44,8 @@ inline constexpr double mid_amplitude = 0.35;
 /// Turns the lines of one sonar into pixels.
 class Renderer {
  public:
-  /// The calibration's recorder must outlive it. Throws std::invalid_argument if the level bed has
-  /// no echo, or if its number of columns is not the sonar's.
+  /// The calibration's recorder must outlive the renderer. Throws std::invalid_argument if the
+  /// level bed has no echo, or if its number of columns is not the sonar's.
   Renderer(const Sonar& sonar, const Display& display, const Calibration& calibration);
 
   /// The picture of a waterfall of this sonar, 8 or 16 bits per channel: newest ping on top, port
@@ -70,7 +71,7 @@ class Renderer {
   double scale_ = 1.0;             // scales the level bed's median to 1
 };
 
-/// Renderer's constructor and render() in one call. Throws as both.
+/// Renderer's constructor and render() in one call. Throws what they throw.
 Picture render(const Waterfall& waterfall, const Display& display, const Calibration& calibration,
                int bits = 8);
 

@@ -26,22 +26,23 @@ enum class DisplayedLayer { sample, intensity };
 struct Display {
   DisplayedLayer of = DisplayedLayer::sample;
   /// Gain of spreading * log10(range) dB. 30 makes a bed of constant backscatter strength even
-  /// under a line array, 50 a bed with Lambert's law. It ends where noise is at mid-brightness.
+  /// under a line array, 50 a bed with Lambert's law. The gain is limited so that noise is at most
+  /// at mid-brightness.
   double spreading = 40.0;
-  bool absorption = true;  ///< compensate the two-way absorption
+  bool absorption = true;  ///< whether the two-way absorption is compensated
   /// Columns are equally spaced in ground range, without the water column.
   bool slant_range_correction = false;
   /// Divide by the median level of the bed, of each side per depression angle. The water stays.
   bool beam_normalisation = false;
-  bool flat_field = false;  ///< divide by the median level of the bed in each column; likewise
+  bool flat_field = false;  ///< the same for each column
   /// Added to the automatic gain, which shows the scene's bed, if it were level, with its median
   /// at mid-brightness.
   double gain_db = 0.0;
   Mapping mapping = Mapping::gamma;
   double gamma = 0.7;      ///< brightness = amplitude^gamma
   double range_db = 50.0;  ///< of the logarithmic mapping, from black to white about the bed
-  /// Standard deviation of the Gaussian that the picture is smoothed by, in pixels: what displays
-  /// do that enlarge or interpolate. 0: not smoothed.
+  /// Standard deviation, in pixels, of the Gaussian that smooths the picture, as displays do that
+  /// enlarge or interpolate. 0: not smoothed.
   double smoothing_px = 0.0;
   /// The same along the track alone, in addition: rows at even distances are mixtures of pings.
   double track_smoothing_px = 0.0;

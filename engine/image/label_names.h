@@ -15,7 +15,8 @@ struct LabelNames {
   std::vector<std::string> classes, materials;
 };
 
-/// "none", the `wanted` names (without "none") in their order, then the other ones of `own`.
+/// "none", the `wanted` names (without "none") in their order, then the names of `own` that are not
+/// wanted.
 std::vector<std::string> joined_names(const std::vector<std::string>& own,
                                       std::span<const std::string> wanted);
 /// The number in `to` of each name in `from`, all of which are there. 0 stays 0.

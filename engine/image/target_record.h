@@ -25,7 +25,8 @@ struct TargetRecord {
     double scale = 1.0;
     double buried = 0.0;      ///< share of its height under the bed
     double aspect_rad = 0.0;  ///< direction of sight less its heading, clockwise
-    /// Share of it that the sonar sees, ObjectVisibility::share(); none where that was not counted.
+    /// Share of the object that the sonar sees, ObjectVisibility::share(); none if that was not
+    /// counted.
     std::optional<double> visible_share;
   };
 
@@ -39,8 +40,8 @@ struct TargetRecord {
   bool is_object() const { return object.has_value(); }
 };
 
-/// The targets of a waterfall over its seafloor, by instance. `views` are what its sonar saw of
-/// each object of the seafloor, or empty where that was not counted.
+/// The targets of a waterfall over its seafloor, by instance. `views` is how much of each object of
+/// the seafloor its sonar saw; empty if that was not counted.
 std::vector<TargetRecord> target_records(const Waterfall& waterfall, const Seafloor& seafloor,
                                          std::span<const ObjectVisibility> views = {});
 

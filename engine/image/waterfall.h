@@ -47,19 +47,19 @@ struct Waterfall {
   std::size_t columns() const {
     return sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins);
   }
-  /// The height of the sonar over the bed at a row's ping, if the bed is level below the vehicle:
-  /// the vehicle's altitude, less how far the mounting puts the sonar below it at its attitude. NaN
-  /// over a hole.
+  /// The height (m) of the sonar over the bed at a row's ping, with the bed taken as level: the
+  /// vehicle's altitude, less the distance by which the sonar, in its mounting and at the vehicle's
+  /// attitude, is below the vehicle. NaN over a hole.
   double sonar_altitude_m(std::size_t row) const;
-  /// Sets a row: pixels from the echo lines of its sides, none of a lost ping; the rest but its
-  /// number from `record`, of which first returns, starved bins and artefacts are completed from
-  /// the lines. Several threads may set different rows at once. Throws std::invalid_argument for a
-  /// row that is not there, a side that the sonar does not have, and lines of another number of
-  /// bins.
+  /// Sets a row. Its pixels come from the echo lines of its sides; a lost ping has no lines. All
+  /// else except the row's number comes from `record`; first returns, starved bins and artefacts
+  /// are completed from the lines. Several threads may set different rows at once. Throws
+  /// std::invalid_argument for a row that is not there, a side that the sonar does not have, and
+  /// lines of another number of bins.
   void set_row(std::size_t row, std::span<const EchoLine> sides, const PingRow& record);
-  /// Sets the rows of a ping, counted from 0 in this waterfall, from the lines of its beams, as
-  /// ping() of a Simulator has them; no lines for a lost ping. Otherwise there must be at least
-  /// sides * beams. Returns the lines behind them. Throws as set_row().
+  /// Sets the rows of a ping, counted from 0 in this waterfall, from the lines of its beams in the
+  /// order of Simulator::ping(): at least sides * beams lines, or none for a lost ping. Returns the
+  /// lines that follow those of this sonar. Throws as set_row().
   std::span<const EchoLine> set_ping(std::size_t ping, std::span<const EchoLine> lines,
                                      const PingRow& record);
 };

@@ -5,7 +5,7 @@
 
 namespace ensonify::engine {
 
-/// How surely a key of an imitation is known.
+/// Where the value of an imitation's key comes from, the surest first.
 enum class Confidence {
   stated,    ///< the recording's file has it
   measured,  ///< its samples or its navigation show it directly
@@ -14,7 +14,7 @@ enum class Confidence {
 };
 std::string_view name_of(Confidence how);
 
-/// What a value rests on.
+/// The evidence for a value.
 struct Evidence {
   Confidence how = Confidence::assumed;
   std::string why;  ///< a few words

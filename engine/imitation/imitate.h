@@ -25,23 +25,23 @@ struct ImitationControl {
 struct Imitation {
   LineModel model;
   RecordedLine line;                          ///< the part of the recording that is imitated
-  RecordedLine imitated;                      ///< the scene's pings of it
-  std::vector<std::size_t> judged;            ///< pings of both that the fit did not see
-  std::vector<ComparedStatistic> statistics;  ///< of these, the recording first
+  RecordedLine imitated;                      ///< the same pings, simulated with the scene
+  std::vector<std::size_t> judged;            ///< pings of both lines that the fit did not use
+  std::vector<ComparedStatistic> statistics;  ///< of these pings, the recording first
   std::vector<std::string> materials;  ///< nearest first, by their level over the grazing angle
   std::vector<std::string> unknown;    ///< what the recording does not show
 };
 
-/// Finds a scene that looks as a recorded line does. The recording's pings are divided into blocks
-/// of 32; numbers are fitted to every second block and judged on the others. At most 3000 pings,
-/// from the middle of a longer line. `folder` gets the scene's files scene.toml, navigation.csv and
-/// beam.csv. Throws RecordingError for a line that shows no bed or does not state its range,
-/// Stopped, and as Simulator.
+/// Finds a scene whose images look like a recorded line. The recording's pings are divided into
+/// blocks of 32; numbers are fitted to every second block and judged on the others. At most 3000
+/// pings, from the middle of a longer line. `folder` gets the scene's files scene.toml,
+/// navigation.csv and beam.csv. Throws RecordingError for a line that shows no bed or does not
+/// state its range, Stopped, and as Simulator.
 Imitation imitate(const RecordedLine& recording, const std::filesystem::path& folder,
                   const ImitationControl& control);
 
 /// A page with both waterfalls, level over angle and range, histograms, the statistics, and each
-/// key with what it rests on. It needs no other file.
+/// key with its evidence. It needs no other file.
 std::string imitation_page(const std::string& name, const Imitation& made);
 
 }  // namespace ensonify::engine

@@ -11,10 +11,10 @@
 
 namespace ensonify::engine {
 
-/// Corrects the model until its simulation has the statistics of the line, whose pings the model's
-/// path has: altitude, material, vertical beam or gain, gain over range, floor, relief, texture,
-/// pulse, length of the array. Simulates `rounds` times. `begins` is called before each with its
-/// number.
+/// Corrects the model until its simulation has the statistics of the line: altitude, material,
+/// vertical beam or gain, gain over range, floor, relief, texture, pulse, length of the array. The
+/// model's path has the line's pings. Simulates `rounds` times; `begins` is called with the number
+/// of each simulation before it.
 void fit_line(LineModel& model, const RecordedLine& line, const std::filesystem::path& folder,
               int threads, int rounds, bool beam_is_stated, std::vector<NearSediment>& sediments,
               const std::function<AfterPings(int round)>& begins);

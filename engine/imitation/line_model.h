@@ -22,7 +22,7 @@ struct BedExtent {
   double east_m = 0.0, north_m = 0.0, cell_m = 0.0;
 };
 
-/// The numbers of an imitation: what its scene has besides defaults.
+/// The numbers of an imitation: the values of its scene that are not defaults.
 struct LineModel {
   VehiclePath path;
   RecorderSigns recorder;
@@ -42,7 +42,7 @@ struct LineModel {
   /// By side and cell of grazing angle: two-way level of the vertical beam, dB; empty: the sonar's
   /// beam is that of beamwidth_rad and tilt_rad.
   std::array<std::vector<double>, 2> vertical_db;
-  /// Added to the altitudes of the path: the first return may differ from where the bottom line is.
+  /// Added to the altitudes of the path, because the first return may differ from the bottom line.
   double altitude_shift_m = 0.0;
   std::string material = "medium sand";
   double height_at_1m_m = 0.01;
@@ -58,7 +58,7 @@ struct LineModel {
 /// The seabed for the model's path and range.
 BedExtent bed_extent(const LineModel& model);
 
-/// One key of the scene, with what it rests on.
+/// One key of the scene, with its evidence.
 struct FoundKey {
   std::string section, key;
   std::string value;  ///< as in TOML

@@ -8,17 +8,17 @@
 
 namespace ensonify::engine {
 
-/// Between these cells the level of a bed says something of its material: below, floor and shadows
-/// count; above, a cell has few samples. 8 to 76 degrees.
+/// The level of a bed shows its material between these cells, 8 to 76 degrees: below, noise floor
+/// and shadows affect it; above, a cell has few samples.
 constexpr std::size_t first_sediment_cell = 4, end_sediment_cell = 38;
 
-/// The sediments in order of how well their backscatter over the grazing angle explains
-/// `excess_db`: what the line's level, by cell, is over that of the model's material; any constant
-/// is free. Cells of NaN do not count. Without `rock_too` only those with a grain size; never one
-/// that would return more energy than arrives.
+/// The sediments, ordered by how well their backscatter over the grazing angle explains
+/// `excess_db`, up to any constant. `excess_db` is, by cell, the line's level less that of the
+/// model's material (dB); cells of NaN do not count. Without `rock_too` only sediments with a grain
+/// size; never one that would return more energy than arrives.
 struct NearSediment {
   std::string name;
-  double rms_db;  ///< what it leaves unexplained
+  double rms_db;  ///< rms of the part that the sediment does not explain
 };
 std::vector<NearSediment> nearest_sediments(const LineModel& model, const GrazingLevels& excess_db,
                                             bool rock_too);

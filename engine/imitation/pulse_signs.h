@@ -18,8 +18,8 @@ double amplitude_correlation(double field_correlation);
 double time_times_bandwidth(const Pulse& pulse, double correlation);
 
 /// The kind and window of the pulse whose speckle has these correlations over one and over two
-/// samples. CW unless another is nearer by more than relief and noise add; pulses shorter than a
-/// sample or so are all alike.
+/// samples. CW, unless another pulse fits better by more than relief and noise can explain: pulses
+/// of about a sample or shorter cannot be distinguished.
 Pulse likely_pulse(double over_one, double over_two);
 
 }  // namespace ensonify::engine

@@ -33,8 +33,8 @@ double speckle_contrast(Detector detector, int looks);
 
 /// Mean power over full scale, dB, by cells of grazing angle (2 degrees each) over a level bed, of
 /// one side; NaN where fewer than `enough` samples are. Samples that the transfer curve compressed
-/// are expanded first, and the power that clipping took is given back as that of Rayleigh
-/// amplitudes: a mean power s keeps s (1 - exp(-1 / s)) below full scale.
+/// are expanded first. The power that clipping removed is restored for Rayleigh amplitudes, of
+/// which a mean power s keeps s (1 - exp(-1 / s)) below full scale.
 constexpr double grazing_cell_deg = 2.0;
 constexpr std::size_t grazing_cells = 45;
 /// The angle in the middle of a cell.
@@ -47,9 +47,9 @@ GrazingLevels grazing_levels(const RecordedLine& line, Side side, const Recorder
 std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
                                                      const RecorderSigns& recorder);
 
-/// How the level of the bed at one grazing angle changes with range as the altitude changes, dB per
-/// factor of ten; NaN if the altitude changes too little, or the bed so much that this is
-/// uncertain.
+/// How the level of the bed at one grazing angle changes with range, dB per factor of ten in range.
+/// The range at that angle changes with the altitude: NaN if the altitude changes too little, or if
+/// the bed changes so much that the result is uncertain.
 double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder);
 
 /// The recorder's gain over range.
@@ -60,7 +60,8 @@ struct RangeLaw {
                 "the altitude changes too little, or the bed too much, to tell"};
 };
 /// The gain over range of a line with this slope, from a simulated line with the gain `law` and the
-/// slope `ours_db`. A gain of less than spreading alone is taken as one without absorption.
+/// slope `ours_db`. A gain that compensates less than spreading alone is taken to have no
+/// absorption term.
 RangeLaw corrected_law(const RangeLaw& law, double slope_db, double ours_db,
                        double absorption_db_per_m, double range_m);
 

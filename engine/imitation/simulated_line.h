@@ -9,7 +9,7 @@
 
 namespace ensonify::engine {
 
-/// Called with the pings done of those of one simulation; may throw to stop.
+/// Called with the number of pings done in one simulation, and of all its pings; may throw to stop.
 using AfterPings = std::function<void(std::size_t done, std::size_t of)>;
 
 /// Writes the model's scene into the folder and makes its pings, as a recorded line.

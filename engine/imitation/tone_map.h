@@ -15,13 +15,13 @@ struct ToneMap {
   static constexpr double step_db = 2.0;
   static constexpr int max_steps = 6;  ///< either way
   std::size_t columns = 0, rows = 0;
-  std::vector<std::int8_t> steps;  ///< by pixel, from the north-west; empty: one tone all over
+  std::vector<std::int8_t> steps;  ///< by pixel, from the north-west; empty: a single tone
 };
 
 /// From some pings of a line and their path; tiles between them are filled from their neighbours.
 /// The level changes that the altitude causes through the gain over range (range_slope_db()) are
-/// removed. There is one tone all over if fewer than a twentieth of the tiles differ by 2 dB from
-/// the mean.
+/// removed. There is a single tone if fewer than a twentieth of the tiles differ by 2 dB from the
+/// mean.
 ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const RecorderSigns& recorder,
                  double range_slope_db, double extent_east_m, double extent_north_m);
 

@@ -16,7 +16,7 @@ namespace ensonify::engine {
 struct VehiclePath {
   std::vector<double> t_s;         ///< ascending
   std::vector<double> x_m, y_m;    ///< east and north of the middle of the track's box, smoothed
-  std::vector<double> altitude_m;  ///< where the samples show the bed, else as stated
+  std::vector<double> altitude_m;  ///< from the samples if they show the bed, else as stated
   /// Empty: not recorded; the heading is then the course.
   std::vector<double> roll_rad, pitch_rad, heading_rad;
   std::optional<GeographicPlace> origin;  ///< where x_m = y_m = 0
@@ -32,12 +32,12 @@ struct VehiclePath {
 VehiclePath vehicle_path(const RecordedLine& line);
 
 /// By ping, the range of the first echo of the bed: find_bed() of both sides, smoothed. Where the
-/// sides differ much, the nearer one met something in the water; what strays far from the pings
-/// around is left out. Empty if most pings have none.
+/// sides differ much, the nearer echo is taken to be from something in the water. Echoes far from
+/// those of the pings around are left out. Empty if most pings have none.
 std::vector<double> first_bed_echoes_m(const RecordedLine& line);
 
-/// Whether rows of one ping follow each other: the file states their beams, or many rows have the
-/// time of the row before, in parts of a second.
+/// Whether a ping has several rows, one after another: the file states their beams, or many rows
+/// have the same time as the row before, fractions of a second included.
 bool has_several_beams(const RecordedLine& line);
 
 /// The direction in which the vehicle moves about a ping, clockwise from north.
@@ -45,11 +45,10 @@ double course_rad(const VehiclePath& path, std::size_t ping);
 /// The heading of a ping; without one, the course.
 double heading_rad(const VehiclePath& path, std::size_t ping);
 
-/// By ping, the first sample of the bed as find_bed() has it, but at the edge itself (without
-/// bed_found_early).
+/// By ping, the sample at the bed's edge: that of find_bed() plus bed_found_early.
 std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side);
 
-/// The periodic part of a series: what it does about its mean over 10 s. The period is the time
+/// The periodic part of a series: its deviations from its mean over 10 s. The period is the time
 /// between upward crossings of zero, the mean square the median over windows of 30 s, so that turns
 /// between the legs of a survey do not count.
 Oscillation oscillation_of(const std::vector<double>& t_s, const std::vector<double>& values);

@@ -21,9 +21,9 @@ struct LiveScene {
 
   LiveScene(const Scene& of, const Preparation& how);
 
-  /// The altitude and speed of the track, of a recorded one the medians.
+  /// The altitude and speed of the track; of a recorded track their medians.
   Vehicle planned() const;
-  /// Those of the scene and of its track.
+  /// The warnings of the scene and of its track.
   std::vector<std::string> warnings() const;
   Extrapolation extrapolation() const;
   std::vector<std::string> all_warnings() const { return extrapolation().appended_to(warnings()); }

@@ -30,7 +30,7 @@ struct PendingChanges {
   bool again = false;
 };
 
-/// How the vehicle is to move on, and who watches.
+/// How the vehicle is to continue, and which pages are open.
 struct Control {
   Vehicle vehicle;
   std::optional<double> pings_per_s;  ///< as in LiveOptions
@@ -38,7 +38,7 @@ struct Control {
   int pages = 0, mesh_pages = 0;  ///< open pages, and those of them that show the mesh
 };
 
-/// What a status frame says about the session, in addition to what the ping loop has.
+/// The part of a status frame that the ping loop does not have.
 struct SessionStatus {
   Control control;
   bool preparing = false;  ///< a changed scene is being made ready
@@ -47,8 +47,8 @@ struct SessionStatus {
 };
 
 /// What the threads of a live session exchange: requests from pages to the ping loop, and troubles
-/// back. Any thread may call any method; each one is one step for all others, and only the waits
-/// take long.
+/// back. Any thread may call any method. Each call is atomic, and only the calls that wait take
+/// long.
 class Mailbox {
  public:
   Mailbox(SessionScene source, std::optional<double> pings_per_s, bool hold);
@@ -76,17 +76,17 @@ class Mailbox {
   std::optional<PendingChanges> take();
   Control control() const;
   SessionStatus status() const;
-  /// What the vehicle does until a change.
+  /// Sets how the vehicle moves until a change.
   void set_vehicle(const Vehicle& vehicle);
   /// Waits until there are changes to take, at most this long.
   void wait_for_changes(std::chrono::milliseconds at_most);
-  /// Waits until then, or until the session stops.
+  /// Waits until that time, or until the session stops.
   void wait_until(Clock::time_point due);
   /// The sonars of this change cannot be prepared: later changes do not repeat their values.
   void refuse(const SceneChange& change, const std::string& trouble);
   void fail(std::exception_ptr fault);
 
-  // All.
+  // All threads.
 
   void report_trouble(const std::string& what);
   void stop();

@@ -65,7 +65,7 @@ class PingLoop {
   std::vector<std::uint32_t> added_;   // instances
   double along_ = 0.0;                 // in pings of the track
   double climbed_m_ = 0.0;
-  bool on_track_ = true;  // all pings so far are those of a run
+  bool on_track_ = true;  // all pings so far are those that a run makes
   bool out_of_water_ = false;
   std::uint64_t pings_ = 0, lines_ = 0;
 

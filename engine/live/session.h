@@ -44,9 +44,9 @@ class LiveSession {
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
 
-  /// What should be known of the scene, before start(); later warnings are troubles of the status.
+  /// The scene's warnings before start(); later ones are troubles in the status frames.
   std::vector<std::string> warnings() const;
-  Extrapolation extrapolation() const;  ///< the same of models outside their range
+  Extrapolation extrapolation() const;  ///< what lies outside a model's range
 
   void start();  ///< begins to ping, on its own threads
   void stop();   ///< closes the ring and ends the threads

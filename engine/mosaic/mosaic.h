@@ -49,7 +49,7 @@ struct MosaicReport {
 /// Every bin covers the ground halfway to the neighbouring bins and pings. A pixel has the mean of
 /// the bins that cover it, or, for labels, the label at its centre. Pings farther apart than four
 /// times the usual spacing are not joined. The images are read by rows and the mosaic is made by
-/// blocks, so memory does not grow with either, except by about 50 bytes per ping.
+/// blocks, so memory does not grow with their size, except by about 50 bytes per ping.
 ///
 /// Throws SceneError for runs that are damaged or do not fit together, std::invalid_argument for
 /// wrong options, Stopped, and std::runtime_error if the file cannot be written. The file appears

@@ -40,8 +40,8 @@ class MosaicFile {
   /// Writes columns x rows pixels from (left, top) on, row by row from the top; NaN is no data.
   void write(std::int64_t left, std::int64_t top, std::int64_t columns, std::int64_t rows,
              std::vector<float> pixels);
-  /// Adds overviews and puts the file in place. `progress` is called with the share that is done;
-  /// returns false, without a file, once it returns false.
+  /// Adds overviews and puts the file in place. `progress` is called with the share that is done.
+  /// If it returns false, finish() returns false and leaves no file.
   bool finish(const std::function<bool(double share)>& progress);
 
  private:

@@ -6,9 +6,9 @@
 
 namespace ensonify::engine {
 
-/// The mean level of each side of a sonar over slant range divided by height, which fixes the
-/// depression angle. To divide by it removes what depends on the range alone: beam, grazing angle
-/// and a gain that does not fit (empirical gain normalisation).
+/// The mean level of each side of a sonar over slant range divided by height, a ratio that fixes
+/// the depression angle. Dividing by the mean level removes what depends on the range alone: beam,
+/// grazing angle and a gain that does not fit (empirical gain normalisation).
 class RangeLevels {
  public:
   RangeLevels();

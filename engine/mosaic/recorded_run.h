@@ -11,10 +11,11 @@
 
 namespace ensonify::engine {
 
-/// Which positions of a run count: the true ones, or those that a real recording has.
+/// Which positions of a run are used: the true ones, or those of the navigation, as in a real
+/// recording.
 enum class Positions { truth, navigation };
 
-/// What a mosaic needs of one ping of a sonar.
+/// One ping of a sonar, as a mosaic needs it.
 struct MosaicPing {
   /// Position of the sonar, east and north of the run's world origin. With Positions::navigation it
   /// follows from the reported pose; repeated reports are interpolated to the next one.

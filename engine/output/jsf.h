@@ -15,11 +15,11 @@ constexpr std::size_t max_sonars_of_jsf = 20;
 /// format, 990-0000048): one message 80 (envelope data) per ping, sonar and side, near to far on
 /// both sides, as integers with weighting factor 0. The position is marked as the sonar's own
 /// ("position interpolated"). The sonars of a scene are subsystems 20, 21, ... in order of rising
-/// frequency. A message has no field for a time-varied gain or for the ping interval: the
+/// frequency. A message has no field for a time-varied gain or for the ping interval. The
 /// annotation has the received levels (dB re 1 uPa) at full scale in the nearest and in the
-/// farthest sample, the times have the interval, and the number of pulses in the water follows
-/// from it. The recordings must have the same pings. Throws std::invalid_argument for none or more
-/// than max_sonars_of_jsf.
+/// farthest sample. The interval follows from the times of the messages, and from the interval
+/// follows the number of pulses in the water. The recordings must have the same pings. Throws
+/// std::invalid_argument for none or more than max_sonars_of_jsf.
 std::vector<std::byte> encode_jsf(std::span<const Recording> sonars);
 
 }  // namespace ensonify::engine

@@ -48,8 +48,9 @@ std::string xxh128_of_file(const std::filesystem::path& file);
 /// The record of a file in a folder. Throws as xxh128_of_file(), and
 /// std::filesystem::filesystem_error if there is no such file.
 FileRecord record_of(const std::filesystem::path& folder, const std::string& name);
-/// The record of a file from what refine::write_file() and write_staged() read back: of the bytes
-/// that this process wrote, whatever others do in the folder. Throws what `read_at` throws.
+/// The record of a file from `read_at`, with which refine::write_file() and write_staged() read a
+/// file back. So it describes the bytes that this process wrote, whatever others do in the folder.
+/// Throws what `read_at` throws.
 FileRecord record_of(const std::string& name, const refine::ReadAt& read_at);
 
 /// Versions of the libraries that can affect the bytes of a result, as JSON.

@@ -16,7 +16,7 @@ namespace ensonify::engine {
 /// Keywords and texts that describe a picture, in ASCII (tEXt chunks of a PNG).
 using PngTexts = std::vector<std::pair<std::string, std::string>>;
 
-/// Bytes of pixels that a byte of a PNG can hold at most: zlib's limit (its technical details).
+/// The most bytes of pixels per byte of a PNG: zlib's limit (zlib Technical Details).
 constexpr double max_png_compression = 1032.0;
 
 /// The size of a picture and of its pixels: grey or RGB, 8 or 16 bits per channel.

@@ -26,7 +26,7 @@ struct RecordingFrame {
   double sound_speed_mps = 0.0;
   /// Height of a local position above the bed; NaN over a hole.
   std::function<double(const Eigen::Vector3d& position)> altitude_m;
-  int frequency_rank = 0;  ///< of this sonar among the scene's sonars; 0: the lowest frequency
+  int frequency_rank = 0;  ///< rank of its frequency among the scene's sonars; 0: the lowest
 };
 
 /// Navigation of one recorded ping. Position, attitude and speed are those of the sonar: the
@@ -71,8 +71,8 @@ struct Recording {
   std::span<const std::uint16_t> side(std::size_t row, Side which) const;
 };
 
-/// The pings of the recordings with these numbers, by time; those of one time by their place in
-/// `which`. Sonars may have several rows per ping.
+/// The pings of the recordings with the numbers `which`, in order of time; pings of the same time
+/// in the order of `which`. Sonars may have several rows per ping.
 struct PingInTime {
   std::size_t of = 0;      ///< place in `which`
   std::size_t number = 0;  ///< in Recording::pings
@@ -86,11 +86,12 @@ inline constexpr std::string_view common_recording = "recording";
 /// Unix seconds of a time written as `2025-06-01T12:00:00Z`; none for any other form.
 std::optional<std::int64_t> unix_time(std::string_view text);
 
-/// A recording of a waterfall, whose file has the sonar's name. Without an origin, positions follow
-/// the frame's UTM zone; without a zone, its reference; with neither, they lie in the North Sea.
-/// Without a start time it begins on 2000-01-01, or at the track's first time if the track counts
-/// seconds from 1970. A side that the sonar does not have is silent. Pings that were not recorded
-/// are left out. Throws std::invalid_argument in a build without GeographicLib.
+/// A recording of a waterfall, whose file has the sonar's name. Positions follow from the frame's
+/// origin; without one, from its UTM zone; without that, from its reference system. With none of
+/// them they are in the North Sea. Without a start time it begins on 2000-01-01, or at the track's
+/// first time if the track counts seconds from 1970. A side that the sonar does not have is silent.
+/// Pings that were not recorded are left out. Throws std::invalid_argument in a build without
+/// GeographicLib.
 Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full_scale,
                          const RecordingFrame& frame);
 

@@ -50,7 +50,8 @@ class StagingFolder {
   void leave() { folder_.clear(); }
 
   static std::filesystem::path lock_of(const std::filesystem::path& place);
-  /// The temporary folders of a place, which killed processes left there if its lock is ours.
+  /// The temporary folders of a place. If this process holds the lock of the place, killed
+  /// processes left them.
   static std::vector<std::filesystem::path> left_behind(const std::filesystem::path& place);
   static void remove_left_behind(const std::filesystem::path& place);
   /// The claim to a place, after removing the temporary folders that killed processes left there;

@@ -26,9 +26,9 @@ std::string targets_json(std::span<const TargetRecord> targets, const Waterfall&
 
 /// A target as the labels of one image of a dataset have it.
 struct TargetLabel {
-  TargetRecord record;          ///< of the whole line, with the outlines of this image
-  double shown_fraction = 1.0;  ///< of its area in the whole line
-  bool ignored = false;         ///< it shows too little to be a label
+  TargetRecord record;          ///< as in the whole line, but with the outlines in this image
+  double shown_fraction = 1.0;  ///< area in this image over that in the whole line
+  bool ignored = false;         ///< too little of the target shows for a label
   std::size_t category_id = 0;
 };
 

@@ -33,9 +33,9 @@ SessionScene scene_of(const py::object& given, const py::object& keys, const fs:
 /// Releases the interpreter's lock while it exists, so that other threads can run Python.
 ///
 /// When the interpreter ends, a thread that takes the lock again is ended inside of C++, which
-/// aborts the program. So the interpreter first waits until no thread has one of these. A thread
-/// that makes one later, other than the one that ends the interpreter, waits until the process is
-/// gone, as Python's own threads do.
+/// aborts the program. So the interpreter first waits until no thread has an object of this class.
+/// A thread that makes one after that waits until the process is gone, as Python's own threads do;
+/// the thread that ends the interpreter does not wait.
 class FreeInterpreter {
  public:
   FreeInterpreter();
@@ -49,7 +49,8 @@ class FreeInterpreter {
 /// Throws what a signal's handler throws, and std::runtime_error in a thread that the interpreter's
 /// end waits for. Needs the lock.
 void check_interpreter();
-/// For Preparation::stop_check: calls check_interpreter(), at most every 50 ms. Takes the lock.
+/// For Preparation::stop_check: calls check_interpreter(), at most every 50 ms. Takes the
+/// interpreter's lock.
 std::function<void()> interpreter_check();
 
 /// The folder for analysed seafloors: this one, or the default.

@@ -18,8 +18,8 @@ namespace ensonify::engine {
 /// One ping of a recording. What its file does not state is unset.
 struct RecordedPing {
   std::uint64_t number = 0;
-  int beam = 0;  ///< of a sonar with several, whose packets of one time follow each other
-  std::optional<double> t_s;               ///< since 1970, UTC
+  int beam = 0;               ///< of a sonar with several beams, whose packets have one time
+  std::optional<double> t_s;  ///< since 1970, UTC
   std::optional<GeographicPlace> place;    ///< of the sonar, or of the ship if that is all there is
   std::optional<Eigen::Vector2d> place_m;  ///< instead of `place`: east and north on the file's map
   std::optional<double> heading_rad;       ///< clockwise from north
@@ -53,19 +53,20 @@ struct RecordedLine {
   const std::vector<float>& side(Side which) const {
     return which == Side::port ? port : starboard;
   }
-  /// The samples of a ping of pings, from near to far. The line must have that side.
+  /// The samples of ping number `ping` (index into `pings`), from near to far. The line must have
+  /// that side.
   std::span<const float> row(Side which, std::size_t ping) const {
     return std::span(side(which)).subspan(ping * samples, samples);
   }
 };
 
-/// A number of each ping, by its name in tables: metres, degrees, seconds.
+/// A number that each ping has, with its name in tables. Units: metres, degrees, seconds.
 struct PingColumn {
-  std::string_view name;  ///< the same as in a CSV track where that has it
+  std::string_view name;  ///< the name in a CSV track, if it has such a column
   std::string_view help;
   std::optional<double> (*value)(const RecordedPing& ping);  ///< unset: the file does not state it
 };
-/// All of them, in the order of tables; valid for the program's life.
+/// All columns, in the order of tables; valid for the program's life.
 std::span<const PingColumn> ping_columns();
 
 }  // namespace ensonify::engine

@@ -36,7 +36,7 @@ class RecordingBytes {
     if (has(offset, sizeof value)) std::memcpy(&value, bytes_.data() + offset, sizeof value);
     return value;
   }
-  /// A number that a format writes as 0 if it does not know it: unset if it is 0 or not finite.
+  /// A number for which a format writes 0 if it is unknown: unset if it is 0 or not finite.
   template <class T>
   std::optional<double> known(std::size_t offset) const {
     const double value = static_cast<double>(at<T>(offset));

@@ -15,7 +15,7 @@
 
 namespace ensonify::engine {
 
-/// Throws SceneError if a folder has something of one of these names.
+/// Throws SceneError if a folder has a file or folder of one of these names.
 void require_none_of(const std::filesystem::path& folder, std::span<const std::string> names);
 
 /// The folder of a run, made if missing. The run's files appear in it together, and replace those
@@ -33,18 +33,19 @@ class OutputFolder {
   /// Begins a run of one part. Throws SceneError while another process makes one in this folder,
   /// and std::system_error.
   void begin();
-  /// Throws SceneError if the folder has something of one of these names that no earlier run there
-  /// has made.
+  /// Throws SceneError if the folder has a file or folder of one of these names that no earlier run
+  /// there has made.
   void require_own(std::span<const std::string> names) const;
   /// Throws std::system_error as refine::write_staged(), and what `write_content` throws.
   void write(const std::string& name, const refine::WriteContent& write_content);
   void write(const std::string& name, std::span<const std::byte> content);
-  /// Shows a file while the run lasts; write() replaces it later. A finished run that lies in the
-  /// folder is not disturbed: then nothing is shown. Throws as refine::write_file().
+  /// Makes a file visible while the run lasts; write() replaces it later. If the folder has a
+  /// finished run, nothing is shown, so that this run stays as it is. Throws as
+  /// refine::write_file().
   void show(const std::string& name, std::span<const std::byte> content);
   /// Puts the files in place, the manifest last. Throws std::system_error.
   void keep();
-  /// By name, whatever the order of writing.
+  /// The files' records, ordered by name.
   std::vector<FileRecord> records() const;
   double disk_s() const { return disk_s_; }  ///< as RunReport::disk_s
 

@@ -19,21 +19,22 @@ struct TargetSights {
   Sight body, shadow;
 };
 
-/// What is known of a part of a run when its files are written, or of the whole run: the content of
-/// a part's part.json. Counts and verification as in RunReport.
+/// The record of a part of a run when its files are written (the content of its part.json), or of
+/// the whole run. Counts and verification as in RunReport.
 struct PartRecord {
   std::string run_xxh128;  ///< hash_of() the plan of its run
   PingRange pings;
   std::string surface;    ///< as in SeafloorOrigin
   std::string code_path;  ///< as SimulatorInternals::code_path()
   LabelNames names;       ///< of the labels in the files
-  /// Of the seafloor: vertices, faces, repairs. The same for all parts.
+  /// Counts of the seafloor: vertices, faces, repairs. The same for all parts.
   std::map<std::string, std::uint64_t> seafloor;
   /// Pings, rays, hits, starved bins, ...; those of several parts add up.
   std::map<std::string, std::uint64_t> counts;
   std::map<std::string, std::uint64_t> verification;
   std::uint64_t pings_over_hole = 0;
-  /// By name of the sonar: what was seen of the seafloor's objects; empty where it was not counted.
+  /// By name of the sonar: how much of the seafloor's objects was seen; empty if that was not
+  /// counted.
   std::map<std::string, std::vector<ObjectVisibility>> object_visibility;
   /// By name of the sonar, then by instance.
   std::map<std::string, std::map<std::uint32_t, TargetSights>> target_sights;

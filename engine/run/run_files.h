@@ -21,7 +21,7 @@ struct RunState;  // run_state.h
 using WriteFile =
     std::function<void(const std::string& name, const refine::WriteContent& write_content)>;
 
-/// What is known of where a run's world is on Earth.
+/// The place of a run's world on Earth, as far as it is known.
 struct WorldOnEarth {
   std::optional<GeographicPlace> middle;  ///< as TrackPoses
   std::string reference;                  ///< as in Manifest
@@ -30,8 +30,8 @@ struct WorldOnEarth {
 /// Encodes the files of the pings of a run or of one of its parts, on several threads: for each
 /// sonar NAME the picture, the layers and recordings that the scene asks for, the table of pings
 /// and the targets. The recordings may also be of all sonars together. `ending` follows NAME in all
-/// file names. Renumbers the labels as the scene asks. Returns the record of these pings, without
-/// their files.
+/// file names. Renumbers the labels in the order that the scene gives. Returns the record of these
+/// pings, without their files.
 PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& simulator,
                        const std::string& ending, int threads, const WriteFile& write);
 

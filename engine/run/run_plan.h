@@ -10,7 +10,7 @@
 
 namespace ensonify::engine {
 
-/// What a run in several parts was asked for: the content of its run.json. The bytes of the parts
+/// The request for a run in several parts: the content of its run.json. The bytes of the parts
 /// depend on nothing else.
 struct RunPlan {
   std::string scene_toml;  ///< all keys, defaults included

@@ -17,12 +17,12 @@
 
 namespace ensonify::engine {
 
-/// When the picture of an unfinished run is due: from the first block on, for a twentieth of the
-/// time at most.
+/// When the picture of an unfinished run is due: after the first block, and then so rarely that
+/// pictures take at most a twentieth of the time.
 class PictureTimer {
  public:
   bool is_due() const { return seconds_since(written_) >= std::max(1.0, 20.0 * took_s_); }
-  /// After a picture that was begun at this time.
+  /// To be called after a picture that was begun at this time.
   void written(Clock::time_point start) {
     took_s_ = seconds_since(start);
     written_ = Clock::now();
@@ -56,8 +56,8 @@ struct RunState {
 
   /// Throws Stopped if `progress` asks to stop.
   void report_stage(std::string_view stage, std::size_t done, std::size_t of) const;
-  /// Reports the same as last, unless that was a moment ago. Any thread may call it, often. Throws
-  /// likewise.
+  /// Repeats the last report, unless that was a moment ago. Any thread may call it, often. Throws
+  /// Stopped, too.
   void stop_check() const;
   void report_again() const;  ///< by the thread that holds the lock
   bool picture_is_due() const { return control.growing_picture && picture.is_due(); }

@@ -27,7 +27,8 @@ Scene parse_scene(std::string_view text, std::string_view name,
                   std::span<const std::string> overrides = {}, const ScenePaths& paths = {},
                   std::span<const Material> known = {});
 
-/// An override key=value as TOML: a bare word becomes a string. Throws SceneError if it is none.
+/// An override key=value as TOML: a bare word becomes a string. Throws SceneError for a text that
+/// is not key=value.
 std::string toml_override(const std::string& override_text);
 
 /// "; with -D key=value -D ...", for a message about keys that overrides may have changed; empty
@@ -39,7 +40,7 @@ struct DrawnValues {
   /// By the key's whole name: a value as in TOML; an empty one leaves the key out.
   std::map<std::string, std::string, std::less<>> values;
   /// Tables of lists that the scene does not have, such as `objects.1`, by their numbers in the
-  /// recipe. In `values` the tables behind them have the numbers that they have in the scene.
+  /// recipe. Later tables of such a list have in `values` the numbers that they have in the scene.
   std::set<std::string, std::less<>> absent;
   /// Overrides as for a scene, of keys that the recipe's text may not have.
   std::vector<std::string> overrides = {};
@@ -50,7 +51,7 @@ struct DrawnValues {
 Scene parse_recipe(std::string_view text, std::string_view name, const DrawnValues& drawn,
                    const ScenePaths& paths);
 
-/// The same without checks that its options fit each other and that its files exist.
+/// The same, but without checking that the options fit each other and that the files exist.
 Scene parse_recipe_unchecked(std::string_view text, std::string_view name,
                              const DrawnValues& drawn);
 

@@ -31,7 +31,7 @@ namespace ensonify::engine {
 struct Sea {
   scatter::SeaWater water;
   InputFile profile;  ///< a sound speed profile, of which the mean down to the bed is taken
-  RefractionMode refraction = RefractionMode::off;  ///< what else the profile is used for
+  RefractionMode refraction = RefractionMode::off;  ///< what the profile changes
   std::optional<double> sound_speed_mps;       ///< unset: from the water, at half the bed's depth
   std::optional<double> absorption_db_per_km;  ///< unset: from the water, at half the bed's depth
   SeaState state;

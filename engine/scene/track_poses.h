@@ -13,7 +13,7 @@
 
 namespace ensonify::engine {
 
-/// What a track runs over.
+/// The seafloor under a track.
 struct Ground {
   std::function<double(double x_m, double y_m)> bed_height_m;  ///< NaN where there is no bed
   Eigen::Vector2d lowest, highest;                             ///< of the seafloor, seen from above

@@ -19,8 +19,8 @@ class StrengthTable;
 
 namespace ensonify::engine {
 
-/// How a material can scatter: the bottom models (scatter::bottom_model_kinds()), of which lambert
-/// has the material's own mu; solid; and two by measurement, gsab and table.
+/// How a material can scatter: the bottom models (scatter::bottom_model_kinds(); `lambert` uses the
+/// material's own mu), `solid`, and two models from measurements, `gsab` and `table`.
 struct MaterialModel {
   std::string_view name;
   std::string_view help;
@@ -43,7 +43,7 @@ struct Material {
   double gsab_lambert_exponent = 2.0;
   std::optional<double> gsab_transitional_db, gsab_transitional_width_rad;  ///< none: no such lobe
   InputFile table;                                         ///< a CSV file, for `table`
-  std::shared_ptr<const scatter::StrengthTable> measured;  ///< what it has; read with the scene
+  std::shared_ptr<const scatter::StrengthTable> measured;  ///< its content, read with the scene
   double strength_offset_db = 0.0;  ///< added to the strength that the model gives
   /// What differs from the texture of `like` (scatter::GroundTexture).
   std::optional<double> texture_patch_m, texture_shape, texture_exponent;
@@ -55,7 +55,7 @@ struct Material {
 /// none.
 Material material_named(std::string_view name, std::span<const Material> own);
 
-/// Its backscatter at one frequency; of a solid without smooth_specular(). `relief_spacing_m` is
+/// Its backscatter at one frequency; for a solid, without smooth_specular(). `relief_spacing_m` is
 /// the vertex spacing of a mesh that contains the sediment's own relief, whose slopes are then not
 /// counted twice; 0: the mesh does not contain it. Throws std::invalid_argument for an unknown name
 /// or model and for values outside their range.
@@ -73,7 +73,7 @@ scatter::GroundTexture texture_of(const Material& material);
 /// The solid, if it is one; nullopt for a sediment or a cover. Throws as backscatter_of().
 std::optional<scatter::Solid> as_solid(const Material& material);
 
-/// The part of the arriving energy that it reflects without scattering, as objects of it do
+/// The part of the arriving energy that objects of this material reflect without scattering
 /// (scatter::Solid::smooth_specular()); 0 unless it is a solid. Throws as backscatter_of().
 double smooth_specular(const Material& material);
 

@@ -18,8 +18,8 @@ struct RepairReport;
 
 namespace ensonify::engine {
 
-/// The number of labels, and of instances, that there can be: they have 16 bits, and label pictures
-/// ignore the last number. Number 0 means none.
+/// The largest number of labels, and of instances: they have 16 bits, and label pictures use the
+/// last number for ignored pixels. Number 0 means none.
 inline constexpr std::size_t max_labels = 65535;
 
 /// The name of number 0. No class may have it.
@@ -53,7 +53,7 @@ struct FeatureRecord {
   std::string layer;  ///< e.g. "boulders.0": made by the scene's first boulder layer
   Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< of the box around its points, local
   Eigen::Vector3d size_m =
-      Eigen::Vector3d::Zero();  ///< east, north, up; with half a cell beyond the points
+      Eigen::Vector3d::Zero();  ///< east, north, up; includes half a cell beyond the points
   /// The label of most of its points. The instance counts all objects first, then the features in
   /// the order of Seafloor::features.
   Label label;
@@ -107,8 +107,8 @@ struct Seafloor {
                                    : features.at(number - objects.size()).label;
   }
   /// The share of the bed, without objects, that each of `materials` has: of all its faces, or of a
-  /// sample of a large bed. With labels in the grid, whose tiles are not there yet, it is all of
-  /// the first material. Throws as label_of().
+  /// sample of a large bed. If the labels are in the grid, whose tiles may not be made yet, the
+  /// first material has all of it. Throws as label_of().
   std::vector<double> material_shares() const;
   refine::Bounds bounds() const;  ///< of all faces, local metres
   /// Counts the repairs to a mesh file, and warns of them.

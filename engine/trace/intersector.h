@@ -47,8 +47,8 @@ class Intersector {
 
   /// hits[fan.ray number], a miss for rays outside the beam. hits.size() == planes * elevations.
   virtual void intersect(const RayFan& fan, std::span<Hit> hits) const = 0;
-  /// The same as runs, for back-ends that know runs before hits. Returns false if the back-end does
-  /// not; then the runs come from the hits.
+  /// The same as runs, for back-ends that find runs directly. Returns false if the back-end does
+  /// not; then the runs are made from the hits.
   virtual bool list_runs(const RayFan&, FanRuns&) const { return false; }
   /// hits[i] belongs to rays[i]; there are as many hits as rays.
   virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
@@ -59,10 +59,10 @@ struct TracedFaces {
   const Intersector* intersector = nullptr;
   refine::Triangles triangles;  ///< that it was built over; Hit::index counts in them
   std::uint64_t version = 0;    ///< changes whenever the triangles do
-  bool runs_only = false;  ///< the intersector has only list_runs(), for each prepared fan once
+  bool runs_only = false;       ///< only list_runs() may be called, once for each prepared fan
 };
 
-/// What an intersector computes with, and so how far off a sound answer may be.
+/// The precision of an intersector, which limits how far off a sound answer may be.
 enum class Precision {
   exact,      ///< the reference's own test: the same bits
   in_double,  ///< rounding of double, and of edges that pass within it
@@ -74,7 +74,7 @@ struct IntersectorKind {
   std::string_view name;
   std::string_view help;
   std::unique_ptr<Intersector> (*make)(const IntersectorOptions& options);
-  bool takes_lists = true;  ///< lists of rays; otherwise only fans
+  bool takes_lists = true;  ///< whether it traces lists of rays; otherwise only fans
   Precision precision = Precision::in_float;
   /// Peak memory of build() per face of a large mesh, in addition to the mesh. A lower bound,
   /// measured over 2.4 million faces and rounded down; 0: not measured.

@@ -8,7 +8,7 @@
 
 namespace ensonify::engine {
 
-/// Base of back-ends that trace a fan's rays one by one. Of the options it uses `stop_check`.
+/// Base of back-ends that trace a fan's rays one by one. It uses only the option `stop_check`.
 class RayByRay : public Intersector {
  public:
   explicit RayByRay(const IntersectorOptions& options = {}) : stop_check_(options.stop_check) {}

@@ -12,7 +12,8 @@
 namespace ensonify::engine {
 
 /// Where a bent ray meets a level bed: its slant range by travel time, over the sonar's height. Not
-/// a number if it does not, or if the rays next to it meet the bed at quite other ranges.
+/// a number if it does not meet the bed, or if the rays next to it meet the bed at very different
+/// ranges.
 struct LaunchRange {
   double depression_rad, range_over_height;
 };
@@ -33,7 +34,7 @@ struct FanLayout {
   double roll_tilt_rad = 0.0;
   /// How far above the horizontal the bed reaches within range_over_height; 0 if not.
   double rise_rad = 0.0;
-  /// Where rays bend: their ranges by launch angle, the steepest first (bent_ranges()). Empty for
+  /// The ranges of bent rays by launch angle, the steepest first (bent_ranges()). Empty for
   /// straight rays.
   std::span<const LaunchRange> bent = {};
 };

@@ -12,9 +12,9 @@
 
 namespace ensonify::engine {
 
-/// Which sediments are used at frequencies for which the bottom model is not validated, if their
-/// levels may be off by more than those of ordinary beds (scatter::ordinary_spread_db): mud and
-/// sand up to medium sand, from 10 kHz to 1 MHz, are not among them.
+/// The sediments that are used at frequencies for which the bottom model is not validated, and
+/// whose levels may be off by more than scatter::ordinary_spread_db. Mud and sand up to medium
+/// sand, from 10 kHz to 1 MHz, are within that spread.
 class Extrapolation {
  public:
   Extrapolation() = default;

@@ -18,8 +18,8 @@ void check_material(const Scene& scene, std::string_view material, const std::st
 void check_seabed(const Scene& scene,
                   const std::function<std::string(std::string_view key)>& place);
 
-/// Checks the files that they name, after these are found: that images and outlines can be read,
-/// and lie on a generated seabed.
+/// Checks the files that patches and layers name, once their paths are known: that images and
+/// outlines can be read, and that those of a generated seabed lie on it.
 void check_seabed_files(const Scene& scene,
                         const std::function<std::string(std::string_view key)>& place);
 

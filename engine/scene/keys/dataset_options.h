@@ -21,13 +21,13 @@ struct SplitOptions {
   /// What is kept together: samples with the same seabed ("seafloor") and the same values of these
   /// keys of the recipe.
   std::vector<std::string> by = {"seafloor"};
-  std::vector<std::string> held_out_val, held_out_test;  ///< values of `by` that make up the set
+  std::vector<std::string> held_out_val, held_out_test;  ///< values of `by` in these sets
 };
 
 /// Rectangles cut from images.
 struct TileOptions {
   int width_px = 0, height_px = 0;
-  double width_m = 0.0, height_m = 0.0;  ///< instead
+  double width_m = 0.0, height_m = 0.0;  ///< instead of pixels
   double stride = 1.0;                   ///< from tile to tile, in tiles
   double least_bed = 0.0;                ///< share of bed, objects and shadows; the rest is water
   bool any() const { return width_px > 0 || width_m > 0.0; }

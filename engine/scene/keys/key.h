@@ -39,7 +39,7 @@ class OptionAt {
   OptionAt(Member member)
       : set_([=](Owner& owner) -> Option { return &member(owner); }),
         get_([=](const Owner& owner) -> ConstOption { return &member(owner); }) {}
-  /// The option of a part that the owner has.
+  /// The option of a part of the owner.
   template <class Part>
   OptionAt(const OptionAt<Part>& option, Part Owner::*part)
       : set_([=](Owner& owner) { return option(owner.*part); }),
@@ -77,7 +77,7 @@ struct Key {
   OptionAt<Owner> option;
   /// The words allowed; those of an enumeration in its order. A scene may write - for _ in them.
   std::vector<std::string_view> choices;
-  std::string_view expected = {};  ///< what it accepts, where type and range do not define that
+  std::string_view expected = {};  ///< what it accepts, if type and range do not define that
 
   bool in_degrees() const { return name.ends_with("_deg"); }
 };

@@ -25,7 +25,7 @@ const Section<Sonar>& sonar_section();
 /// The keys that say where a patch or a layer of relief lies.
 const std::vector<Key<Area>>& area_keys();
 
-/// The keys of a part of an owner, as keys of the owner.
+/// The keys of a part of an owner, made keys of the owner.
 template <class Owner, class Part>
 void append_keys(std::vector<Key<Owner>>& keys, const std::vector<Key<Part>>& part_keys,
                  Part Owner::*part) {

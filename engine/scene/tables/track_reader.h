@@ -27,10 +27,10 @@ struct LocalFrame {
 ///   with latitudes, else from the y axis.
 ///
 /// Or an XTF or JSF recording: the navigation of its pings (RecordedPing), with `utc_s`. Pings
-/// without a place, or with a time that is not after those before, are left out; so is a column
-/// that one of the others lacks. Warnings are of the recording, and of columns that look like
-/// heights or angles and have other names. In messages the number after the file's name is the
-/// ping's.
+/// without a place, or whose time is not after those of all earlier pings, are left out; so is a
+/// column that is missing in one of the other pings. Warnings are those of the recording, and one
+/// for each column whose name resembles a height or an angle but is not listed here. In messages
+/// about a recording the number after the file's name is the ping's.
 ///
 /// Latitudes and longitudes are projected onto the tangent plane about the origin of the track
 /// options, if they have one, which lies at the seabed's middle; else into the seabed's UTM zone,

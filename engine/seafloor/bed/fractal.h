@@ -29,9 +29,9 @@ struct FractalRelief {
 
 /// Adds such relief to a heightfield by spectral synthesis: white noise, filtered by |k|^-(H+1)
 /// over a square at least twice as long as the field's longer side (four times for H > 0.7). The
-/// relief is a part of that square, so opposite borders do not match; its mean is zero. The paper's
-/// spectrum is scaled to the same height difference at 1 m. Needs 8 bytes per point of the square.
-/// Throws std::invalid_argument for H outside (0, 1), or a negative height or length.
+/// relief is a part of that square, so opposite borders do not match; its mean is zero. The
+/// spectrum `paper` is scaled to the same height difference at 1 m. Needs 8 bytes per point of the
+/// square. Throws std::invalid_argument for H outside (0, 1), or a negative height or length.
 void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed,
                  int threads = 1);
 /// The same, with the random stream of a layer.

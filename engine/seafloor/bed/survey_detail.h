@@ -22,9 +22,9 @@ struct FractalScale {
   double hurst = 0.5;
 };
 
-/// Estimates these from a survey, or from parts of it, at its finest scales: from its second
-/// differences over 1, 2 and 4 cells, whose mean square over a distance d is height^2 d^2H (4 -
-/// 2^2H) and which do not depend on the slope. H is limited to 0.05 to 0.95.
+/// Estimates these from a survey, or from parts of it, at its finest scales: from the second
+/// differences of its heights over 1, 2 and 4 cells. They do not depend on the slope; their mean
+/// square over a distance d is height^2 d^2H (4 - 2^2H). H is limited to 0.05 to 0.95.
 FractalScale fractal_scale(std::span<const Heightfield> parts);
 
 /// The size of the finer grid. Throws std::invalid_argument for a cell that is not finer than the

@@ -30,11 +30,11 @@ struct Area {
   std::optional<double> shallowest_m, deepest_m;     ///< depth of the bed before its layers
   std::optional<double> gentlest_rad, steepest_rad;  ///< its slope, averaged over the border
   std::string on;         ///< where the map has this material; empty: anywhere
-  double share = 1.0;     ///< of all that, a share in patches with ragged borders
-  double patch_m = 30.0;  ///< typical size of such a patch
+  double share = 1.0;     ///< the share that the area covers of all this, in ragged patches
+  double patch_m = 30.0;  ///< typical size of these patches
   double border_m = 1.0;  ///< relief fades in over this width, and two sediments mix
-  double ragged_m = 0.0;  ///< rms distance of the border from where the limits above have it
-  int number = 0;         ///< of the random numbers of patches and relief; 0: its place in the list
+  double ragged_m = 0.0;  ///< rms distance of the border from that of the limits above
+  int number = 0;         ///< selects its random numbers; 0: the layer's place in its list
 
   /// The number, where the area's layer is at this place of its list, from 0.
   std::size_t number_at(std::size_t place) const {
@@ -49,7 +49,7 @@ struct AreaGround {
 };
 
 /// Where an area lies, 1 or 0 for each point of the grid. In a window of a larger grid it lies
-/// where it does in the whole, except for a share of it: that is right on average only, since it
+/// where it does in the whole grid. Only a `share` below 1 is right on average alone, since it then
 /// follows from the patches' statistics. Throws std::invalid_argument for an area that misses a
 /// whole grid, and refine::MeshError for files that cannot be read or do not fit.
 std::vector<double> area_mask(const Area& area, const AreaGround& ground, const LayerDraws& draws);

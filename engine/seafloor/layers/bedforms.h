@@ -20,11 +20,11 @@ struct Bedforms {
   double asymmetry = 0.0;          ///< 0: both sides equal; towards 1: steep lee sides
   double bend_rad = 0.09;          ///< rms turn of the crests, and relative change of wavelength
   double drift_m = 0.0;            ///< distance over which they change; 0: 20 wavelengths
-  /// Rms of the height's logarithm over such distances. What makes a crest higher than height_m
-  /// makes it no steeper than sand lies (33 degrees) where it is.
+  /// Rms of the height's logarithm over such distances. Where a crest becomes higher than height_m,
+  /// it becomes no steeper than the angle of repose of sand (33 degrees).
   double height_spread = 0.35;
-  /// Rms of the changes over some two wavelengths: of the crests' lines, as a share of the
-  /// wavelength; the logarithm of the height changes four times as much.
+  /// Rms change over about two wavelengths: of the crests' lines, as a share of the wavelength. The
+  /// logarithm of the height changes by four times as much.
   double raggedness = 0.06;
   double forks = 1.0;  ///< pairs of fork and end in a square of 10 x 10 wavelengths
 };
@@ -38,7 +38,7 @@ void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& 
 const ReliefKind<Bedforms>& kind_of(const Bedforms&);
 
 /// The profile, between -1 and 1, over the phase; one turn is from trough to trough. Interpolated
-/// between the steps of a table, to 1e-3 at the edge of the sharpest crest and 1e-5 elsewhere.
+/// in a table, with an error of 1e-3 at the edge of the sharpest crest and 1e-5 elsewhere.
 class CrestProfile {
  public:
   /// Sharpness from 0 to 1 and asymmetry from 0 to below 1, as in Bedforms.

@@ -7,8 +7,8 @@
 
 namespace ensonify::engine {
 
-/// Boulders as relief: many, and some cells wide (single ones with a hull's detail are objects). A
-/// current digs a moat in front of each and leaves a tail behind it.
+/// Boulders as relief: many boulders, each a few cells wide (a single boulder with fine detail is
+/// an object). A current digs a moat in front of each and leaves a tail behind it.
 struct BoulderField {
   double per_hectare = 60.0;  ///< number in 100 x 100 m; 0: none
   double diameter_m = 0.8;    ///< the median's; boulders are stones over 0.256 m (Wentworth 1922)
@@ -23,8 +23,8 @@ struct BoulderField {
 };
 
 /// Adds such boulders, each only if `allowed` is true of its middle. Sets `marked` (one number per
-/// point of the field) to a stone's number, from 1, on what is highest of it. Throws
-/// std::invalid_argument for values that no boulders have.
+/// point of the field) to a boulder's number, from 1, at the points where it is higher than the
+/// other boulders. Throws std::invalid_argument for values that no boulders have.
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,
                   const Allowed& allowed, std::span<std::uint32_t> marked);
 

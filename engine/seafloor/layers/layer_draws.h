@@ -33,7 +33,7 @@ struct LayerDraws {
   std::uint64_t seed = 0;
   Purpose purpose = Purpose::test;
   std::uint64_t number = 0;
-  RoughnessInWindows* roughness = nullptr;  ///< of a bed that is made in windows
+  RoughnessInWindows* roughness = nullptr;  ///< for a bed that is made in windows; otherwise null
   WorkControl control = {};                 ///< as of lay_seabed()
 
   RandomStream of(std::uint64_t what, std::int64_t column = 0, std::int64_t row = 0) const {

@@ -10,7 +10,7 @@ namespace ensonify::engine {
 /// Rock that stands out of the sediment: tilted beds of equal thickness, parted by joints into
 /// blocks that end in ledges. All values are typical ones; there is no common law of outcrops.
 struct OutcropRelief {
-  double height_m = 2.0;           ///< how far the rock rises where its area is whole
+  double height_m = 2.0;           ///< how far the rock rises where the weight of its area is 1
   double ledge_m = 0.5;            ///< thickness of a bed, so a step's height; 0: no ledges
   double dip_rad = 0.05;           ///< how steeply the beds sink
   double dip_heading_rad = 0.0;    ///< the direction in which they sink

@@ -17,8 +17,8 @@ namespace ensonify::engine {
 /// Whether a scattered feature may stand at a place.
 using Allowed = std::function<bool(double x_m, double y_m)>;
 
-/// One number of a layer of relief: a key of the scene, and what may be given for it. This is the
-/// only place where its range and its documentation stand.
+/// One number of a layer of relief: a key of the scene, and what may be given for it. Its range and
+/// its documentation are defined here only.
 template <class Relief>
 struct ReliefValue {
   std::string_view key;  ///< ends with the unit; the member of a key in degrees is in radians
@@ -41,7 +41,7 @@ using AddEverywhere = void (*)(Heightfield&, const Relief&, const LayerDraws&,
 template <class Relief>
 using AddMarked = void (*)(Heightfield&, const Relief&, const LayerDraws&,
                            std::span<std::uint32_t> marked);
-/// Features that stand whole where their middle is in the area.
+/// Features that are whole wherever their middle is in the area.
 template <class Relief>
 using AddScattered = void (*)(Heightfield&, const Relief&, const LayerDraws&, const Allowed&,
                               std::span<std::uint32_t> marked);
@@ -51,8 +51,8 @@ template <class Relief>
 using AddRising = void (*)(Heightfield&, const Relief&, const LayerDraws&,
                            std::span<const double> weight, std::span<std::uint32_t> marked);
 
-/// All that the engine knows of one kind of layer. Each kind has one, in the layer's own file:
-/// `const ReliefKind<PitRelief>& kind_of(const PitRelief&)`; seabed.h lists the kinds.
+/// The definition of one kind of layer. Each kind has one, in its own file:
+/// `const ReliefKind<PitRelief>& kind_of(const PitRelief&)`. seabed.h lists the kinds.
 template <class Relief>
 struct ReliefKind {
   std::string_view list;  ///< scenes have the layer as [[seafloor.LIST]]

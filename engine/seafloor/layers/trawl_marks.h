@@ -18,14 +18,14 @@ struct TrawlMarks {
   double door_spacing_m = 40.0;  ///< between the furrows of a pair
   double sweep_depth_m = 0.005;  ///< rms height of the fine furrows midway between; 0: none
   double heading_rad = 0.0;      ///< of the tows
-  double heading_spread_rad = 0.2;  ///< its standard deviation; half of the tows go the other way
+  double heading_spread_rad = 0.2;  ///< standard deviation; half of the tows are reversed
   double wander_m = 3.0;            ///< rms distance from a straight line
 };
 
 /// Adds such marks, of tows drawn over the grid. The berms hold what the furrow lost: their
 /// cross-sections are equal. Sets `marked` (one number per point of the field) to a mark's number,
-/// from 1, at the points of its furrow and berms: each door's is a mark. The fine furrows between
-/// them belong to none. Throws std::invalid_argument for values that no marks have.
+/// from 1, at the points of its furrow and berms; each door leaves one mark. The fine furrows
+/// between the doors belong to no mark. Throws std::invalid_argument for values that no marks have.
 void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDraws& draws,
                      std::span<std::uint32_t> marked);
 

@@ -24,8 +24,9 @@ struct ObjectOptions {
   ShapeSize size;  ///< of the shape; of a mesh, the length of its longer side seen from above
   std::string class_name = "object";
   bool part_classes = false;  ///< whether its parts have the classes CLASS.PART instead of CLASS
-  /// Objects with the same name are one object. The first of them is its base: its place, burial
-  /// and copies are the whole's. The others lie relative to its middle and its lowest point.
+  /// Objects with the same name are one object. The first of them is the base: its place, burial
+  /// and copies are those of the whole object. The others lie relative to the base's middle and
+  /// lowest point.
   std::string assembly;
   std::string material = "fouled steel";
   double east_m = 0.0;   ///< its middle, local metres; for `count` objects the middle of their disc
@@ -33,11 +34,12 @@ struct ObjectOptions {
   /// The smallest vertical distance between the object and the bed: 0: it stands on the bed;
   /// positive: it floats; negative: it is sunk into the bed.
   std::optional<double> height_m;
-  /// Instead of height_m: share of its height that is sunk in. With neither, it stands on the bed,
-  /// or lies in it as its shape is meant.
+  /// Instead of height_m: the share of its height that is sunk in. With neither, it stands on the
+  /// bed, or is sunk in by the depth that its shape defines.
   std::optional<double> burial;
   bool follow_slope = false;  ///< whether it tilts with the bed below it
-  // What a current has moved around it, see scour.h: shares of its height, and where it flows to.
+  // The scour by a current around it, see scour.h: as shares of its height, and the heading of the
+  // current.
   double scour_ratio = 0.0, tail_ratio = 0.0, current_rad = 0.0;
   // Rotations about its middle: heading turns y clockwise from north, then pitch lifts the y end,
   // then roll lowers the x side.
@@ -50,7 +52,7 @@ struct ObjectOptions {
   // For a shape that is laid along a path.
   std::vector<Eigen::Vector2d> path;   ///< metres east and north of the object's place
   InputFile path_file;                 ///< the same, as a CSV file
-  std::optional<double> sag_radius_m;  ///< see laid_line.h; unset: the shape's own
+  std::optional<double> sag_radius_m;  ///< see laid_line.h; unset: the shape's usual value
 
   // For many objects at random places.
   int count = 0;                      ///< 0: one object, at its place

@@ -30,7 +30,7 @@ enum class Artefact : std::uint32_t {
   crosstalk = 1024,
 };
 
-/// What the engine knows of an artefact. All are in the table of kind_of().
+/// The definition of an artefact. All are in the table of kind_of().
 struct ArtefactKind {
   std::string_view name;  ///< in files
   /// The first of the numbers that its random stream belongs to; no two artefacts have the same.
@@ -41,7 +41,7 @@ constexpr ArtefactKind kind_of(Artefact artefact) {
     case Artefact::lost: return {"lost", 0};
     case Artefact::repeated: return {"repeated", 1};
     case Artefact::stale_navigation: return {"stale_navigation", 2};
-    case Artefact::interference: return {"interference"};  // begins by the shimmer's fourth number
+    case Artefact::interference: return {"interference"};  // uses the shimmer's fourth number
     case Artefact::gain_step: return {"gain_step", 5};
     case Artefact::automatic_gain: return {"automatic_gain"};
     case Artefact::fish: return {"fish", 3};
@@ -56,7 +56,7 @@ constexpr ArtefactKind kind_of(Artefact artefact) {
 RandomStream artefact_stream(std::uint64_t seed, Artefact artefact, std::uint64_t a = 0,
                              std::uint64_t b = 0);
 
-/// Those of a ping.
+/// The artefacts of a ping.
 struct Artefacts {
   std::uint32_t bits = 0;
 
@@ -97,7 +97,7 @@ struct BinLayers {
   std::vector<float> fraction;                              ///< that triple's share of the energy
   std::vector<float> shadow_fraction;  ///< beam-weighted share of the planes that jump over the bin
   std::vector<std::uint32_t>
-      shadow_instance;                 ///< what blocks it; 0: the bed, and none of its features
+      shadow_instance;                 ///< what casts the shadow; 0: the bed outside its features
   std::vector<std::uint32_t> layover;  ///< 1 where one plane sees several places in the bin
 
   /// Calls f(name in files, pointer to member) for every layer, in the files' order.
@@ -131,8 +131,9 @@ struct WallFacet {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();    ///< from the sonar
   Eigen::Vector3d normal = -Eigen::Vector3d::UnitX();  ///< unit, out of the object
   double length_m = 0.0, height_m = 0.0;               ///< level, and across that
-  double reflected = 0.0;  ///< share of the energy that arrives, of what the sonar sees of it
-  double slope = 0.0;      ///< rms of the surface's own inclination in one direction, as a tangent
+  /// share of the energy that arrives, times the share of the facet that the sonar sees
+  double reflected = 0.0;
+  double slope = 0.0;  ///< rms of the surface's own inclination in one direction, as a tangent
 };
 
 /// The echo of one beam of one side of one ping: bins from near to far, and what was counted on the

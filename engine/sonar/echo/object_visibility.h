@@ -4,9 +4,9 @@
 
 namespace ensonify::engine {
 
-/// How much of an object a sonar sees: the solid angles, summed over all pings, of the rays that
-/// would meet it if it were alone in the water, and of those among them that meet it in the scene.
-/// The part that the bed buries and the part that something in front hides are not seen.
+/// How much of an object a sonar sees, as solid angles of rays summed over all pings: `alone`, of
+/// the rays that would meet the object if it were alone in the water, and `seen`, of those that
+/// meet it in the scene. What the bed buries and what something in front hides is not seen.
 struct ObjectVisibility {
   std::uint64_t alone = 0, seen = 0;  ///< in 2^-44 sr: whole numbers, whose sum has no order
 

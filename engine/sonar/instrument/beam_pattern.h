@@ -68,7 +68,7 @@ struct VerticalPattern {
   std::optional<double> floor_db;  ///< level never below this; unset: -20 dB, no floor if measured
   /// The same from the axis straight down, where real elements have no deep nulls; unset: floor_db.
   std::optional<double> floor_below_db;
-  double port_mount_rad = 0.0;  ///< turns the pattern of the side, with its ripple, down
+  double port_mount_rad = 0.0;  ///< how far the side's pattern, with its ripple, is turned down
   double starboard_mount_rad = 0.0;
 
   /// The power towards a depression, 1 at the peak of an element. Measured levels are interpolated

@@ -29,9 +29,9 @@ struct Pulse {
   /// for a sweep, 1.5 / B with a Hann window.
   double effective_length_s() const;
   /// Power of white noise after the matched filter over its spectral density, with the filter
-  /// scaled so that it does not change an echo's peak: 1 / length, for a CW pulse and for a sweep
-  /// (B over the gain B T); times mean(w^2) / mean(w)^2 of a sweep's window w, which is 1.5
-  /// (1.76 dB) for Hann's.
+  /// scaled so that it does not change an echo's peak. It is 1 / length for a CW pulse and for a
+  /// sweep (B over the gain B T). For a sweep with a window w it is mean(w^2) / mean(w)^2 times as
+  /// much: 1.5 times (1.76 dB) for Hann's.
   double noise_bandwidth_hz() const;
   /// Intensity over its peak, at a time from the echo's own.
   double intensity(double time_s) const;
@@ -43,9 +43,9 @@ struct Pulse {
   double end_s() const;
   /// The time from the echo's own to the middle of its intensity.
   double middle_s() const { return 0.5 * (begin_s() + end_s()); }
-  /// How much less the range of a compressed echo is, per speed at which sonar and target close:
-  /// f T / B. The Doppler shift 2 v f / c moves a sweep of the rate B / T by the time
-  /// -(2 v f / c) T / B, which is a range of -v f T / B. 0 for a CW pulse.
+  /// By how much the range of a compressed echo is too small, per m/s of closing speed of sonar and
+  /// target: f T / B. The Doppler shift 2 v f / c moves a sweep of the rate B / T by the time -(2 v
+  /// f / c) T / B, which is a range of -v f T / B. 0 for a CW pulse.
   double closing_shift_s(double frequency_hz) const;
   /// The range cell, c tau_e / 2.
   double cell_m(double sound_speed_mps) const {
@@ -56,13 +56,13 @@ struct Pulse {
 /// How a pulse spreads energy over neighbouring bins: intensity per energy of a bin; both are
 /// averages over a bin.
 struct PulseKernel {
-  int first = 0;  ///< weights[0] is for the bin this many bins farther (negative: nearer)
-  std::vector<double> weights;  ///< each is for the bin one farther than the one before
+  int first = 0;  ///< the bin of weights[0]: this many bins farther (negative: nearer)
+  std::vector<double> weights;  ///< each weight is for the bin behind that of the weight before it
 };
 
-/// The kernel of a pulse. What is before its begin and behind its end is left out; its sum is
-/// scaled to cell / bin, so that a uniform bed of energy g per metre has the intensity
-/// g c tau_e / 2. Throws std::invalid_argument unless pulse, sound speed and bin are positive.
+/// The kernel of a pulse. The parts of the pulse below -60 dB are left out. The sum of the weights
+/// is cell / bin, so that a uniform bed of energy g per metre has the intensity g c tau_e / 2.
+/// Throws std::invalid_argument unless pulse, sound speed and bin are positive.
 PulseKernel pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m);
 
 /// The filter that gives white noise, sampled once per bin, the correlation of speckle of a pulse.

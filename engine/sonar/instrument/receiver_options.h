@@ -15,8 +15,8 @@ struct ReceiverOptions {
   bool noise = true;  ///< whether there is ambient noise and self-noise
   /// Noise of the receiver and of its platform, dB re 1 uPa^2/Hz after beamforming; unset: none.
   std::optional<double> self_noise_db;
-  double self_noise_speed_mps = 2.0;  ///< the vehicle's speed up to which it is that
-  double self_noise_slope_db = 60.0;  ///< and how it grows beyond, per factor of ten in speed
+  double self_noise_speed_mps = 2.0;  ///< up to this speed of the vehicle it is constant
+  double self_noise_slope_db = 60.0;  ///< its growth per factor of ten in speed beyond
 
   /// The self-noise at a speed, uPa^2/Hz; 0 if there is none.
   double self_noise_density(double speed_mps) const;

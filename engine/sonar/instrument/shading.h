@@ -6,7 +6,7 @@
 
 namespace ensonify::engine {
 
-/// How the elements of a line array are weighted. `same` is for a receiver: as the transmitter.
+/// How the elements of a line array are weighted. `same` is for receivers only: as the transmitter.
 enum class ShadingKind { uniform, hann, taylor, chebyshev, weights, same };
 
 /// The weight w(u) of a line array over its length, u from -1/2 to 1/2: even, and 1 in the mean. So
@@ -46,8 +46,8 @@ class Shading {
   /// approximation. `nearness` is F = L^2 / (2 lambda r) times the defocus (Sonar::defocus()), of
   /// either sign.
   std::complex<double> field(double x, double nearness) const;
-  /// Where null `number` of the far field is, counted from 1; also a dip between two lobes. 0 for a
-  /// number below 1; beyond the nulls that were found they are 1 apart.
+  /// Where null `number` of the far field is, counted from 1; a dip between two lobes counts as a
+  /// null. 0 for a number below 1; nulls beyond those that were found are taken as 1 apart.
   double null_x(int number) const;
   /// Width of the far field's beam in x, one way, -3 dB to -3 dB.
   double beam_width_x() const;
@@ -55,8 +55,8 @@ class Shading {
   /// isotropic noise as this one: the mean of w^2, by Parseval's theorem the integral of
   /// far_field()^2. 1 if uniform.
   double noise_width_x() const;
-  /// The least number of steps, at least `steps`, with which a rule of Simpson over the array or
-  /// over half of it has each element's borders at the ends of its double steps.
+  /// The least number of steps, at least `steps`, for Simpson's rule over the array or over half of
+  /// it, such that each border of an element is at the end of a double step.
   int whole_steps(int steps) const;
 
   bool operator==(const Shading&) const = default;

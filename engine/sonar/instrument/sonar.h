@@ -68,8 +68,8 @@ struct Sonar {
   double beam_offset_m(int beam) const { return (beam - 0.5 * (beams - 1)) * beam_spacing_m; }
   /// How far out of focus the receiver and, of a single beam, the transmitter are at a range r: 1 -
   /// r / z, with the z of focus_zones_m for which it is nearest to 0; 1 if unfocused, 0 if focused
-  /// at all ranges. At its range an object sees a beam of the array's length times this, spread by
-  /// diffraction.
+  /// at all ranges. At that range the beam is as wide as the array's length times this, and spread
+  /// by diffraction.
   double defocus(double at_m) const;
   double transmit_defocus(double at_m) const { return beams > 1 ? 1.0 : defocus(at_m); }
   /// The range r from nearest_m to range_m at which |defocus(r)| / r is largest.

@@ -24,7 +24,7 @@ struct ArtefactOptions {
   // Gain changes, by an operator and by the receiver.
   double gain_step_db = 0.0;      ///< rms of the steps about the gain
   double gain_step_s = 20.0;      ///< time between steps
-  double automatic_gain = 0.0;    ///< share of a level change that it removes, 0..1
+  double automatic_gain = 0.0;    ///< share of a level change that this gain removes, 0..1
   double automatic_gain_m = 5.0;  ///< range over which it averages
   // In the water.
   double fish_per_hectare = 0.0;
@@ -36,7 +36,7 @@ struct ArtefactOptions {
   double wake_width_m = 6.0;
   double wake_offset_m = 0.0;  ///< distance of the track from the seabed's middle, to starboard
   // Shimmer by internal waves.
-  double shimmer_db = 0.0;  ///< rms of the brightness
+  double shimmer_db = 0.0;  ///< rms of the brightness changes
   double shimmer_m = 8.0;   ///< wavelength of the bands over range
   double shimmer_s = 6.0;   ///< their period
 };
@@ -44,7 +44,7 @@ struct ArtefactOptions {
 /// Whether a ping is lost, or repeats the one before. The first ping does not repeat.
 bool is_lost(const ArtefactOptions& options, std::uint64_t seed, std::uint64_t ping);
 bool is_repeated(const ArtefactOptions& options, std::uint64_t seed, std::uint64_t ping);
-/// If the navigation is stale at this time: the time since when; otherwise t_s.
+/// If the navigation is stale at this time, the time at which that began; otherwise t_s.
 double reported_since_s(const ArtefactOptions& options, std::uint64_t seed, double t_s);
 /// Replaces stale reports by the last one before; `reports` are ordered by time. The first report
 /// is kept.

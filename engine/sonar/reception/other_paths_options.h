@@ -16,12 +16,13 @@ struct OtherPathsOptions {
   bool surface = false;             ///< first return and reverberation of the sea surface
   bool volume = false;              ///< reverberation of the water
   bool multiples = false;           ///< echoes reflected by the sea surface
-  bool second_time_around = false;  ///< of the pings before, from beyond the range
+  bool second_time_around = false;  ///< echoes of earlier pings, from beyond the range
   /// Loss of a reflection at the bed, in multiples. Unset: the loss of the bed's sediment at the
   /// grazing angle, or 10 dB if the bed is not a sediment.
   std::optional<double> bottom_loss_db;
   bool double_bounce = false;  ///< echoes by way of a wall and the bed in front of it
-  /// Loss of the reflection at a wall, which is then smooth. Unset: as its material reflects.
+  /// Loss of the reflection at a wall, which is then taken as smooth, dB. Unset: it follows from
+  /// the wall's material.
   std::optional<double> wall_loss_db;
   double burst_m = 0.0;  ///< range over which transmit leakage blinds the receiver; 0: none
   std::optional<double> crosstalk_db;  ///< level of one side's signal in the other side, relative

@@ -8,7 +8,7 @@ struct Oscillation {
   double rms = 0.0;  ///< of the periodic part
   double period_s = 8.0;
   double wander_rms = 0.0;  ///< of the slow part
-  double wander_s = 60.0;   ///< its correlation time
+  double wander_s = 60.0;   ///< correlation time of the slow part
 
   bool is_zero() const { return rms == 0.0 && wander_rms == 0.0; }
 };

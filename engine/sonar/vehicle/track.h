@@ -44,7 +44,7 @@ struct TrackOptions {
   double heading_rad = 0.0;    ///< of a line, or of the first leg
   double middle_east_m = 0.0;  ///< local metres; a file's track is shifted by this
   double middle_north_m = 0.0;
-  double altitude_m = 10.0;  ///< above the mean bed along the track, or above the bed below
+  double altitude_m = 10.0;  ///< above the mean bed of the track, or, if kept, above the bed below
   /// 0: the two-way time of the longest range; for a file, one ping per row.
   double ping_interval_s = 0.0;
   Vertical vertical = Vertical::depth;

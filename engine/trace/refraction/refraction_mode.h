@@ -2,7 +2,7 @@
 
 namespace ensonify::engine {
 
-/// What a sound speed profile does to rays: nothing, only their travel times, or all of it.
+/// What a sound speed profile changes: nothing, only the travel times of rays, or their paths too.
 enum class RefractionMode { off, time_only, full };
 
 }  // namespace ensonify::engine
