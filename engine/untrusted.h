@@ -9,7 +9,7 @@
 
 namespace ensonify::engine {
 
-// Checks of what files and requests from others say.
+// Checks of the content of files and requests that are not trusted.
 
 /// Whether a path stays inside the folder that it is relative to.
 bool stays_inside(const std::filesystem::path& path);

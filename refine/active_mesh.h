@@ -15,8 +15,8 @@ namespace ensonify::refine {
 /// What one refinement did.
 struct RefineStatistics {
   std::size_t splits = 0;
-  std::size_t forced_splits = 0;      ///< of the splits: to separate two cut vertices that were one
-  std::size_t unblocking_splits = 0;  ///< of the splits: to allow a collapse that others blocked
+  std::size_t forced_splits = 0;      ///< of these, to separate two cut vertices that were one
+  std::size_t unblocking_splits = 0;  ///< of these, to allow a collapse that was blocked
   std::size_t collapses = 0;
   std::size_t blocked_collapses = 0;  ///< wanted, but not allowed yet
 };

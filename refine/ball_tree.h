@@ -60,7 +60,7 @@ class BallTree {
   Triangles triangles_;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;
-  std::vector<Corners> corners_;  // in that order, so that a walk reads them one after another
+  std::vector<Corners> corners_;  // in the order of order_, in which a walk reads them
 };
 
 }  // namespace ensonify::refine

@@ -41,7 +41,7 @@ class HeightGrid {
   struct Range {
     float lowest = std::numeric_limits<float>::infinity();
     float highest = -std::numeric_limits<float>::infinity();
-    /// The range of cells that were not made yet.
+    /// The range of cells that are not made yet.
     static constexpr Range not_known() {
       return {-std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity()};
     }
@@ -53,7 +53,7 @@ class HeightGrid {
     }
   };
 
-  /// All there is of 64 x 64 cells. Rows and columns count from its south-west corner. Beyond the
+  /// All data of 64 x 64 cells. Rows and columns count from its south-west corner. Beyond the
   /// grid's border there are no faces.
   struct Tile {
     std::array<std::uint64_t, tile_cells> whole;   ///< by row, a bit per cell: it has two faces
@@ -139,9 +139,9 @@ class HeightGrid {
   /// The position of a grid point; z is NaN where there is no height.
   Eigen::Vector3f point(int column, int row) const;
 
-  /// Which of the points [first_column, end_column] of a row the faces use that lie north or south
-  /// of it and between these columns, and in rows of cells from first_row on and before end_row.
-  /// One element per point.
+  /// Whether each of the points [first_column, end_column] of a row is used by a face that lies
+  /// directly north or south of the row, between these columns, and in a row of cells from
+  /// first_row to end_row - 1. One element per point.
   void used_points(int row, int first_column, int end_column, int first_row, int end_row,
                    std::vector<std::uint8_t>& used) const;
 
@@ -189,7 +189,7 @@ class HeightGrid {
   std::shared_ptr<HeightTiles> in_file_;
 };
 
-/// What two rows of heights make of the cells between them, 64 at most.
+/// The cells between two rows of heights, at most 64.
 struct RowOfCells {
   std::uint64_t whole = 0;   ///< as in HeightGrid::Tile
   std::uint64_t rising = 0;  ///< also of cells that are not whole

@@ -25,7 +25,7 @@ namespace ensonify::refine {
 /// is made again. Thread-safe.
 class HeightTiles {
  public:
-  static constexpr int chunk_tiles = 16;  ///< that are made together, in both directions
+  static constexpr int chunk_tiles = 16;  ///< tiles that are made together, in both directions
   static constexpr int chunk_cells = chunk_tiles * HeightGrid::tile_cells;
 
   /// The heights (m, local; NaN for a hole) of the grid's points from (first_column, first_row) on,
@@ -38,19 +38,19 @@ class HeightTiles {
   /// Kinds of a tile's points, row by row.
   using Kinds = std::array<std::uint8_t, HeightGrid::tile_points * HeightGrid::tile_points>;
 
-  /// What there is to know of the grid before its tiles are made.
+  /// The description of the grid before its tiles are made.
   struct Shape {
     std::vector<float> x_m, y_m;  ///< of columns and rows
     Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
     double mean_height_m = 0.0;
-    float lowest_m = 0.0f, highest_m = 0.0f;  ///< about; tiles may go beyond
+    float lowest_m = 0.0f, highest_m = 0.0f;  ///< approximate; tiles may exceed it
   };
   /// Fills in the heights of a shape that has its places.
   using Describe = std::function<void(Shape&)>;
 
   /// Opens the file, or makes it if there is none; only then is `describe` called. `key`, of at
-  /// most 64 bytes, says what the heights are made from. Without a file name, the tiles are in
-  /// memory. Throws MeshError for another file or key, std::system_error if the file cannot be
+  /// most 64 bytes, identifies what the heights are made from. Without a file name, the tiles are
+  /// in memory. Throws MeshError for another file or key, std::system_error if the file cannot be
   /// made.
   HeightTiles(std::vector<float> x_m, std::vector<float> y_m, const Eigen::Vector3d& world_origin,
               const Describe& describe, Heights heights, const std::filesystem::path& file,
@@ -74,7 +74,7 @@ class HeightTiles {
   /// Bytes of the file when all tiles are made.
   std::uint64_t file_bytes() const;
 
-  /// All tiles. One that require() was not called for may be anything.
+  /// All tiles. The content of a tile is undefined until require() was called for it.
   std::span<const HeightGrid::Tile> mapped() const { return {tiles_, count_}; }
   /// Kinds of a tile's points, if the grid has kinds; as for mapped().
   const Kinds& kinds(std::size_t tile) const { return kinds_[tile]; }
@@ -99,7 +99,7 @@ class HeightTiles {
     there,   // in the file; not looked at yet
     checked  // its checksum fits
   };
-  /// What the file's table has of a tile; zeros: it was not made.
+  /// A tile's entry in the file's table; zeros: the tile was not made.
   struct Entry {
     std::uint64_t checksum = 0;  // of the tile and its kinds
     HeightGrid::Range range;

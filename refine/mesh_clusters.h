@@ -34,9 +34,10 @@ class MeshClusters {
   static constexpr int cluster_cells = cluster_tiles * HeightGrid::tile_cells;
 
   /// The bodies' faces have the numbers that follow those of the grid. The squares are kept in this
-  /// folder, one file each, which is made at the first; without one, or if it cannot be written,
-  /// they are in memory. `key`, of at most 64 bytes, says what the grid is made from: a file with
-  /// another key, or a damaged one, is made again. The grid must outlive this.
+  /// folder, one file each. The folder is made with the first file; without a folder, or if it
+  /// cannot be written, they are in memory. `key`, of at most 64 bytes, identifies what the grid is
+  /// made from: a file with another key, or a damaged one, is made again. The grid must outlive
+  /// this.
   MeshClusters(const HeightGrid& grid, const TriangleMesh& bodies, std::filesystem::path folder,
                std::string key);
 
@@ -52,7 +53,7 @@ class MeshClusters {
   /// more vertices than a mesh can number.
   std::shared_ptr<const ProgressiveMesh> get(std::size_t cluster);
 
-  /// How many get() has analysed, not found.
+  /// The number of clusters that get() has analysed rather than read.
   std::size_t analysed() const { return analysed_.load(std::memory_order_relaxed); }
 
   const HeightGrid& grid() const { return *grid_; }

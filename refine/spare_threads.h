@@ -23,11 +23,12 @@ class SpareThreads {
 
     /// Lets a spare thread do it, if there is one. Does nothing while is_out().
     void send(SpareThreads& threads);
-    /// Whether it was sent, and finish() was not called since.
+    /// Whether send() was called, and finish() was not called after it.
     bool is_out() const { return state_ != State::idle; }
-    /// Whether a thread is at it: finish() would wait.
+    /// Whether a thread is running it: finish() would wait.
     bool is_running() const { return state_ == State::running; }
-    /// Waits for it if it was started, otherwise takes it back. Returns whether it is done.
+    /// Waits for the work if a thread has started it, otherwise withdraws it. Returns whether the
+    /// work is done.
     bool finish();
 
    private:

@@ -29,7 +29,7 @@ class TilesInView {
   }
 
  private:
-  /// What a volume can touch of the map, in local metres.
+  /// The part of the map that a volume can touch, in local metres.
   struct Strip {
     Eigen::Vector2d apex, axis, middle;
     double reach_m, beside_m, behind_m;

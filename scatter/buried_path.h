@@ -16,8 +16,8 @@ struct BuriedPath {
   double spreading_m2 = 0.0;
 };
 
-/// From `height_m` above the bed to `depth_m` below it, `along_m` apart along it; the first two are
-/// positive. sound_speed_ratio: nu, the sediment's over the water's.
+/// From `height_m` above the bed to `depth_m` below it, `along_m` apart along the bed; height and
+/// depth are positive. sound_speed_ratio: nu, the sediment's over the water's.
 BuriedPath buried_path(double height_m, double depth_m, double along_m, double sound_speed_ratio);
 
 /// 4 k delta / nu, nepers of energy per metre for sound that goes out and back: the sediment's

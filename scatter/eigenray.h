@@ -24,7 +24,8 @@ struct EigenrayEnds {
 /// not above 0.
 std::optional<SoundRay> find_eigenray(const SoundSpeedProfile& profile, const EigenrayEnds& ends);
 
-/// A ray of sound, where it arrives; with the sine and cosine of its launch, as SoundRayPoint.
+/// A ray of sound at the point where it arrives, with the sine and cosine of its launch, as in
+/// SoundRayPoint.
 struct ArrivedRay {
   double along, down;
   SoundRay ray;

@@ -25,7 +25,8 @@ struct EnergyExcess {
 ///
 /// 1 m^2 at the grazing angle i receives sin(i) and scatters the bistatic cross-section sigma(i, s)
 /// into each direction s, so it returns the part E(i) = integral of sigma(i, s) dOmega(s) / sin(i)
-/// over the hemisphere, at most 1. Only sigma(i) = sigma(i, i) is known, so the rest is assumed:
+/// over the hemisphere, at most 1. Only sigma(i) = sigma(i, i) is known, so these assumptions are
+/// made:
 ///
 /// - Diffuse scattering is reciprocal and separable, and the same in all azimuths:
 ///   sigma(i, s) = sqrt(sigma(i) sigma(s)). Then E(i) = sqrt(sigma(i)) / sin(i) * integral of

@@ -22,16 +22,16 @@ struct GroundTexture {
   /// angle to the power `exponent`. 0: all patches are alike.
   double shape = 0.0;
   double exponent = 3.0;
-  /// Share of the mean cross-section at 10 degrees that single points bring (stones, shells), and
-  /// their number per m^2. Their strength is the same at all angles, the bed's goes with the
-  /// squared sine.
+  /// Share of the mean cross-section at 10 degrees that comes from single points (stones, shells),
+  /// and the number of points per m^2. The strength of the points is the same at all angles; that
+  /// of the bed grows with the squared sine.
   double glint_share = 0.0, glints_per_m2 = 10.0;
   double variation_db = 0.0;  ///< rms of the slow change of strength
   double variation_m = 40.0;  ///< the longest scale of it; it goes down to 1 m
 
   /// Shape of a patch at a grazing angle; below 5 degrees that at 5. Infinite if all are alike.
   double shape_at(double grazing_rad) const;
-  /// Share of the mean cross-section at a grazing angle that points bring.
+  /// Share of the mean cross-section at a grazing angle that comes from points.
   double glint_share_at(double grazing_rad) const;
   /// Shape of the points' cross-section in one patch. The points of a gamma field have all
   /// strengths x with the density exp(-x) / x per shape; this counts those above a tenth of the
@@ -44,9 +44,9 @@ struct GroundTexture {
 /// have the shapes of a recording at 600 kHz over a mixed bed: 0.8 to 1.6 at 8 to 14 degrees
 /// grazing, 3 at 14 to 20 and high ones above (tests/physics/texture_test.cpp). Its share of points
 /// was chosen so that skew, kurtosis and bright samples at 8 to 20 degrees are those of two
-/// recordings, and its slow change so that levels change as theirs over 1 to 16 m of the track, and
-/// forms of 0.6 to 2.4 m have their contrast and skew (bench/realism). The others follow by the
-/// kind of bed, and are not measured.
+/// recordings, and its slow change so that levels change as in these recordings over 1 to 16 m of
+/// the track, and forms of 0.6 to 2.4 m have the same contrast and skew (bench/realism). The
+/// textures of other beds are scaled by the kind of bed, and are not measured.
 GroundTexture ground_texture_of(const Sediment& sediment);
 
 /// Quantiles of gamma distributions of mean 1, for random numbers: rows by shape, columns by the

@@ -22,7 +22,7 @@ struct Solid {
   /// h belongs to roughness of that inclination s and of the shortest correlation length for which
   /// Kirchhoff's theory holds, a wavelength: h = s lambda / 2, so that (2 k h)^2 = (2 pi s)^2.
   double smooth_specular() const;
-  /// What is left: the solid whose rough surface scatters the rest of the specular part.
+  /// The solid without that part: its rough surface scatters the rest of the specular part.
   Solid rough() const;
 };
 

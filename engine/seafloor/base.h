@@ -12,7 +12,7 @@ namespace ensonify::engine {
 
 // The base of a seafloor that is a grid: generated, or read from a survey, with its finer detail.
 
-/// Reads only the header of a survey. Throws what make_base() would throw for that header.
+/// Reads only the header of a survey. Throws what make_base() would throw because of the header.
 void check_header(const SeafloorOptions& options);
 
 /// The base without heights, from the options or from the header of the survey. Throws
@@ -27,7 +27,7 @@ Heightfield make_base(const SeafloorOptions& options, std::uint64_t seed, int th
 /// The base in windows of its grid (bed/generated_tiles.h, survey_tiles()).
 refine::HeightTiles::Heights base_in_windows(const SeafloorOptions& options, std::uint64_t seed);
 
-/// What is known of the heights without making them: those of the options, or of a sample of the
+/// An estimate of the heights without making them: from the options, or from a sample of the
 /// survey. Throws as make_base().
 SurveySample sample_base(const SeafloorOptions& options);
 

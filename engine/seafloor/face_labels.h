@@ -8,7 +8,8 @@
 namespace ensonify::engine {
 
 /// Labels of a seafloor's faces and of bodies that move. All faces of moving body b have the face
-/// number Seafloor::faces + b. A view: the seafloor and the moving labels must outlive it.
+/// number Seafloor::faces + b. It refers to the seafloor and the moving labels, which must outlive
+/// it.
 class FaceLabels {
  public:
   FaceLabels(const Seafloor& seafloor, const std::vector<Label>* moving = nullptr)

@@ -13,8 +13,8 @@
 
 namespace ensonify::engine {
 
-/// To be raised when the same options make another seafloor than they did: caches of analysed
-/// seafloors name it.
+/// Raise this number when the same options make another seafloor than before: it is part of the
+/// keys of caches.
 inline constexpr int seafloor_version = 15;
 
 /// The heights of the bed that make_seafloor() makes, with the scours of the objects and without

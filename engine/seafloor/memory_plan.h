@@ -26,8 +26,8 @@ struct MemoryPlan {
 refine::TriangleMesh read_mesh_to_repair(const std::filesystem::path& file, const MemoryPlan& plan,
                                          std::string_view cure);
 
-/// Throws MemoryError if an object with this number of faces cannot fit. faces_before: of the
-/// objects before it, which exist already, but nothing is built over them yet. `what` names the
+/// Throws MemoryError if an object with this number of faces cannot fit. faces_before: the faces of
+/// the objects before it; they exist already, but nothing is built over them yet. `what` names the
 /// object.
 void require_object_fits(double faces, double faces_before, const std::string& what,
                          const MemoryPlan& plan);

@@ -27,9 +27,9 @@ struct Refraction;
 /// What a run, the live view, `check` and the benchmark need of a Simulator. Not installed:
 /// programs that link the library do not need it. The Simulator's thread rule holds for all of it.
 struct SimulatorInternals {
-  /// Announces the poses of the pings after the next one: while that is traced, a spare thread
-  /// makes the faces ready for them. Keep `poses` and `spare` alive until that ping. The next pose
-  /// may be another one.
+  /// Announces the poses of the pings after the next one. While the next ping is traced, a spare
+  /// thread prepares the faces for them. Keep `poses` and `spare` alive until the end of the next
+  /// ping. The pings that follow need not have these poses.
   static void announce(Simulator& simulator, std::span<const Pose> poses,
                        refine::SpareThreads& spare);
 
@@ -61,7 +61,7 @@ struct SimulatorInternals {
   static const PreparedSeafloor& prepared(const Simulator& simulator);
   /// The intersector over all faces; null unless the face source is `static`.
   static std::shared_ptr<const Intersector> whole(const Simulator& simulator);
-  /// What the intersector's last bits depend on.
+  /// What the last bits of the intersector's results depend on.
   static std::string_view code_path(const Simulator& simulator);
 
   /// What a sonar's samples stand for.
@@ -78,7 +78,7 @@ struct SimulatorInternals {
   /// The water that bends the rays of its pings. Sonars differ only in absorption. The profile
   /// belongs to this Simulator.
   static Refraction refraction(const Simulator& simulator);
-  /// How this Simulator's bent rays were decided.
+  /// Counts of how this Simulator's bent rays were decided.
   static RefractionCounts refraction_counts(const Simulator& simulator);
   static const StageTimes& times(const Simulator& simulator);
 };

@@ -79,7 +79,7 @@ class TrackPings {
   std::vector<std::string> warnings_;
 };
 
-/// What ping_parts() asks its caller for.
+/// What the caller of ping_parts() provides.
 struct PartWork {
   /// The next part to ping; none: no more. Called by one thread at a time.
   std::function<std::optional<PingRange>()> next_part;
@@ -100,7 +100,7 @@ struct PartWork {
 void ping_parts(const Scene& scene, Simulator& simulator, const TrackPings& track, int threads,
                 const PartWork& work);
 
-/// PartWork::after_block, with the number of all pings in addition.
+/// As PartWork::after_block, with the number of all pings in addition.
 using AfterBlock =
     std::function<void(std::span<const Waterfall> images, std::size_t pings, std::size_t of)>;
 

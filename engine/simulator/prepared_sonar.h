@@ -28,12 +28,12 @@ struct PreparedSonar {
   std::optional<scatter::BackscatterTable> bed_table;      ///< of the median of the bed
   std::vector<double> smooth_specular;  ///< the same of each: smooth_specular(Material)
   std::vector<std::optional<scatter::Sediment>> sediments;  ///< and sediment_of(Material)
-  std::vector<WallMirror> mirrors;  ///< and of its walls; empty without double bounces
+  std::vector<WallMirror> mirrors;  ///< of walls of this material; empty without double bounces
   std::unique_ptr<const SignalChain> chain;
   Calibration calibration;  ///< refers to the chain's recorder
 };
 
-/// What most pings of a scene have in common.
+/// The usual values of a scene's pings.
 struct UsualPing {
   double altitude_m = 0.0;  ///< of the vehicle, over the bed below
   double speed_mps = 0.0;

@@ -26,7 +26,7 @@ class PreparedWater {
   /// outlive the medium, which may refer to it.
   Medium medium(double frequency_hz, double altitude_m,
                 const scatter::SoundSpeedProfile* profile) const;
-  /// Of the cast: speeds that sea water does not have.
+  /// Warnings about the cast: speeds that sea water does not have.
   std::span<const std::string> warnings() const { return warnings_; }
 
  private:

@@ -8,8 +8,8 @@
 
 namespace ensonify::engine {
 
-// What the cache holds, by its key: analysed meshes, files of tiles, and folders of the clusters
-// over them.
+// The kinds of things that the cache holds, each under its key: analysed meshes, files of tiles,
+// and folders of the clusters over them.
 inline constexpr const char* cached_extension = ".mesh";
 inline constexpr const char* tiles_extension = ".tiles";
 inline constexpr const char* clusters_extension = ".clusters";
@@ -21,12 +21,12 @@ std::string seafloor_key(const Scene& scene);
 /// The file in a cache that a scene's analysed seafloor is taken from, or kept in.
 std::filesystem::path cache_file(const Scene& scene, const std::filesystem::path& cache);
 
-/// What a cache keeps under a key.
+/// The path of the file or folder that a cache keeps under a key.
 std::filesystem::path file_of(const std::filesystem::path& cache, const std::string& key,
                               const char* extension);
 
-/// Removes what was used longest ago until the rest is within the limit. What has the key that is
-/// in use stays, however large it is.
+/// Removes what was used longest ago until the rest is within the limit. The files of the key in
+/// use stay, whatever their size.
 void trim_cache(const std::filesystem::path& cache, std::uintmax_t limit_bytes,
                 const std::string& key);
 

@@ -59,24 +59,24 @@ struct Simulator::SharedState {
   std::vector<double> bed_shares;  ///< of the bed's materials
   PreparedSonars sonars;
   std::vector<ObjectSurface> objects;
-  std::vector<BuriedGroup> buried;  ///< of those
+  std::vector<BuriedGroup> buried;  ///< of these objects
 };
 
 /// Where all beams look at a ping.
 struct Simulator::Aim {
   std::vector<BeamAim> beams;
-  std::vector<RayFan> fans;  // of these, in the order of the lines
+  std::vector<RayFan> fans;  // of these beams, in the order of the lines
 };
 
 /// What one thread owns.
 struct Simulator::ThreadState {
   explicit ThreadState(const SharedState& shared);
 
-  /// From now on pings with these.
+  /// Pings with these sonars from now on.
   void use(PreparedSonars others, const SharedState& shared);
   void count_object_visibility(const SharedState& shared);
   void make_lines();
-  /// Runs are not enough for its beams.
+  /// Whether its beams need hits, not only runs.
   bool needs_hits() const;
 
   FacesWithBodies face_source;
@@ -85,7 +85,7 @@ struct Simulator::ThreadState {
   std::vector<std::string> warnings;
   bool warned_of_distance = false;
   PreparedSonars prepared;
-  std::vector<Sonar> sonars;  // of those
+  std::vector<Sonar> sonars;  // of `prepared`
   struct BeamTracer {
     std::size_t sonar;
     Mounting mounting;

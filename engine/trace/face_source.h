@@ -50,14 +50,14 @@ struct FaceSourceParts {
   std::shared_ptr<const Intersector> whole;  ///< over all triangles
   /// For the other kinds.
   std::shared_ptr<const refine::ProgressiveMesh> progressive;
-  /// For `footprint` in place of it: a bed of heights, and the objects on it.
+  /// For `footprint`, instead of the progressive mesh: a bed of heights, and the objects on it.
   std::shared_ptr<const refine::HeightGrid> grid;
   std::shared_ptr<const refine::BallTree> objects;
-  /// For `refined` in place of it: such a bed and its objects in clusters.
+  /// For `refined`, instead of the progressive mesh: such a bed and its objects in clusters.
   std::shared_ptr<refine::MeshClusters> clusters;
   std::string intersector;  ///< the back-end that they build
   IntersectorOptions options;
-  int tree_pings = 1;  ///< how many pings each tree should serve
+  int tree_pings = 1;  ///< the number of pings that each tree should serve
 };
 
 /// A kind of face source: its name for `--surface`, one line of help, which part it needs, and how

@@ -38,7 +38,7 @@ class HeightBlocks {
         const int from_row = std::max(first_row, row * block);
         const int end_column = std::min(first_column + columns, (column + 1) * block);
         const int end_row = std::min(first_row + rows, (row + 1) * block);
-        // A window that ends with a block's first points needs no more of it.
+        // A window that ends with the first row or column of a block needs no more of the block.
         const bool is_border = end_column - column * block == 1 || end_row - row * block == 1;
         const float* const border = is_border ? known_border(column, row) : nullptr;
         const BlockInUse whole = border ? BlockInUse() : block_at(column, row);
@@ -59,7 +59,7 @@ class HeightBlocks {
   struct Block {
     Place place{-1, -1};
     std::uint64_t used = 0;  // the larger, the later
-    int users = 0;           // threads that have it
+    int users = 0;           // number of threads that use it
     std::mutex making;
     bool made = false;
     std::vector<float> z_m;

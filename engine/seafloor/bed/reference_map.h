@@ -12,13 +12,14 @@ namespace ensonify::engine {
 
 using PlaceOfMap = std::function<PlaceOnEarth(const Eigen::Vector2d& place)>;
 
-/// From the metres east and north of a coordinate reference system, given as WKT, to places on WGS
-/// 84; empty if the text is, or if the system has no such places. For one thread at a time. Throws
-/// std::invalid_argument for a place that is off the system's map, and in a build without
-/// GeographicLib.
+/// A function from metres east and north of a coordinate reference system (WKT) to places on WGS
+/// 84. It is empty if the text is empty, or if the system has no such places. For one thread at a
+/// time. Throws std::invalid_argument for a place that is off the system's map, and in a build
+/// without GeographicLib.
 PlaceOfMap place_of_reference(const std::string& reference);
-/// Metres on Earth per metre of the system at a place, along its north, within 1 %: in a Mercator
-/// map below 1 away from the equator. None if the system or the place is not on Earth.
+/// Metres on Earth per metre of the system at a place, along the system's north, within 1 %. In a
+/// Mercator map it is below 1 away from the equator. None if the system or the place is not on
+/// Earth.
 std::optional<double> scale_of_reference(const std::string& reference,
                                          const Eigen::Vector2d& place);
 

@@ -10,7 +10,7 @@ namespace ensonify::engine {
 /// Beyond the deepest trench and the highest peak: larger values mark missing heights.
 inline constexpr double max_height_m = 12000.0;
 
-/// Plus or minus, it marks missing heights also where nothing declares it.
+/// With either sign, it marks a missing height even if the file does not declare it.
 inline constexpr double usual_missing_m = 9999.0;
 
 /// Whether a file begins with a line of three numbers, after comments (#) and one line of names.

@@ -16,13 +16,13 @@ struct SpectralField {
   OverWavenumber amplitude;
   /// The field repeats after this length, or after twice the heightfield if that is longer.
   double period_m = 0.0;
-  /// Heights this far apart, or further, are as good as independent: the field may repeat at this
-  /// distance from the heightfield. 0: at no distance.
+  /// Heights at least this far apart are taken as independent: the field may repeat at this
+  /// distance from the heightfield. 0: there is no such distance.
   double reach_m = 0.0;
   /// Waves of any length stay regular over this distance, because the spectrum has narrow peaks; 0:
   /// over some of their own lengths only.
   double regular_m = 0.0;
-  /// If set, the field is scaled until the integral of weight * amplitude^2 over the field's
+  /// If set, the field is scaled so that the integral of weight * amplitude^2 over the field's
   /// wavenumbers is calibrated_m2; with a weight of 1 this is the variance.
   OverWavenumber weight;
   double calibrated_m2 = 0.0;
@@ -35,8 +35,8 @@ struct SpectralField {
 void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise,
                         int threads = 1);
 
-/// The field with the factor that its weight asks for in its amplitude, and without a weight: the
-/// integral as a sum over the longest waves, then over wider and wider steps of wavenumber.
+/// The field without a weight, its amplitude multiplied by the factor that the weight asks for. The
+/// integral is a sum over the longest waves, then over wider and wider steps of wavenumber.
 SpectralField calibrated(SpectralField what, const Heightfield& field);
 
 // The functions below use only the size of the heightfield and the lengths of the field.

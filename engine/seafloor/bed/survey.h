@@ -20,10 +20,10 @@ struct SurveyScatter {
   std::uint64_t seed = 0;
 };
 
-/// The file of a survey. One of another kind needs no cell size and takes none.
+/// The file of a survey.
 struct SurveyFile {
   std::filesystem::path path;
-  double cell_m = 0.0;  ///< of an .npy file or of scattered soundings; 0: the file's own
+  double cell_m = 0.0;  ///< only for an .npy file or scattered soundings; otherwise 0
   SurveyFile(std::filesystem::path file, double cell = 0.0) : path(std::move(file)), cell_m(cell) {}
 };
 
@@ -51,13 +51,13 @@ std::string survey_reference(const SurveyFile& file);
 /// 84, which agrees with tangent_place to 3 mm at 7 km.
 std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d& world_origin);
 
-/// The heights of such a file by windows; the file is opened at the first. Faults of the heights
-/// are thrown when they are read.
+/// The heights of such a file by windows. The file is opened at the first window; faults of the
+/// heights are thrown when they are read.
 refine::HeightTiles::Heights survey_tiles(const SurveyFile& file, double water_level_m,
                                           const SurveyScatter& scatter = {});
 
-/// Heights at places all over a survey, 64 of 32 x 32 points: what there is to know of a large one
-/// without reading it.
+/// Samples of a survey that is too large to be read: the heights of 64 parts of 32 x 32 points,
+/// spread over it.
 struct SurveySample {
   double mean_m = 0.0;
   double lowest_m = std::numeric_limits<double>::infinity();

@@ -10,8 +10,9 @@ class GDALRasterBand;
 
 namespace ensonify::engine {
 
-// What is wrong with the header of a survey's grid, and what to do, after the file's name; empty if
-// nothing is. Transforms are GDAL's: west, step east, turn, north, turn, step north.
+// The fault in the header of a survey's grid, and what to do, as the part of a message after the
+// file's name; empty if there is none. Transforms are GDAL's: west, step east, turn, north, turn,
+// step north.
 
 /// Refuses headers that promise more cells than the file can hold, before anything is allocated: a
 /// text cell needs two bytes, and no compression packs a thousand real heights into one byte.

@@ -10,11 +10,11 @@ class OGRSpatialReference;
 namespace ensonify::engine {
 
 // Only formats that keep the heights in one file: others (WMS) can name other files and hosts. A
-// VRT is opened after all that it names was looked at.
+// VRT is opened only after everything that it names was checked.
 inline constexpr std::array<const char*, 5> survey_drivers = {"GTiff", "BAG", "AAIGrid", "netCDF",
                                                               nullptr};
 
-/// As BAG files and newer netCDF files are. HDF5 is not safe for threads.
+/// Whether it is HDF5, as BAG files and newer netCDF files are. HDF5 is not safe for threads.
 bool is_hdf5(const std::filesystem::path& file);
 /// A VRT file, which puts other files together.
 bool is_mosaic(const std::filesystem::path& file);

@@ -14,8 +14,8 @@ struct GridPlaces {
 };
 GridPlaces places(const Heightfield& grid);
 
-/// The surface over these heights; HeightGrid says which faces it has. Throws refine::MeshError if
-/// no cell is whole, or a position does not fit its type.
+/// The surface over these heights; its faces are those that HeightGrid defines. Throws
+/// refine::MeshError if no cell is whole, or a position does not fit its type.
 refine::HeightGrid height_grid(const Heightfield& field);
 
 /// Its faces. Throws as height_grid() does.

@@ -42,7 +42,7 @@ class VariableResolution {
     std::uint32_t first, across, up;  // its first point in the file's list, and how many
     float cell_east_m, cell_north_m;
     float west_m, south_m;  // of its south-western point from the coarse cell's corner
-    int steps;              // the finest cells along one of its own
+    int steps;              // number of finest cells along one of its cells
   };
   [[noreturn]] void fail() const;
   int coarse_column(int column) const;

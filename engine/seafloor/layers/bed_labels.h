@@ -16,10 +16,11 @@ namespace ensonify::engine {
 /// even for the name "none".
 std::uint16_t number_in(std::vector<std::string>& names, const std::string& name);
 
-/// Labels the faces of a bed, the grid over these heights: each as most of its corners are on the
-/// map. The map's features get the instance numbers that follow those of the objects, of which
-/// there are `objects`; a layer with more features than numbers are left gets none, and a warning
-/// reports it. Throws std::invalid_argument for a map of more labels than there are numbers.
+/// Labels the faces of a bed, the grid over these heights: a face gets the label that most of its
+/// corners have on the map. The map's features get the instance numbers that follow those of the
+/// objects, of which there are `objects`; a layer with more features than numbers are left gets
+/// none, and a warning reports it. Throws std::invalid_argument for a map of more labels than there
+/// are numbers.
 void label_bed(const Heightfield& field, const refine::HeightGrid& grid, const SeabedMap& map,
                std::size_t objects, Seafloor& seafloor);
 

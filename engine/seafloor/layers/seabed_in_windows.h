@@ -23,8 +23,8 @@ std::vector<SeabedMap::Kind> possible_kinds(const SeabedOptions& options,
                                             const std::string& material);
 
 /// A bed with its layers, made in windows: heights and kinds are those that lay_seabed() gives the
-/// whole bed, except that a share of an area is right on average only, that roughness has other
-/// heights of the same statistics, and that features have no numbers. Kinds are indices into
+/// whole bed, with three exceptions: a share of an area is right on average only, roughness has
+/// other heights of the same statistics, and features have no numbers. Kinds are indices into
 /// possible_kinds(). Only the size of the grid and its origin are used. The heights throw as
 /// lay_seabed() does.
 refine::HeightTiles::Heights with_seabed(const Heightfield& grid, refine::HeightTiles::Heights bed,

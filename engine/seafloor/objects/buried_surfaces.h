@@ -15,13 +15,13 @@ namespace ensonify::engine {
 /// A part of an object's surface that lies in the bed.
 struct BuriedPart {
   FlatPart flat;
-  const FlatPart* whole;       ///< that it was cut from
+  const FlatPart* whole;       ///< the flat part that it was cut from
   double depth_m;              ///< from its middle to the bed's plane
-  Eigen::Vector3d bed_normal;  ///< of that plane, unit, upwards
-  std::uint32_t bed_face;      ///< the topmost one above its middle
+  Eigen::Vector3d bed_normal;  ///< of the bed's plane, unit, upwards
+  std::uint32_t bed_face;      ///< the bed's topmost face above its middle
 };
 
-/// Some neighbouring buried parts of one object, all of each flat part.
+/// Some neighbouring buried parts of one object. All parts of a flat part are in one group.
 struct BuriedGroup {
   std::uint16_t label = 0;  ///< of the object, as in FaceLabels
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -32,9 +32,10 @@ struct BuriedGroup {
 /// The topmost face of the bed at a place; none over a hole and outside.
 using BedAt = std::function<std::optional<BedPoint>(double x_m, double y_m)>;
 
-/// What of the objects lies at most `thickness_m` under the bed. Flat parts are cut into smaller
-/// ones that are short enough for the bed above each to be a plane: the plane that its heights have
-/// at the part's depth around its middle. The objects must outlive the result.
+/// The surfaces of the objects that lie at most `thickness_m` under the bed. Flat parts are cut
+/// into smaller parts, so short that the bed above each is nearly a plane. That plane follows from
+/// the bed's heights around the part's middle, at distances as large as its depth. The objects must
+/// outlive the result.
 std::vector<BuriedGroup> buried_surfaces(const std::vector<ObjectSurface>& objects,
                                          const BedAt& bed, double thickness_m);
 

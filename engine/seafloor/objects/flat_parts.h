@@ -13,9 +13,9 @@
 
 namespace ensonify::engine {
 
-/// A flat part of a body's surface: faces that join in one plane, as the rectangle of their area
-/// and second moments, or the ellipse of that area whose axes have the ratio of the rectangle's
-/// sides. Where the surface is curved, its facets are such parts.
+/// A flat part of a body's surface: faces that join in one plane. It is described as the rectangle
+/// that has their area and second moments, or as the ellipse that has their area and the
+/// rectangle's ratio of sides. Where the surface is curved, its facets are such parts.
 struct FlatPart {
   Eigen::Vector3d middle;
   Eigen::Vector3f normal;         ///< unit, out of the body
@@ -32,9 +32,9 @@ struct FlatPart {
 /// real ones, as in facet_angle_rad().
 std::vector<FlatPart> flat_parts_of(refine::Triangles triangles);
 
-/// Some neighbouring flat parts of a body: where they lie and face.
+/// Some neighbouring flat parts of a body: where they lie and in which directions they face.
 struct FlatPartBlock {
-  std::size_t first, count;  ///< which ones of the body's
+  std::size_t first, count;  ///< these of the body's flat parts
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   double radius_m = 0.0;  ///< of a ball about the middle that contains the flat parts
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< unit, the mean of their normals
@@ -44,9 +44,9 @@ struct FlatPartBlock {
   double shortest_plane_m = std::numeric_limits<double>::infinity();
 
   FlatPartBlock(std::span<const FlatPart> flat_parts, std::size_t its_first, std::size_t its_count);
-  /// False only if at no place of a flat part the normal, or for a two-sided one its opposite, is
-  /// within the angle with the sine `reach` of the direction to `from`. May be true without such a
-  /// place.
+  /// Whether a flat part may have a place whose normal (for a two-sided part also its opposite) is
+  /// within the angle with the sine `reach` of the direction to `from`. False is certain; true is
+  /// not.
   bool may_face(const Eigen::Vector3d& from, double reach, bool two_sided) const;
 };
 
@@ -78,7 +78,8 @@ struct ObjectSurface {
 
   ObjectSurface() = default;
   ObjectSurface(refine::Triangles triangles, std::uint16_t its_label);
-  /// Sets another one to this, moved to a place. Allocates nothing if it had as many flat parts.
+  /// Makes `there` a copy of this surface, moved to a place. Allocates nothing if `there` had as
+  /// many flat parts.
   void place_at(const Eigen::Isometry3d& place, ObjectSurface& there) const;
 };
 

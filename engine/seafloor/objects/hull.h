@@ -25,7 +25,7 @@ struct HullLines {
   double top_m(double s) const;
   double keel_m(double s) const;
   double exponent(double s) const;
-  /// The same some way below the gunwale.
+  /// The half breadth at a distance below the gunwale.
   double half_breadth_m(double s, double below_top_m) const;
   /// A point of the section, from the port gunwale (t = -1) by the keel (0) to starboard (1),
   /// `inset_m` inside of it. Steps of t turn the normal of a round section evenly.

@@ -16,10 +16,10 @@ std::optional<std::size_t> first_scoured(std::span<const ObjectOptions> tables);
 
 /// Moves the bed around objects at their final places, as their tables ask: a moat, half as deep in
 /// the lee, and a tail behind them. What lies under an object stays, so that it still stands on it.
-/// Depths are shares of the object's height over the bed, of which half lies lower. The moat is
-/// deepest at half that height from the object, or farther where its wall would be steeper than
-/// sand stands; the tail is six times as long as that height. Both change along the object at
-/// random.
+/// Depths are shares of the object's height over the bed; half of the object is lower than this
+/// height. The moat is deepest at a distance of half that height from the object, or farther if its
+/// wall would be steeper than sand stands. The tail is six times as long as the height. Both change
+/// along the object at random.
 void add_scours(Heightfield& bed, const PlacedObjects& placed,
                 std::span<const ObjectOptions> tables, std::uint64_t seed);
 

@@ -15,11 +15,11 @@
 
 namespace ensonify::engine {
 
-/// What a member of a family of shapes is made of: its main size, its variant, the numbers to draw,
-/// and where its surfaces go. The family makes it in metres, near that size, with the bed at z = 0:
-/// what it makes below is sunk into the bed.
+/// What a family needs to make one of its members: the main size, the variant, the random numbers,
+/// and the place for the surfaces. The family makes the member in metres, near that size, with the
+/// bed at z = 0; the part below is sunk into the bed.
 struct FamilyForm {
-  double size_m;  ///< of the first dimension of its kind
+  double size_m;  ///< the first dimension of its kind
   std::string_view variant;
   std::optional<double> facet_rad;  ///< as ShapeSize::facet_rad
   Draws draws;

@@ -47,7 +47,7 @@ class Layout {
   static void for_each_cell(const Disc& disc, double more_m, F&& f);
 
   std::vector<Disc> discs_;
-  std::vector<std::uint32_t> large_;  // those that are in no cell
+  std::vector<std::uint32_t> large_;  // the large discs, which are in no cell
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 

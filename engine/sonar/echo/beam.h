@@ -17,8 +17,8 @@ namespace ensonify::engine {
 
 /// LineArray::power as a table, which is the same for all arrays with one shading: over the angle x
 /// = L sin(psi) / lambda and the nearness |F|. Interpolated linearly in both; its error is within
-/// 0.3 % of the power on the axis for F below 5. It is 0 beyond the side lobes that it was made
-/// for.
+/// 0.3 % of the power on the axis for F below 5. The power is 0 beyond the side lobes for which the
+/// table was made.
 class ArrayTable {
  public:
   explicit ArrayTable(int side_lobes, const Shading& shading = {});
@@ -67,8 +67,8 @@ class VerticalTable {
   std::vector<float> values_;
 };
 
-/// How a side of the sonar has moved and turned when an echo comes back, against its pose at
-/// transmission. All vectors are in world axes.
+/// How far a side of the sonar has moved and turned between transmission and the return of an echo.
+/// All vectors are in world axes.
 struct ReceiverMotion {
   Eigen::Vector3d abeam = Eigen::Vector3d::Zero();  ///< to the side, at transmission
   Eigen::Vector3d down = Eigen::Vector3d::Zero();
@@ -98,8 +98,8 @@ class Beam {
                  const Eigen::Vector3d& direction, double range_m,
                  const ReceiverMotion& motion) const;
 
-  /// A line array's scale of its table: x over sin(psi), and nearness times range without focus (0:
-  /// focused at all ranges); and where it is.
+  /// How a line array uses its table: x over sin(psi), nearness times range without focus (0:
+  /// focused at all ranges); and where the array is.
   struct Array {
     float x_per_sine;
     double nearness_m;

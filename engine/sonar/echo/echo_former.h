@@ -37,11 +37,11 @@ namespace ensonify::engine {
 /// halfway to the neighbouring rays, and its energy lies in the bins between the ranges of its
 /// ends. Where one surface continues from piece to piece, these ends meet halfway; where it breaks
 /// off, each piece keeps its own half step (SurfaceWalk). The echo of a place at the range r that
-/// closes at the speed v comes back when the sonar is 2 r v / c nearer, which is a range of r v /
-/// c; a sweep's lies nearer still (Pulse::closing_shift_s): there are its energy, its truth and its
-/// shadows. The bins are then convolved with the pulse's energy response. The truth is not: a bin
-/// has that of the places at its own range. For a CW pulse these are where its energy came from
-/// last; the rest of it came from up to c T / 2 nearer.
+/// closes at the speed v comes back when the sonar is 2 r v / c nearer, which shifts it in range by
+/// r v / c. The echo of a sweep is nearer still (Pulse::closing_shift_s). Its energy, truth and
+/// shadows are at the shifted range. The bins are then convolved with the pulse's energy response.
+/// The truth is not: a bin has the truth of the places at its own range. With a CW pulse these are
+/// the farthest places that its energy came from; the others are up to c T / 2 nearer.
 ///
 /// Objects have more: see ObjectEchoes. A glint is steady. Its amplitude is the root of its
 /// intensity in each bin, its phase that of its path; glints that overlap interfere.

@@ -36,8 +36,8 @@ struct RayAngles {
   const double *cosines, *sines;  ///< of each elevation (2 j), and halfway to the next (2 j + 1)
 };
 
-/// A vector as a plane of a fan sees it: along a ray of elevation e it has
-/// cos(e) level + sin(e) pole. `drift` is its part along ReceiverMotion::drift.
+/// A vector in a plane of a fan: its component along a ray of elevation e is cos(e) level + sin(e)
+/// pole. `drift` is its part along ReceiverMotion::drift.
 struct AlongPlane {
   float level, pole, drift;
 };
@@ -86,8 +86,8 @@ struct PieceEchoes {
   /// Energy of the whole piece, without absorption and source level: beam_weight * sigma /
   /// sin(grazing) / range^2 * width_rad.
   double* energy;
-  /// What the middle of the piece sees: x, y, z from the sonar and the grazing angle, four values
-  /// per piece; and how much they change from end to end.
+  /// At the middle of the piece: x, y, z from the sonar and the grazing angle, four values per
+  /// piece; and how much they change from end to end.
   double *middles, *changes;
   /// The two-way beam times the solid angle per radian of elevation; 0 where nothing answers.
   float* beam_weight;
@@ -128,9 +128,9 @@ struct alignas(64) EchoBin {  // one cache line
   float lit = 0.0f;         ///< sum of the beam weights of the planes that see the bin
   float shadowed = 0.0f;    ///< sum of the beam weights of the planes for which it is in shadow
   float max_shadow = 0.0f;  ///< the largest of these
-  std::uint32_t visit = 0;  ///< the last plane laid here, and which of its branches
+  std::uint32_t visit = 0;  ///< the last plane laid here, and the number of the branch there
   std::int32_t label = no_label;   ///< of the first piece that was laid here
-  std::uint16_t shadow_label = 0;  ///< of what casts the shadow of max_shadow
+  std::uint16_t shadow_label = 0;  ///< of what casts the shadow with max_shadow
   std::uint16_t shadow_plane = 0;  ///< the last plane for which it is in shadow
 };
 

@@ -26,10 +26,10 @@ namespace ensonify::engine {
 // facets sum to the round body: a^2 / 4 for a sphere; a L^2 / (2 lambda) for a cylinder far away,
 // a r / 4 near it. (Urick's a r / 2 is that of plane waves; those of a sonar are curved by 1 / r.)
 //
-// Two flat parts in a right angle send sound back to where it came from, by way of both. Seen
-// in the plane across their edge, at the angles g_i to the flat parts, which reach w_i from it,
-// that is a mirror of the width W = 2 min(w_1 sin g_1, w_2 sin g_2) that faces the sonar; along the
-// edge it is a flat part. So far away it has
+// Two flat parts in a right angle send sound back to where it came from, by way of both. Seen in
+// the plane across their edge, at the angles g_i to the flat parts, which reach w_i from it, that
+// is a mirror of the width W = 2 min(w_1 sin g_1, w_2 sin g_2) that faces the sonar; along the edge
+// it is a flat part. So, far away, it has
 //
 //     sigma = W^2 L^2 / lambda^2,
 //
@@ -55,7 +55,7 @@ struct MirrorExtent {
   double power_m2(double wavelength_m) const;
 };
 
-/// What of a flat part is most nearly a mirror.
+/// The part of a flat part that is most nearly a mirror.
 struct Mirror {
   Eigen::Vector3d offset;  ///< from the flat part's middle
   MirrorExtent one, other;
@@ -68,7 +68,7 @@ struct Mirror {
 std::optional<Mirror> mirror_of(const FlatPart& flat_part, const Eigen::Vector3d& away,
                                 double wavelength_m);
 
-/// The sine of how far a normal of the block is inclined to the sonar, at most, where its flat part
+/// The largest inclination (a sine) of a normal of the block to the sonar at which its flat part
 /// has a glint.
 double glint_reach(const FlatPartBlock& block, double wavelength_m);
 

@@ -32,13 +32,14 @@ struct WallMirror {
   double slope = 0.0;   ///< rms of that inclination in one direction, as a tangent
 };
 
-/// The surfaces of the objects that a sonar sees. What it points to must outlive the pings.
+/// The surfaces of the objects that a sonar sees. The data that its pointers and spans refer to
+/// must outlive the pings.
 struct ObjectSurfaces {
   const std::vector<ObjectSurface>* fixed = nullptr;
   const std::vector<ObjectSurface>* moving = nullptr;  ///< may change between pings
   /// By Label::sediment: scatter::Solid::smooth_specular(), 0 where it is not a solid.
   std::span<const double> smooth_specular = {};
-  const std::vector<BuriedGroup>* buried = nullptr;  ///< into which the sound penetrates
+  const std::vector<BuriedGroup>* buried = nullptr;  ///< which the sound reaches through the bed
   /// By Label::sediment; none where it is not a sediment.
   std::span<const std::optional<scatter::Sediment>> sediments = {};
   /// By Label::sediment; empty: walls are not looked for.
@@ -49,7 +50,7 @@ struct ObjectSurfaces {
 struct FirstHits {
   const FanRuns* runs = nullptr;  ///< or else:
   std::span<const Hit> hits = {};
-  const IncidenceSource* rays = nullptr;  ///< knows the rays that are not straight and even
+  const IncidenceSource* rays = nullptr;  ///< how bent or delayed rays arrive
 };
 
 /// The echoes of objects that rays cannot sample, from the flat parts of their surfaces.
@@ -160,7 +161,7 @@ class ObjectEchoes {
   std::vector<std::uint8_t> small_;  // by label
   std::vector<std::uint16_t> small_labels_;
 
-  // Of the side at hand:
+  // Of the side that is computed:
   const SideView* view_ = nullptr;
   const FaceLabels* labels_ = nullptr;
   FirstHits first_;

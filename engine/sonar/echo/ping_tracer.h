@@ -52,18 +52,18 @@ class PingTracer {
               double nearest_bed_m = std::numeric_limits<double>::infinity(),
               const std::array<double, 2>& rise_rad = {});
 
-  /// Whether its rays bend or have other travel times, so that runs are not enough for trace().
+  /// Whether its rays bend or have other travel times, so that trace() needs hits, not runs.
   bool needs_hits() const { return refracted_ || travel_time_; }
 
-  /// Finds what the fan of one side hits. The aim and the faces must stay until its echo() and
-  /// runs(), which take the same ones.
+  /// Finds what the fan of one side hits. The aim and the faces must stay unchanged until echo()
+  /// and runs() of this side were called.
   void trace(const BeamAim& aim, const TracedFaces& faces, Side side);
   /// The runs of the side that was traced last; valid until the next call. Not for bent rays.
   const FanRuns& runs(const BeamAim& aim, refine::Triangles triangles, Side side);
   /// Forms the expected echo of the side that was traced last. Sets the side and the beam of the
   /// line.
   void echo(const BeamAim& aim, refine::Triangles triangles, Side side, EchoLine& line);
-  /// How its refracted rays were decided, all of them since it was made.
+  /// Counts of how its refracted rays were decided, since it was made.
   RefractionCounts refraction_counts() const {
     return refracted_ ? refracted_->counts() : RefractionCounts{};
   }

@@ -12,8 +12,8 @@ namespace ensonify::engine {
 
 /// A warning about features of the bed that are shorter along the track than the distance between
 /// two planes of a fan, where the track passes nearest: a ping may miss such a thing, or count it
-/// for a whole plane. It names the one that is shortest against that distance, and the number of
-/// the others. None if there is no such thing. (Objects need no planes: ObjectEchoes.)
+/// for a whole plane. It names the feature that is shortest in relation to that distance, and the
+/// number of the others. None if there is no such feature. (Objects need no planes: ObjectEchoes.)
 std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
                                                  double sound_speed_mps, const Seafloor& seafloor,
                                                  std::span<const Pose> poses);

@@ -21,7 +21,7 @@ struct Shadow {
   double from_m, until_m;
   float beam_weight;    ///< as in PieceEchoes: with which the plane would see what is there
   std::uint16_t label;  ///< of what casts the shadow
-  std::size_t ray = 0;  ///< the last one of the plane that meets it
+  std::size_t ray = 0;  ///< the last ray of the plane that meets the thing in front
 };
 
 /// The range bins of one side of one ping, filled plane by plane: energy, what it came from, and

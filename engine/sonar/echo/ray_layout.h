@@ -49,8 +49,8 @@ struct RayLayout {
 /// on it. drift_rad: how far a receiver that is narrower than the transmitter turns and moves, in
 /// angle, until its echo is back; there are as many more planes. nearest_share: the range of the
 /// nearest thing over the altitude. In the near field the beam at that range is wider than over the
-/// bed; there are planes more, outside those over the bed. rise_rad: how far above the horizontal
-/// the bed reaches, 0 if not. bent: as in FanLayout.
+/// bed, so there are further planes on the outside. rise_rad: how far above the horizontal the bed
+/// reaches, 0 if not. bent: as in FanLayout.
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
                           double roll_tilt_rad = 0.0, double drift_rad = 0.0,
                           double nearest_share = 1.0, double rise_rad = 0.0,
@@ -67,10 +67,10 @@ double trace_range_m(const Sonar& sonar, double sound_speed_mps);
 RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double range_m);
 
 /// The layouts of a sonar, made when they are first needed. Altitudes within a step of 19 % and
-/// tilts within half a degree share one, so that a steady ping makes none; and so do nearest ranges
-/// within such a step, drifts within a milliradian, and heights above the horizontal within half
-/// the angle from there down to a flat bed at the end of the range. Where rays bend, altitudes
-/// within 4 % and depths within 2 % of the altitude share one.
+/// tilts within half a degree share one, so that steady pings make no new one. Nearest ranges
+/// within such a step share one, too; so do drifts within a milliradian, and heights above the
+/// horizontal within half the angle between the horizontal and a flat bed at the end of the range.
+/// Where rays bend, altitudes within 4 % and depths within 2 % of the altitude share one.
 class RayLayouts {
  public:
   RayLayouts(const Sonar& sonar, double wavelength_m)

@@ -30,12 +30,12 @@ struct SideView {
 /// decides where one surface continues from piece to piece, where it ends, and what casts a shadow.
 /// This is the only place where a shadow's label is decided.
 ///
-/// Between two neighbouring rays that hit different surfaces, the lower one's hides what lies
-/// between their ranges. A surface that ends in the water (the next ray within the beam hits
-/// nothing) hides all behind it up to the range of the fan, or up to where the line of sight leaves
-/// the seafloor. So does one that the fan's upper edge meets, if that edge is level or looks up.
-/// Where a surface turns its back there is a hole in it, and no shadow. Facets may be so small that
-/// rays step over them; then the bed continues between two that lie in one plane.
+/// Between two neighbouring rays that hit different surfaces, the surface of the lower ray hides
+/// what lies between their ranges. A surface that ends in the water (the next ray within the beam
+/// hits nothing) hides all behind it up to the range of the fan, or up to where the line of sight
+/// leaves the seafloor. So does one that the fan's upper edge meets, if that edge is level or looks
+/// up. Where a surface turns its back there is a hole in it, and no shadow. Facets may be so small
+/// that rays step over them; then the bed continues between two that lie in one plane.
 class SurfaceWalk {
  public:
   /// lowest and highest are the seafloor's bounds in x and y, local metres.
@@ -77,7 +77,7 @@ class SurfaceWalk {
   const SideView* view_ = nullptr;
   std::size_t plane_ = 0;
   PieceTable* pieces_ = nullptr;
-  std::span<const RayLayout::Stretch> stretches_;  // the one at hand, and those to come
+  std::span<const RayLayout::Stretch> stretches_;  // the present one, and those to come
   std::size_t caster_ = none;  // the last surface that ended and hides what is behind
 };
 

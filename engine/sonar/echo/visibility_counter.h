@@ -16,16 +16,17 @@ namespace ensonify::engine {
 
 /// Counts how much of each object the pings of one sonar see. Straight rays only.
 ///
-/// A plane of the fan cuts an object's faces in segments, which cover intervals of its rays:
-/// together those that would meet the object alone, whatever is nearest. An object of more faces
-/// than about 2000 is looked at every few pings only, so that this costs a small part of a ping.
+/// A plane of the fan cuts an object's faces in segments, which cover intervals of the plane's
+/// rays. All these intervals together are the rays that would meet the object if it were alone. An
+/// object of more faces than about 2000 is looked at every few pings only, so that this costs a
+/// small part of a ping.
 class VisibilityCounter {
  public:
   /// The seafloor must outlive this.
   explicit VisibilityCounter(const Seafloor& seafloor);
 
-  /// A side of a ping: what its fan hits of these triangles, which have all faces of objects that
-  /// the fan can touch.
+  /// Counts one side of a ping: the hits of its fan on these triangles, which include all faces of
+  /// objects that the fan can touch.
   void look(const RayFan& fan, refine::Triangles triangles, const FanRuns& runs,
             std::uint64_t ping);
   /// One per object of the seafloor.

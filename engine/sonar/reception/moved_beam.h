@@ -9,16 +9,18 @@
 
 namespace ensonify::engine {
 
-/// What is left of the two-way beam along the track when the receiver has moved and turned since
-/// transmission: the integral over the transmitter's pattern times the receiver's, which is shifted
-/// by some sine, over that at rest. It counts the lobes to which rays go, as the direct echo does.
+/// The share of the two-way beam along the track that is left when the receiver has moved and
+/// turned since transmission: the integral of the transmitter's pattern times the receiver's, which
+/// is shifted by some sine, over the same integral at rest. Only lobes that have rays count, as in
+/// the direct echo.
 class MovedBeam {
  public:
   MovedBeam(const Sonar& sonar, double wavelength_m);
 
-  /// A beam that lies `ahead_m` of the array's middle, with the same power in all directions abeam.
+  /// For a beam that lies `ahead_m` of the array's middle, with the same power in all directions
+  /// abeam.
   Beam beam(double ahead_m) const;
-  /// By summing over such a beam; over that of the middle at rest.
+  /// By summing over such a beam; relative to the middle beam at rest.
   double summed_share(double range_m, double shift, const Beam& beam, double ahead_m) const;
   double summed_share(double range_m, double shift) const {
     return summed_share(range_m, shift, middle_, 0.0);

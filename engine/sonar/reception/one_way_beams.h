@@ -8,9 +8,9 @@
 
 namespace ensonify::engine {
 
-/// The one-way power patterns of a sonar's transmitter and receiver along the track, over range:
-/// |Shading::field()|^2, from tables over the range, of which there are some per octave, and over
-/// the distance from the beam's middle.
+/// The one-way power patterns of a sonar's transmitter and receiver along the track:
+/// |Shading::field()|^2, from tables over range (some per octave) and over the distance from the
+/// beam's middle.
 class OneWayBeams {
  public:
   enum Array : std::size_t { transmitter, receiver };
@@ -24,11 +24,11 @@ class OneWayBeams {
   /// half the array's length where it is out of focus.
   double main_m(double range_m) const;
   /// How widely the beams of two legs of these lengths overlap: the integral along the track of
-  /// transmitter times receiver, as the mean over which of the legs is the way out. apart_m: from
+  /// transmitter times receiver, the mean of both cases of which leg is the way out. apart_m: from
   /// the middle of one beam to that of the other.
   double overlap_m(double leg_m, double other_m, double apart_m = 0.0) const;
   /// The same if rough surfaces on the way spread the sound along the track, with this standard
-  /// deviation: right for little and for much spread, and between them as of Gaussian beams.
+  /// deviation: right for little and for much spread; between them, beams are taken as Gaussian.
   double spread_overlap_m(double leg_m, double other_m, double apart_m, double spread_m) const;
 
  private:
@@ -44,7 +44,7 @@ class OneWayBeams {
 
   double nearest_m_;
   std::vector<Row> rows_;
-  std::vector<double> overlaps_;  // of each two rows, at distances with even roots
+  std::vector<double> overlaps_;  // of each pair of rows, over even steps of the distance's root
 };
 
 }  // namespace ensonify::engine

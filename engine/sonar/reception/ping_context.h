@@ -25,7 +25,7 @@ struct PingContext {
   /// Range, which is travel time at the sound speed of the ranges, per metre of the way up to the
   /// sea surface and down to the bed. Rays are straight, so it is the same on oblique ways.
   double range_per_m_up = 1.0, range_per_m_down = 1.0;
-  /// What this beam gets of the sound that the array's middle beam would, by bin; empty: all.
+  /// This beam's share of the sound that the array's middle beam would receive, by bin; empty: 1.
   std::span<const double> beam_shares;
 
   double beam_share(std::size_t bin) const {
@@ -49,8 +49,8 @@ struct BeamPlane {
   BeamPlane(const PingContext& context, Side side);
   bool turns() const { return turn_level_per_m != 0.0 || turn_down_per_m != 0.0; }
   bool at_rest() const { return roll_tilt_per_m == 0.0 && drift_along == 0.0 && !turns(); }
-  /// By how much the sine of the direction to a place in the plane, along the array, has grown for
-  /// the receiver when its echo is back.
+  /// By how much the sine of the direction to a place in the plane (along the array) has grown, as
+  /// the receiver sees it when the echo is back.
   double shift(double level_m, double down_m) const {
     return level_m * turn_level_per_m + down_m * turn_down_per_m - drift_along;
   }

@@ -35,15 +35,15 @@ struct ArrayFrame {
 /// Cells are aligned with one of 12 directions, 15 degrees apart, the one nearest to the array's or
 /// its opposite; two passes whose headings differ by more than the beam are uncorrelated anyway.
 /// The directions are fixed to the ground: 0, 15, 30 degrees and so on, or those halfway between.
-/// Of these two sets that is used which keeps the usual heading away from where the nearest
-/// direction changes. So runs on the same or the opposite heading see the same scatterers. A line
-/// crosses the rows of cells where the array is not aligned with them, so that the same scatterers
-/// change their bins as the array moves across its axis. The phase that a change of height causes
-/// is taken to be the same for the whole line.
+/// Of these two sets, the one is used for which the usual heading is farther from the angles at
+/// which the nearest direction changes. So runs on the same or the opposite heading see the same
+/// scatterers. A line crosses the rows of cells where the array is not aligned with them, so that
+/// the same scatterers change their bins as the array moves across its axis. The phase that a
+/// change of height causes is taken to be the same for the whole line.
 ///
 /// On a ground with patches (TexturedGround) a scatterer's strength is multiplied by that of its
-/// patch, of mean 1: a bin's variance, given its patches, is then their mean over the beam. So it
-/// is the mean over all ground that is 1.
+/// patch, of mean 1: a bin's variance, given its patches, is then their mean over the beam. The
+/// variance is 1 on the mean over all ground.
 class Scatterers {
  public:
   /// reference_heading_rad: of most pings. farthest_m: of width_m_at(); at least the sonar's range.
@@ -54,7 +54,7 @@ class Scatterers {
   /// One thread's working memory for gather(), reused from ping to ping.
   struct Scratch {
     std::uint32_t frame_key = 0;
-    double skew = 0.0;  ///< by how much a line parallel to the array goes across, per length along
+    double skew = 0.0;  ///< across the cells per length along them, of a line parallel to the array
     std::vector<std::uint32_t> across_cell, across_within, first_cell, cells, placeless;
     std::vector<float> first_column, phase_turns;
     TexturedGround::Places patches;

@@ -25,14 +25,14 @@ inline constexpr double least_beam_share = 0.01;
 /// The inputs of a signal chain in addition to its sonar.
 struct ChainOptions {
   std::uint64_t seed = 1;
-  std::uint64_t sonar_number = 0;  ///< gives each of a scene's sonars its own noise
+  std::uint64_t sonar_number = 0;  ///< the number of the sonar in the scene; each has its own noise
   bool speckle = true;             ///< false: expected values, also of the noise
   double sound_speed_mps = scatter::nominal_sound_speed_mps;
   double absorption_db_per_m = 0.0;
   /// Ranges are travel times through this profile; null: distances. It must outlive the chain.
   const scatter::SoundSpeedProfile* profile = nullptr;
   double heading_rad = 0.0;          ///< of the array in most pings, for Scatterers
-  double nominal_altitude_m = 10.0;  ///< for the automatic gain and the level bed
+  double nominal_altitude_m = 10.0;  ///< above the level bed, to which the automatic gain refers
   double nominal_speed_mps = 0.0;    ///< of the vehicle, for the same
   double ping_interval_s = 0.0;      ///< 0: the two-way time of the range
   /// Backscattering cross-section of the bed, m^2 per m^2, as a function of the sine of the grazing
@@ -79,7 +79,7 @@ class SignalChain {
   void receive(const PingContext& context, std::span<EchoLine> lines, Scratch& scratch) const;
 
   const Recorder& recorder() const { return recorder_; }
-  /// Of a beam, with the recorder's usual gain.
+  /// The full scale of a beam, with the recorder's usual gain.
   FullScale full_scale(int beam) const {
     return FullScale::of(std::span(gains_[static_cast<std::size_t>(beam)])
                              .first(static_cast<std::size_t>(sonar_.bins)));

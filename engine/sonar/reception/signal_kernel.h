@@ -32,7 +32,7 @@ struct CellPlaces {
   double across[3], across_add;
   double along[3], along_add;
   double origin_across;  ///< of the array
-  double skew;           ///< by how much that line goes across, per length along
+  double skew;           ///< how far that line goes across the cells, per length along them
   double across_cells_per_m, turns, rise, columns_per_cell;
   // Out, one value per bin:
   // The first cell along the line: its number across, the line's place within it (in 2^-32 of its
@@ -48,7 +48,7 @@ struct CellPlaces {
 };
 void place_cells(const CellPlaces& places);
 
-/// A patch of the ground is this number of bits of its place long (CellTexture).
+/// Places on the ground count in units of 2^-patch_bits of a patch (CellTexture).
 inline constexpr int patch_bits = 12;
 
 /// The arguments of sum_cells().
@@ -76,7 +76,7 @@ struct CellSums {
     const float* glint_share;
     const float* quantiles;
     std::uint32_t key;
-    /// The strengths of the patches in the order in which they are summed, which are the same for
+    /// The strengths of the patches in the order in which they are summed. They are the same for
     /// all looks: the first look writes them, the others read them.
     float* strengths;
     bool known;

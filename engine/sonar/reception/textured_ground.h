@@ -10,7 +10,8 @@
 
 namespace ensonify::engine {
 
-/// Where the ground scatters more and where less than its mean, as fixed to it (GroundTexture).
+/// Where the ground scatters more than its mean and where less; the pattern is fixed to the ground
+/// (GroundTexture).
 ///
 /// The patches of a material are the squares of a grid in local coordinates. A patch's share of the
 /// cross-section depends only on the seed and the patch; the grazing angle changes the
@@ -37,8 +38,8 @@ class TexturedGround {
     std::vector<std::uint32_t> x, y, step_x, step_y;
     std::vector<std::uint32_t> row, glint_row;  ///< where rows begin in quantiles()
     std::vector<float> glint_share;
-    std::vector<float> strengths;  ///< of all scatterers, as sum_cells() finds them
-    bool known = false;            ///< whether it has
+    std::vector<float> strengths;  ///< of all scatterers, as sum_cells() computes them
+    bool known = false;            ///< whether sum_cells() has computed them
   };
   /// A bin's first scatterer, local metres; the way from each to the next; and rows_of() its
   /// length.
@@ -48,10 +49,10 @@ class TexturedGround {
   };
   /// A length as rows of quantiles(): 8 log2 of its metres.
   static float rows_of(double length_m);
-  /// Finds the patches of bin n, whose echo comes from `material` at that grazing angle.
+  /// Sets the patches of bin n, whose echo comes from `material` at that grazing angle.
   void place(std::size_t n, std::uint32_t material, float grazing_rad, const Scatterer& first,
              Places& places) const;
-  /// For a bin without patches: it scatters evenly.
+  /// Sets that bin n has no patches: its ground scatters evenly.
   static void leave_even(std::size_t n, Places& places);
 
   /// Multiplies the expected echo of each bin by the slow variation of its material's strength
@@ -61,14 +62,14 @@ class TexturedGround {
  private:
   struct OfAngle {
     float row, glint_share;
-    float even_glint_row;  // from here on, glints of that share change nothing that can be seen
+    float even_glint_row;  // from this row on, glints change nothing that can be seen
   };
   struct Kind {
     scatter::GroundTexture texture;
     double units_per_m;  // 4096ths of a patch
     float patch_rows;    // rows_of() a patch
     float glint_row;
-    float length_rows;  // by which patches shorter than that length raise the row
+    float length_rows;  // added to the row where patches are shorter than that length
     std::vector<OfAngle> of_angle;
     std::vector<float> octaves;  // amplitudes of ln intensity, from the longest scale on
   };

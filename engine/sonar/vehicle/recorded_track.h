@@ -47,12 +47,12 @@ class Spline {
 /// A recorded track as a function of time.
 class RecordedTrack {
  public:
-  /// With smooth_s > 0, places and heights are smoothed: at each row by the straight line that
-  /// fits the rows around it in least squares, with Gaussian weights of that half width
-  /// (Cleveland, J. Am. Stat. Assoc. 74, 829, 1979, without the robust iterations). A row that
-  /// repeats the place of an earlier row less than smooth_s before it is ignored: the navigation
-  /// was slower than the recorder, the vehicle did not stop. Throws std::invalid_argument for
-  /// columns of different lengths, times that do not ascend, or no rows.
+  /// With smooth_s > 0, places and heights are smoothed: at each row by the straight line that fits
+  /// the rows around it in least squares, with Gaussian weights of that half width (Cleveland, J.
+  /// Am. Stat. Assoc. 74, 829, 1979, without the robust iterations). A row that repeats the place
+  /// of an earlier row less than smooth_s before it is ignored: there the navigation was slower
+  /// than the recorder, and the vehicle did not stop. Throws std::invalid_argument for columns of
+  /// different lengths, times that do not ascend, or no rows.
   RecordedTrack(const NavigationLog& log, double smooth_s);
 
   double begin_s() const { return begin_s_; }

@@ -13,7 +13,7 @@
 
 namespace ensonify::engine {
 
-/// How many of a fan's rays are compared.
+/// The number of a fan's rays that are compared.
 std::uint64_t rays_within_beam(const FanGrid& grid);
 
 /// How far a comparison has come, and what it has found so far in all candidates' answers.
@@ -44,8 +44,8 @@ struct AgreementOptions {
 
 /// Traces the same rays with every candidate and with the reference: the scene's pings in blocks,
 /// as a run traces them, straight and bent, and rays aimed at the mesh's weak places. Returns one
-/// row for each candidate and each source of rays that it traced; a candidate that takes no lists
-/// of rays has no row for those. Throws std::invalid_argument for an empty mesh, and what
+/// row for each candidate and each source of rays that it traced. A candidate that takes no lists
+/// of rays has no row for lists. Throws std::invalid_argument for an empty mesh, and what
 /// intersectors throw.
 std::vector<AgreementRow> compare(refine::Triangles triangles, const Intersector& reference,
                                   std::span<const Candidate> candidates,

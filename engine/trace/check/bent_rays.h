@@ -27,10 +27,10 @@ struct BentRay {
   Hit expected;
 };
 
-/// The reference for bent rays. Chords that stray at most a hundredth of a millimetre from the ray
-/// go through an exact intersector. The first that hits gives the face; then the arc is intersected
-/// with the plane of that face. Only the arcs (scatter::SoundRay) are those of RefractedTracer. A
-/// ray takes 3 to 12 µs on one core.
+/// The reference for bent rays. It traces chords that stray at most a hundredth of a millimetre
+/// from the ray with an exact intersector. The first chord that hits gives the face; then the arc
+/// is intersected with the plane of that face. It shares only the arcs (scatter::SoundRay) with
+/// RefractedTracer. A ray takes 3 to 12 µs on one core.
 class BentReference {
  public:
   /// The intersector must be exact and must answer lists of rays over the triangles, whose numbers
@@ -50,10 +50,10 @@ class BentReference {
                const TracedFaces& faces, AgreementCounts& tally) const;
   /// Judges the hit that a run finds for a bent ray. A run decides within a millimetre which face a
   /// ray hits: so a tie is another face within a millimetre, an end is a hit or a miss within a
-  /// millimetre of the range, and an edge is what this reference finds for a ray that passes a
-  /// millimetre beside. In each case the hit must be in the plane of its face within a tenth of a
-  /// millimetre, and on the face within a millimetre. Where the face is the expected one, t must be
-  /// right within a tenth of a millimetre.
+  /// millimetre of the range, and an edge is a hit that this reference finds for a ray that passes
+  /// a millimetre beside it. In each case the hit must be in the plane of its face within a tenth
+  /// of a millimetre, and on the face within a millimetre. Where the face is the expected one, t
+  /// must be right within a tenth of a millimetre.
   Verdict judge(const BentRay& ray, const Hit& found) const;
 
  private:

@@ -18,8 +18,8 @@
 
 namespace ensonify::engine {
 
-/// What is compared: a face source with an intersector. The candidate with static faces comes
-/// before the others with the same intersector, whose answers are also compared with its own.
+/// A thing that is compared: a face source with an intersector. The candidate with static faces
+/// comes before the others with the same intersector, whose answers are also compared with its own.
 struct Candidate {
   std::string surface, intersector;  ///< names for the table
   /// Makes one worker's instance.
@@ -32,7 +32,8 @@ struct Candidate {
   std::function<std::unique_ptr<RefractedTracer>()> make_bent = {};
 };
 
-/// Every n-th ray of an item of work begins with this one, so that items compare different rays.
+/// Every n-th ray of an item of work begins with this one, so that different items compare
+/// different rays.
 std::uint64_t first_turn(std::uint64_t number, std::uint64_t every);
 
 /// A function for the height of the bed at (x, y); it returns NaN where there is no bed.
@@ -48,7 +49,8 @@ struct HeightCandidate {
 class CandidateWorker {
  public:
   /// All must outlive this. `reference` is exact and answers lists of rays. A worker locks `large`
-  /// while it holds memory that may grow with the whole mesh, so that one at a time does.
+  /// while it holds memory that may grow with the whole mesh, so that only one worker at a time
+  /// holds such memory.
   CandidateWorker(const Judge& judge, const Intersector& reference,
                   std::span<const Candidate> candidates, std::span<const HeightCandidate> heights,
                   std::mutex& large);

@@ -50,7 +50,7 @@ void for_each_count(Counts& counts, F&& f) {
   for (std::size_t i = 0; i < verdict_names.size(); ++i) f(verdict_names[i], counts.verdicts[i]);
 }
 
-/// What the hits of some rays are compared with.
+/// The hits that those of some rays are compared with.
 struct ExpectedHits {
   std::span<const Hit> by_reference;
   std::span<const Hit> on_static;  ///< the same intersector's on the static faces, or empty
@@ -78,7 +78,8 @@ class FanComparison {
   std::span<const Hit> found() const { return found_; }
 
  private:
-  /// Of a fan. Without runs from the face source, they come from the hits, as in the echo.
+  /// The runs of a fan. If the face source gives no runs, they are made from the hits, as for the
+  /// echo.
   struct Runs {
     FanRuns runs;
     bool listed;

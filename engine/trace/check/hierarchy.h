@@ -6,10 +6,10 @@
 
 namespace ensonify::engine {
 
-/// Compares a progressive mesh with the mesh it was made from. It must have each face once, with
-/// the same three positions in the same order, and the sphere of every node above one of a face's
-/// corners must enclose the face, so that no volume that touches the face can miss it. A face
-/// counts as `same`; as `tie` if it is left out because another face has its vertices; as
+/// Compares a progressive mesh with the mesh it was made from. The progressive mesh must have each
+/// face once, with the same three positions in the same order. The sphere of every node above a
+/// corner of a face must enclose the face, so that no volume that touches the face can miss it. A
+/// face counts as `same`; as `tie` if it is left out because another face has its vertices; as
 /// `coplanar` if it is left out because it has no area (no ray hits it); otherwise as unexplained.
 /// A second face with the same number counts as unexplained once more. Needs one bit of memory per
 /// face. Throws refine::DamagedFile.

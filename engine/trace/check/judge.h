@@ -16,8 +16,8 @@ enum class Verdict {
   same,      ///< the same face, and t within rounding; or both miss
   tie,       ///< another face at the same place: a shared edge or corner, a duplicate
   end,       ///< one hit and one miss at t_min or t_max, within rounding
-  edge,      ///< another place, or a miss, at a silhouette: an edge is within reach of the ray
-  leak,      ///< passed through the surface within reach of an edge with surface on all sides
+  edge,      ///< another place, or a miss, at a silhouette: the ray is within reach of an edge
+  leak,      ///< passed through the surface, within reach of an edge with surface on all sides
   coplanar,  ///< a hit, a miss or another t on a face whose plane contains the ray
   unexplained
 };

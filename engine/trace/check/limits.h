@@ -12,7 +12,7 @@
 
 namespace ensonify::engine {
 
-/// Where a comparison's rays come from.
+/// The source of a comparison's rays.
 enum class RaySource { scene, aimed_fans, aimed_rays, bodies, plumb_lines, faces, bent };
 inline constexpr std::array ray_source_names{"scene",       "aimed_fans", "aimed_rays", "bodies",
                                              "plumb_lines", "faces",      "bent"};
@@ -28,7 +28,7 @@ struct AgreementRow : AgreementCounts {
 /// few rays more may, see most_allowed().
 struct Limit {
   std::string_view name;
-  /// Which count; if null, the count of `verdict`, of ties without overlaps.
+  /// The count that is limited; null: the count of `verdict`, for ties without overlaps.
   std::uint64_t AgreementCounts::*count = nullptr;
   Verdict verdict = Verdict::same;
   double share;

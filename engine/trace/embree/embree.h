@@ -30,7 +30,7 @@ namespace ensonify::engine {
 /// std::runtime_error if Embree cannot make a device.
 std::unique_ptr<Intersector> make_embree(const IntersectorOptions& options);
 
-/// The same, ray by ray: shows the gain of packets.
+/// The same, ray by ray, to show what packets gain.
 std::unique_ptr<Intersector> make_embree_single(const IntersectorOptions& options);
 
 /// The instruction sets of this machine that IntersectorOptions may name, best last. The default is

@@ -37,8 +37,8 @@ class BoxLine {
   };
 
   /// Where the line enters and leaves the box, widened by 8u, u = 2^-53, so that no t inside the
-  /// box is left out: a bound has three roundings, of difference, reciprocal and product, 3.01u in
-  /// all, and where the product underflows an error of 2^-1074, hence the 2^-1000.
+  /// box is left out. A bound has three roundings (difference, reciprocal and product), 3.01u in
+  /// all. If the product underflows, its error is 2^-1074, which the 2^-1000 covers.
   ///
   /// Every operation is monotone in the box: a box within another is never entered before it or
   /// left after it, rounding included. This is why the tree changes no answer.

@@ -15,9 +15,9 @@
 
 namespace ensonify::engine {
 
-/// A fixed face source plus bodies that move. The bodies that the fans can touch have a small tree,
-/// rebuilt when one of them came, went or moved. The nearer of the two hits counts; at equal
-/// distance the fixed one. All faces of a body have the number fixed_faces + body.
+/// A fixed face source plus bodies that move. The bodies that the fans can touch have a small tree.
+/// It is rebuilt when one of them is added, removed or moved. The nearer of the two hits counts; at
+/// equal distance the fixed one. All faces of a body have the number fixed_faces + body.
 class FacesWithBodies final : public FaceSource {
  public:
   /// `fixed_faces` is how many numbers the fixed source's faces use; the bodies' tree is of the

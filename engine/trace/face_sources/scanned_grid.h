@@ -6,8 +6,8 @@
 
 namespace ensonify::engine {
 
-/// A bed of heights whose runs are found by GridScan, and those of the objects on it by fan_scan.
-/// Where the bed does not allow that, and for hits, `exact` answers, with the same bits.
+/// A bed of heights with objects on it. GridScan finds the runs of the bed, fan_scan those of the
+/// objects. If the bed does not allow that, and for hits, `exact` answers, with the same bits.
 std::unique_ptr<FaceSource> make_scanned_grid(const FaceSourceParts& parts,
                                               std::unique_ptr<FaceSource> exact);
 

@@ -47,8 +47,8 @@ class FanTables {
   std::shared_ptr<const FanGrid> grid_;
 };
 
-/// The tables of the grids that were asked for last: the sides of a sonar that rolls take turns
-/// with a few.
+/// The tables of the grids that were used last: the sides of a sonar that rolls alternate between a
+/// few grids.
 class KnownFanTables {
  public:
   /// As FanTables::take(), if they are not known. Good until the next call.

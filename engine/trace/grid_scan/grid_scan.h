@@ -17,12 +17,12 @@ namespace ensonify::engine {
 
 /// What the rays of fans hit on a bed of heights, as runs: the same as fan_scan's, to the bit.
 ///
-/// A plane of a fan cuts the bed in one line. Each plane is followed along it, from face to face,
-/// and a horizon tells which rays a face gets: those above all that came before. So faces that no
-/// plane crosses are never looked at, and nothing is sorted.
+/// A plane of a fan cuts the bed in one line. This line is followed from face to face. The rays of
+/// a face are those above the horizon, that is, above all faces before it. So faces that no plane
+/// crosses are never read, and nothing is sorted.
 ///
-/// That is right where the bed has no hole and the line runs outwards without a turn: where the bed
-/// is less steep than the plane. Otherwise take() refuses.
+/// This is correct if the bed has no hole and the line runs outwards without turning back, that is,
+/// if the bed is less steep than the plane. Otherwise take() refuses.
 class GridScan {
  public:
   /// The grid must outlive this.
@@ -32,7 +32,8 @@ class GridScan {
   /// The version changes with them.
   void keep_first(const refine::Triangles& others, std::uint64_t version);
 
-  /// Finds the runs of these fans. Returns false, without runs, if it cannot be used for one.
+  /// Finds the runs of these fans. Returns false, without runs, if one of the fans cannot be
+  /// scanned in this way.
   bool take(std::span<const RayFan> fans);
 
   /// The runs of the fan with this number.

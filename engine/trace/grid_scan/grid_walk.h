@@ -38,7 +38,8 @@ struct GridWalks {
   /// The walk's horizontal direction in the plane: along the plane's elevation 0 and along the
   /// pole; and how far it goes, in metres from the origin.
   alignas(64) Lanes<double> ahead_x, ahead_y, reach_m;
-  /// The same way in columns and rows, of which the greater is 1; only to fetch memory early.
+  /// The same direction in columns and rows, scaled so that the greater of the two is 1; only to
+  /// prefetch memory.
   alignas(64) Lanes<double> columns_ahead, rows_ahead;
   alignas(64) Lanes<std::int64_t> positive_left;  ///< -1: the left is the positive side
   alignas(64) Lanes<std::int64_t> outwards;       ///< -1: in the order of elevation; 0: against it

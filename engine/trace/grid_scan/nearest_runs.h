@@ -6,8 +6,8 @@
 
 namespace ensonify::engine {
 
-/// The nearer of two lists of runs on each ray of a fan, decided as fan_scan does. The faces of
-/// both are faces of these triangles.
+/// Merges two lists of runs of a fan: on each ray the nearer face, decided as in fan_scan. The
+/// faces of both lists are faces of these triangles.
 void nearest_runs(const RayFan& fan, refine::Triangles triangles, const FanRuns& a,
                   const FanRuns& b, FanRuns& nearest);
 

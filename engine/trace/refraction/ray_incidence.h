@@ -11,7 +11,7 @@ namespace ensonify::engine {
 
 /// How the sound of a ray arrives at its hit.
 ///
-/// An echo treats a bent ray as the straight one of the same launch direction, as long as its
+/// An echo treats a bent ray as a straight ray of the same launch direction, whose length is the
 /// travel time at one reference speed: the ray in straightened space (StraightenedSpace). That
 /// space stretches the sea around the hit a little, by one factor for each of three directions.
 struct RayIncidence {
@@ -22,8 +22,8 @@ struct RayIncidence {
   // Metres of the sea for one metre of straightened space: along the ray, across it in its vertical
   // plane, and across it horizontally.
   double along, upwards, sideways;
-  /// By how much a normal along the ray turns up there. A bent ray runs where its travel time grows
-  /// fastest, so that none of it turns; a straight ray (TravelTime) does not.
+  /// By how much a normal along the ray turns upwards in straightened space. A bent ray runs where
+  /// its travel time grows fastest, so that none of it turns; a straight ray (TravelTime) does not.
   double upturn = 0.0;
 
   /// The unit normal that a facet at the hit has in straightened space, from its unit normal in the
@@ -34,8 +34,9 @@ struct RayIncidence {
 /// How sound comes to a place on the ray that leads there.
 struct RayToPlace {
   Eigen::Vector3d launch;  ///< unit
-  /// Where the place would be from the sonar if a straight ray arrived there with this direction
-  /// and this spreading: its square is J, the geometric mean of the spreading of both ways.
+  /// Vector (m) from the sonar to the place as if a straight ray arrived there with this direction
+  /// and this spreading. The square of its length is J, the geometric mean of the spreading of both
+  /// ways.
   Eigen::Vector3d apparent;
   double range_m;        ///< that its travel time stands for
   double absorption_db;  ///< one way

@@ -21,7 +21,7 @@ struct RefractionCounts {
   std::uint64_t rays = 0;
   std::uint64_t straightened = 0;  ///< rays decided without a chord
   std::uint64_t chords = 0;        ///< traced in place of arcs
-  std::uint64_t refined = 0;       ///< chords' hits whose arc misses the face: traced again, finer
+  std::uint64_t refined = 0;       ///< hits of chords whose arc misses the face; traced finer
 
   RefractionCounts& operator+=(const RefractionCounts& other);
   RefractionCounts operator-(const RefractionCounts& other) const;

@@ -19,17 +19,17 @@
 
 namespace ensonify::engine {
 
-/// The sea deformed so that the fan's bent rays are straight: each point that a face has is put
-/// where its own bent ray would reach it if that ran straight on in its launch direction, as long
-/// as its travel time at the reference speed. In that space a scan of the fan finds the faces that
-/// the rays hit.
+/// The sea, deformed so that the fan's bent rays are straight. Each point of a face moves to the
+/// end of a straight ray: with the launch direction of the bent ray to the point, and with the
+/// length of its travel time at the reference speed. In that space a scan of the fan finds the
+/// faces that the rays hit.
 ///
 /// A flat face is not quite flat there. Faces are cut until their parts are flat within a
-/// tolerance; incidence_of() removes what error that leaves in time, by cutting the exact ray with
+/// tolerance; incidence_of() removes the error in time that remains, by cutting the exact ray with
 /// the face.
 ///
-/// It decides rays that go down, without turning, to what lies below the sonar. It leaves the
-/// others undecided if they may hit something.
+/// It decides the rays that go down, without turning, to faces below the sonar. Other rays stay
+/// undecided if they may hit something.
 class StraightenedSpace {
  public:
   /// Faces lie between these two depths. The profile must outlive this.
@@ -77,8 +77,8 @@ class StraightenedSpace {
   scatter::EigenrayGrid eigenrays_;
   std::unique_ptr<Intersector> scan_;
 
-  // Of the triangles as long as their version stays: boxes around groups of faces, and around
-  // groups of these.
+  // Valid while the version of the triangles stays the same: boxes around groups of faces, and
+  // around groups of these groups.
   std::optional<std::uint64_t> grouped_version_;
   std::vector<Group> groups_, larger_;
 
