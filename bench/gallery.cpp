@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 using namespace ensonify;
 using namespace ensonify::engine;
 
-constexpr double side_px = 290.0;  // of a square picture; others have the same number of pixels
+constexpr double side_px = 290.0;  // of a square picture; others have as many pixels
 constexpr std::size_t max_colours = 64;
 
 /// Each new pixel is the mean of the pixels that it covers.

@@ -145,8 +145,7 @@ void ActiveClusters::add(Active& active, List& list) {
   const ExactFaces exact = active.mesh.exact_faces();
   const auto first = static_cast<std::uint32_t>(list.points.size());
   leaves_.clear();
-  // A place is that of its leaf if the list of leaves agrees; what was there before does not
-  // matter.
+  // A leaf's place is valid if the list of leaves has this leaf there; so old values do not matter.
   const auto place_of = [&](std::uint32_t leaf) {
     std::uint32_t& place = active.place_of_leaf[leaf];
     if (place >= leaves_.size() || leaves_[place] != leaf) {

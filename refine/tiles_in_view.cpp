@@ -37,9 +37,9 @@ bool TilesInView::touches_map(const Eigen::Vector2d& centre, double radius_m) co
 }
 
 // What a volume can touch must not depend on which tiles were made before: other faces make other
-// trees, and Embree's rounding follows the tree. So a tile is taken if its own circle and ball can
-// touch a volume, and a node above may only be passed over if none of its tiles can be taken. The
-// circles and balls of all boxes within a box lie within sqrt(2) of its own radius.
+// trees, and Embree's rounding depends on the tree. So a tile is taken if its own circle and ball
+// can touch a volume, and a node above may only be passed over if none of its tiles can be taken.
+// The circles and balls of all boxes within a box lie within sqrt(2) of its own radius.
 bool TilesInView::can_touch(const HeightGrid::Range& range, int level, int column, int row) const {
   const int size = HeightGrid::tile_cells << level;
   const int first_column = column * size, first_row = row * size;

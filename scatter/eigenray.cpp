@@ -130,7 +130,7 @@ std::optional<SoundRay> find_eigenray(const SoundSpeedProfile& profile, const Ei
   return shooter.start(first.launch);
 }
 
-// A ray ends beside the point: `ahead` is how far the point lies along the ray's direction there,
+// A ray ends near the point: `ahead` is how far the point lies along the ray's direction there,
 // `aside` how far below it. A turn of aside / q at the launch brings it nearer, as long as it stays
 // between rays that pass the point on either side.
 std::optional<ArrivedRay> find_near_eigenray(const SoundSpeedProfile& profile,

@@ -34,8 +34,8 @@ double GroundTexture::glint_shape() const {
   return glints_per_m2 * patch_m * patch_m / points_per_shape;
 }
 
-// By sound speed, which each sediment has, whether named or not: that of silt (4.5 phi) is the
-// water's within 2 %, that of sandy gravel (-1 phi) is 1.34 times it, rock has 2.5 times.
+// By sound speed, which each sediment has, whether named or not. The speed in silt (4.5 phi) is
+// that of the water within 2 %, in sandy gravel (-1 phi) 1.34 times, in rock 2.5 times as high.
 GroundTexture ground_texture_of(const Sediment& sediment) {
   if (sediment.sound_speed_ratio < 1.05)  // silt and clay
     return {.shape = 0.8, .glint_share = 0.03, .glints_per_m2 = 3.0, .variation_db = 2.0};

@@ -1,6 +1,6 @@
-// How the program gets its memory; a library leaves that to its user. Large arrays lie in large
-// pages (2 MB on x86), which the system is asked for: their first use then enters the kernel once
-// per large page and not every 4 KB.
+// How the program allocates memory; a library leaves that to the program that uses it. Large arrays
+// lie in large pages (2 MB on x86), which the system is asked for: their first use then enters the
+// kernel once per large page and not every 4 KB.
 
 #include <sys/mman.h>
 

@@ -31,8 +31,8 @@ namespace {
 constexpr double slow_tests = 1e9;  // ray-face tests: a quarter of a minute on one core
 /// An intersector that could be compared on fewer than one ray in this many is skipped.
 constexpr std::uint64_t slowest_every = 10000;
-/// One in max_bent_every of the scene's rays is also compared as a bent ray; more of them where
-/// that would be fewer than enough_bent rays. The reference takes about 10 µs per ray.
+/// One in max_bent_every of the scene's rays is also compared as a bent ray, or more if that would
+/// give fewer than enough_bent rays. The reference takes about 10 µs per ray.
 constexpr std::uint64_t max_bent_every = 10;
 constexpr std::uint64_t enough_bent = 20000;
 

@@ -42,8 +42,8 @@ auto watched(const MergeArguments& arguments, std::string_view pieces, const Mer
   });
 }
 
-/// Throws std::runtime_error if pieces are missing or damaged, after it listed the damage. The same
-/// command makes what is missing, but not what is damaged.
+/// Throws std::runtime_error if pieces are missing or damaged, after it listed the damage.
+/// `command` makes missing pieces, but not damaged ones.
 void require_whole(const MergeArguments& arguments, std::string_view pieces,
                    std::string_view command, const std::vector<std::size_t>& missing,
                    const std::vector<std::string>& damaged) {

@@ -121,7 +121,7 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
         {"trace", stages.trace_s},
         {"echo", stages.echo_s},
         {"receiver", stages.receive_s},
-        {"speckle", stages.receive_s}}},  // its earlier name
+        {"speckle", stages.receive_s}}},  // its name in earlier versions
       {"threads", threads},
       {"host",
        {{"name", system.nodename},

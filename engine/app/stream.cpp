@@ -229,7 +229,7 @@ class InputLines {
 
  private:
   std::string read_;          // what was read and is in no line yet
-  std::size_t searched_ = 0;  // so much of it has no end of a line
+  std::size_t searched_ = 0;  // the length of its beginning that has no end of a line
   bool leaves_out_ = false;   // the rest of a line that is too long
   std::array<char, 65536> buffer_;
 };

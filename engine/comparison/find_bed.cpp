@@ -13,7 +13,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr std::size_t lasting = 8;  // samples
-// A bed that is so much darker than the usual one is not distinguished from water.
+// A bed that is darker than the usual bed by this factor is not distinguished from water.
 constexpr double darkest_of_level = 3e-3;
 
 /// Means over 5 pings and 5 samples.
@@ -54,8 +54,9 @@ double mean_of(std::span<const double> values) {
 /// How the water column grows with range, by sample: a time-varied gain amplifies its noise.
 using Growth = std::vector<double>;
 
-/// The sample at which the bed leaves the water, before one where it is clearly bed. A beam that
-/// looks away from the nadir receives the nearest bed only weakly, so that it emerges slowly.
+/// The sample at which the bed begins to rise out of the water column, before a sample that is
+/// clearly bed. A beam that looks away from the nadir receives the nearest bed only weakly, so that
+/// it emerges slowly.
 std::size_t foot_of(std::span<const double> row, const Growth& growth, std::size_t first,
                     double lowest) {
   // The bed may fill most of the samples before `first`, so the darkest fifth is the water. The
@@ -71,7 +72,7 @@ std::size_t foot_of(std::span<const double> row, const Growth& growth, std::size
   };
   std::size_t foot = first;
   while (foot > 0 && is_bed(foot - 1)) --foot;
-  return foot + bed_found_early < first ? foot : first;  // a shorter step is the blur of the means
+  return foot + bed_found_early < first ? foot : first;  // a shorter rise is blur of the means
 }
 
 /// A place where the bed may begin.
@@ -109,7 +110,7 @@ std::optional<std::vector<Rise>> rises_of(std::span<const double> row, const Gro
     const std::size_t clear = k + 1 - lasting;
     const std::size_t first =
         growth.empty() ? clear : foot_of(row, growth, clear, darkest_of_level * level);
-    if (rises.empty() || first > rises.back().sample)  // else both have the same foot
+    if (rises.empty() || first > rises.back().sample)  // otherwise both have the same foot
       rises.push_back({first, std::max(bright - lasting, 0.0) / static_cast<double>(clear)});
   }
   return rises;
@@ -154,8 +155,8 @@ BedSamples stated_samples(const RecordedLine& line) {
   return stated;
 }
 
-/// Moves them all by the distance to a rise that most pings share; none are left if fewer than half
-/// share one.
+/// Moves all of them by the distance to a rise, if at least half of the pings have about the same
+/// distance; otherwise removes all.
 void move_to_rises(const std::vector<std::vector<Rise>>& rises, double near, BedSamples& stated) {
   std::vector<double> off;
   std::size_t pings = 0;
@@ -185,8 +186,8 @@ double pings_between(const RecordedPing& before, const RecordedPing& after) {
   return after.number > before.number ? static_cast<double>(after.number - before.number) : 1.0;
 }
 
-/// The rises that the bottom line takes, by ping: the chain of the least cost. Unset in the pings
-/// that it leaves out.
+/// The rises that the bottom line takes, by ping: those of the chain with the least cost. Unset in
+/// the pings that the chain leaves out.
 BedSamples followed_rises(const RecordedLine& line, const std::vector<std::vector<Rise>>& rises,
                           double near, const BedSamples& stated) {
   // The costs count in pings that are left out.
@@ -200,7 +201,8 @@ BedSamples followed_rises(const RecordedLine& line, const std::vector<std::vecto
   };
   std::vector<Link> links;
   std::vector<std::size_t> first_link;  // by ping
-  // The cost with all that follows left out, of the chains that end farther back than the reach.
+  // The chain of the least cost among those that end farther back than the reach; all later pings
+  // count as left out.
   std::size_t far_back = none;
   const auto cost_at = [&](std::size_t link, std::size_t ping) {
     return links[link].cost + static_cast<double>(ping - links[link].ping - 1);
@@ -241,7 +243,8 @@ BedSamples followed_rises(const RecordedLine& line, const std::vector<std::vecto
   return followed;
 }
 
-/// Gaps lie on straight lines between the known ones and at the same sample beyond them.
+/// Gaps are filled on straight lines between the known samples, and beyond them with the nearest
+/// known one.
 void fill_gaps(BedSamples& samples) {
   std::optional<std::size_t> before;
   for (std::size_t i = 0; i < samples.size(); ++i) {

@@ -109,7 +109,7 @@ struct Samples {
   std::size_t silent = 0, rows = 0;
   std::vector<double> column;    // amplitudes of the water column
   std::vector<double> first_m;   // range of the first return, by ping and side
-  std::vector<double> wander_m;  // its distance from the mean of the pings around
+  std::vector<double> wander_m;  // its distance from the mean over the neighbouring pings
   std::vector<double> overshoot_db;
   std::vector<double> row_brightness;            // the bed's mean over that of the pings around
   std::array<std::optional<double>, 2> drift_m;  // of the bed per ping, by side

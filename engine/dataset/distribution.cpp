@@ -17,7 +17,7 @@ std::uint32_t reversed(std::uint32_t bits) {
   return result;
 }
 
-/// Each bit is flipped or not, as a hash of the seed and of the higher bits says (Laine & Karras,
+/// A hash of the seed and of the higher bits decides whether each bit is flipped (Laine & Karras,
 /// Computer Graphics Forum 30, 1265, 2011; constants by Burley).
 std::uint32_t scrambled(std::uint32_t bits, std::uint32_t seed) {
   std::uint32_t x = reversed(bits) + seed;

@@ -147,8 +147,8 @@ class Products {
     }
   }
 
-  /// Writes the pictures and labels of a part of a line; with edge_px, resampled to a square of so
-  /// many pixels.
+  /// Writes the pictures and labels of a part of a line; with edge_px, resampled to a square with
+  /// edges of edge_px pixels.
   void add_image(const LabelledImage& line, const Rectangle& part, const std::string& stem,
                  std::string_view kind, std::size_t edge_px = 0, const std::string& of = "") {
     const bool whole = kind == "line";

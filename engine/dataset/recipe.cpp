@@ -207,8 +207,8 @@ std::string renumbered(const std::string& key, const auto& lists, const auto& ab
   return key;
 }
 
-/// make(sample) of the first sample for which it does not throw: some draws may make no valid
-/// scene. Throws the SceneError of the last try.
+/// Returns make(sample) for the first sample for which it does not throw, because some draws may
+/// make no valid scene. Throws the SceneError of the last try.
 auto first_that_is(std::size_t samples, const auto& make) {
   constexpr std::size_t tries = 16;
   for (std::size_t sample = 0;; ++sample) try {

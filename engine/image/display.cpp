@@ -218,7 +218,7 @@ void smooth(Picture& grey, double track_sigma_px, double range_sigma_px) {
 }
 
 /// Steps of brightness by level, from a table of where they begin. The step must not fall with the
-/// level. The table has 256 cells per octave and one for all levels below, each filled at its first
+/// level. The table has 256 cells per octave and one for all levels below, filled at their first
 /// use.
 template <class StepOf>
 class StepTable {

@@ -145,7 +145,7 @@ void set_beam(const RecordedLine& line, LineModel& model) {
     model.evidence[key] = {Confidence::stated, "of the channel"};
 }
 
-/// What the first model does not know.
+/// What is unknown in the first model.
 void note_gaps(const RecordedLine& line, const LineModel& model,
                std::vector<std::string>& unknown) {
   if (model.path.attitude.how == Confidence::assumed)

@@ -102,7 +102,7 @@ class Fit {
                       model_.absorption_db_per_m, model_.range_m);
     // The path has the altitudes that the whole recording shows. The rest is the error of
     // find_bed(), which is small: a larger difference comes from another beam or noise floor, and
-    // says nothing.
+    // means nothing.
     if (model_.path.altitude.how == Confidence::stated) return;
     std::vector<double> off_m = first_bed_echoes_m(ours);
     for (std::size_t i = 0; i < off_m.size(); ++i)
@@ -267,7 +267,7 @@ class Fit {
 
   /// Corrects the rest of the level over range after the level over the angle has been fitted.
   void correct_range_law(const Figures& simulated) {
-    // On a constant altitude the level over the angle has all there is.
+    // At a constant altitude the level over the angle has all the information.
     if (model_.range_law.from.how == Confidence::assumed || std::isnan(model_.range_slope_db))
       return;
     std::vector<double> x, y;
@@ -312,7 +312,7 @@ class Fit {
                       model_.output_noise_db == most_db ? "; the largest that is tried" : "")};
   }
 
-  /// Relief makes samples alike that are some apart; texture below the cell does not.
+  /// Relief correlates samples at some distance from each other; texture below the cell does not.
   void correct_relief(const Figures& simulated) {
     double off = 0.0;
     for (const char* name : {"range_correlation_2", "range_correlation_4"})
@@ -396,7 +396,7 @@ class Fit {
 
   /// Fits the array's length to the correlation of pings. In the near field, or where something
   /// else correlates the pings, the correlation does not depend on the length; then the length
-  /// stays. So it does where pings are more than half of it apart, and in rows of several beams.
+  /// stays. It also stays if pings are more than half of it apart, and for rows of several beams.
   void correct_array(const Figures& simulated) {
     if (stated("sonar.sidescan.array_length_m") || !array_shows_) return;
     const double has = real_["track_correlation_1"], now = simulated["track_correlation_1"];

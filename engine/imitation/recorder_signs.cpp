@@ -118,7 +118,7 @@ void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
       Confidence::measured,
       fmt::format("over the bed the spread grows as mean^{:.1f}, with a skew of {:.1f}", growth,
                   skew)};
-  if (growth > 0.4 || skew > 0.0) return;  // a square root cannot be told from more looks
+  if (growth > 0.4 || skew > 0.0) return;  // a square root cannot be distinguished from more looks
   signs.curve = TransferCurve::logarithmic;
   // A Rayleigh amplitude in decibels has a standard deviation of 5.57 dB (Ulaby and others,
   // Microwave Remote Sensing, vol. 2, ch. 7).
@@ -408,8 +408,8 @@ double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder) {
   // Some 10 blocks in each of 30 cells whose altitudes differ by a tenth or so.
   constexpr double enough_variance = 0.3;
   if (!(slope.variance > enough_variance)) return unknown;
-  // Patches of the bed may pass for a change with range. How much the slope depends on single parts
-  // of the line shows it (the jackknife).
+  // Patches of the bed may look like a change with range. In that case the slope depends much on
+  // single parts of the line (the jackknife).
   constexpr std::size_t most_parts = 8;
   const std::size_t parts = std::min(most_parts, blocks);
   double sum = 0.0, squares = 0.0;

@@ -381,8 +381,9 @@ class Mosaic {
 
   /// Draws one side of a ping halfway to a neighbour; without one, half of the usual spacing ahead
   /// or astern. Each bin is drawn as two parts, from its edges to its place, so that it covers its
-  /// place also where the places of neighbours are not in order: on a slope that faces the sonar,
-  /// and on an object. Near bins cover far ones there, as what is higher does, seen from above.
+  /// place even if the places of neighbours are not in order, as on a slope that faces the sonar
+  /// and on an object. There near bins cover far ones, because they are higher: seen from above,
+  /// what is higher covers what is lower.
   void draw(const Line& line, std::size_t number, const PlacedSide& ground,
             const PlacedSide* neighbour, bool next, const std::vector<float>& values,
             Canvas& canvas) const {

@@ -48,8 +48,8 @@ std::vector<Eigen::Vector2d> true_places(const MosaicPing& ping, const Sonar& so
     places[2 * bin] = 0.5 * (places[centre(bin - 1)] + places[centre(bin)]);
 
   // Bins before the first echo and behind the last one are placed as over a level bed. But if the
-  // first echo is close to the track, its bin begins at the track: on a slope, the bed straight
-  // below returns later.
+  // first echo is close to the track, its bin begins at the track, because on a slope the echo from
+  // straight below comes later.
   const Eigen::Vector2d out = outwards(ping, side);
   const auto range_m = [&](std::size_t entry) {
     return ground_range_m(0.5 * static_cast<double>(entry) * sonar.bin_m(), ping.height_m);

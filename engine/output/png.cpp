@@ -59,9 +59,10 @@ bool begin(Writer& writer, const PngFormat& format, const std::vector<png_text>&
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_compression_level(writer.png, 1);
   if (format.channels == 1) {
-    // Differences to the row above, of which only runs of equal bytes are sought: speckle has no
-    // other repetitions, and labels repeat the row above. Half the time of a search for all
-    // repetitions, and smaller files (pictures 0.95, masks 0.6 to 0.7).
+    // Rows are stored as differences to the row above, and only runs of equal bytes are searched
+    // for: speckle has no other repetitions, and labels repeat the row above. That takes half the
+    // time of a search for all repetitions, and files are smaller (pictures 0.95 times, masks 0.6
+    // to 0.7 times).
     png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
     png_set_compression_strategy(writer.png, Z_RLE);
   } else {

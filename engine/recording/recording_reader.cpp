@@ -22,7 +22,7 @@ struct Format {
 };
 constexpr std::array formats{Format{&is_xtf, &parse_xtf}, Format{&is_jsf, &parse_jsf}};
 
-constexpr std::size_t begin_bytes = 1024;  // that tell the format
+constexpr std::size_t begin_bytes = 1024;  // that identify the format
 
 std::span<const std::byte> bytes_of(const std::string& content) {
   return std::as_bytes(std::span(content));

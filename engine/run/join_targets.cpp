@@ -86,7 +86,7 @@ class JoinedOutline {
 
  private:
   static std::size_t area_of(const std::vector<std::size_t>& polygon) {
-    std::uint64_t twice = 0;  // wraps around if the polygon turns the other way
+    std::uint64_t twice = 0;  // wraps around if the polygon turns in the other direction
     for (std::size_t i = 0; i < polygon.size(); i += 2) {
       const std::size_t next = (i + 2) % polygon.size();
       twice += polygon[i] * polygon[next + 1] - polygon[next] * polygon[i + 1];

@@ -30,7 +30,7 @@ json words(const std::vector<std::string_view>& choices) {
   return {{"type", "string"}, {"enum", list}};
 }
 
-/// What the option of a key takes, as expectation() says it in words.
+/// What the option of a key takes; expectation() has the same in words.
 json value_schema(const ConstOption& option, const Range& range,
                   const std::vector<std::string_view>& choices) {
   return std::visit(

@@ -118,7 +118,7 @@ class Reader {
       for_each_file(scene_, find_file);
       check_seabed_files(scene_, place);
     } catch (const SceneError& error) {
-      // The key at this place of the file may be right, and not fit that of an override.
+      // The key at this place of the file may be right, and only contradict the key of an override.
       const std::string_view message = error.what();
       if (message.starts_with("-D ")) throw;
       throw SceneError(fmt::format("{}{}", message, with_overrides(overrides_)));
@@ -252,7 +252,7 @@ class Reader {
     }
   }
 
-  /// Sets the keys that were not given to what the scene's conditions and its presets say.
+  /// Sets the keys that were not given to the values of the scene's conditions and presets.
   void take_defaults() {
     Scene from;
     from.conditions = scene_.conditions;

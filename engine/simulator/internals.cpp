@@ -20,8 +20,8 @@ struct NumberedMesh {
   std::vector<std::uint32_t> numbers;  // of the faces
 };
 
-/// All objects of a seafloor whose bed is a grid, and of the bed what lies within the fans' range
-/// of them and of the vehicle, seen from above.
+/// For a seafloor whose bed is a grid: all objects, and the part of the bed that lies (seen from
+/// above) within the fans' range of the objects and of the vehicle.
 NumberedMesh mesh_near(const Seafloor& seafloor, const Eigen::Vector3d& vehicle,
                        std::span<const RayFan> fans) {
   Eigen::AlignedBox2d box(vehicle.head<2>());

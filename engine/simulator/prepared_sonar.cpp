@@ -39,7 +39,7 @@ scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, 
   return scatter::BackscatterTable(*backscatter);
 }
 
-/// A bed of several materials: its strength is that of a bed of one material whose echo has the
+/// The strength of a bed of several materials: that of a bed of one material whose echo has the
 /// same median. The intensity of each material's echo is taken as exponential.
 class MixedBed final : public scatter::Backscatter {
  public:

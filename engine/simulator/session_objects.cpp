@@ -13,8 +13,9 @@
 namespace ensonify::engine {
 namespace {
 
-/// The limit of a position, and of a mesh's vertices from its origin: more than the Earth's size,
-/// and every intersector takes the vertices of such a mesh at such a place.
+/// The limit of a position, and of the distance of a mesh's vertices from its origin. It is more
+/// than the Earth's size, and every intersector accepts the vertices of such a mesh at such a
+/// place.
 constexpr double farthest_m = 1e8;
 /// The limit of a turn: far above any vehicle's, and products with times and lever arms are finite.
 constexpr double largest_rate_degps = 1e6;

@@ -51,7 +51,7 @@ constexpr std::array<CsvColumn, 15> track_columns{{{"t_s", false},
                                                    {"pitch_deg", false},
                                                    {"heading_deg", false}}};
 constexpr CsvFormat track_format{.row = "pose", .columns = track_columns};
-constexpr double farthest_m = 1e9, longest_s = 1e12;  // beyond, nothing is meant
+constexpr double farthest_m = 1e9, longest_s = 1e12;  // larger values are meaningless
 
 /// The column of recordings with that name; null if they have none.
 const PingColumn* recorded_column(std::string_view name) {

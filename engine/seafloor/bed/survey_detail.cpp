@@ -94,7 +94,7 @@ void interpolate(const Heightfield& coarse, const Parts& parts, Heightfield& win
     }
 }
 
-/// The power that a sampled and interpolated field lacks compared with a fractal one. Sampling
+/// The power that a sampled and interpolated field lacks compared with a fractal field. Sampling
 /// folds the spectrum Phi into the band that the cells carry, and interpolation repeats it outside
 /// the band, multiplied by its response T: T^2 (Phi(k0) + the rest that was folded onto k0), where
 /// k0 is the folded k. The rest is even and has no poles, so a table holds it.

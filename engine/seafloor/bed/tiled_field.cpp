@@ -68,7 +68,7 @@ double TiledField::spacing_m(std::size_t band) const {
   return cell_m_ * std::pow(double{band_ratio}, static_cast<double>(band));
 }
 
-/// Amplitude of the waves of a band; after the last band, of the rest.
+/// Amplitude of the waves of a band; with the number after the last band, of the rest.
 double TiledField::amplitude(std::size_t band, double kx, double ky) const {
   const double length_m = 2.0 * pi / std::hypot(kx, ky);
   double share = 1.0;

@@ -16,8 +16,8 @@ using std::numbers::pi;
 constexpr int taps = 12;  // of the interpolation from one lattice to the next
 constexpr int taps_before = taps / 2 - 1;
 
-// A band hands over to the next coarser one between 48 and 16 of its points per wave. Those 16 are
-// 4 points of the coarser lattice, which can be interpolated well.
+// The share of a band falls, and that of the next coarser band rises, between 16 and 48 of its
+// points per wave. 16 points are 4 points of the coarser lattice, which can be interpolated well.
 constexpr double shortest_handed_over = 16.0, longest_kept = 48.0;
 
 double handed_over(double points_per_wave) {

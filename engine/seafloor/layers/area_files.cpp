@@ -43,8 +43,9 @@ std::unique_ptr<GDALDataset> open(const std::filesystem::path& file, unsigned ki
   return dataset;
 }
 
-/// Refuses a map in metres whose coordinates have other places on Earth than those of the grid. One
-/// in degrees does not meet the grid; GDAL also says degrees where a GeoJSON file says nothing.
+/// Refuses a map in metres whose coordinates have other places on Earth than those of the grid. A
+/// map in degrees does not overlap the grid; GDAL also reports degrees if a GeoJSON file states
+/// nothing.
 void require_reference(const std::filesystem::path& file, const OGRSpatialReference* its,
                        const Heightfield& grid, const char* tool) {
   if (!its || its->IsGeographic() || grid.reference.empty()) return;

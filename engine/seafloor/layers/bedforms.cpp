@@ -149,7 +149,7 @@ void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& d
   const double mean =
       1.0 - 2.0 * std::tgamma(0.5 * (p + 1.0)) / (std::sqrt(pi) * std::tgamma(0.5 * p + 1.0));
   const CrestProfile profile(relief.sharpness, relief.asymmetry);
-  // A fork's end is a whole turn, which the phase does not show.
+  // At the end of a fork the phase jumps by a whole turn, which does not change the height.
   const auto turns_between = [&](std::size_t from, std::size_t to) {
     const double apart = turns[to] - turns[from];
     return apart - static_cast<double>(static_cast<int>(apart + std::copysign(0.5, apart)));

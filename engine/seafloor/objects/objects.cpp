@@ -312,7 +312,7 @@ class Table {
     centre(body);
     for (std::size_t i = 1; i < sources_.size(); ++i) {
       Body member = sources_[i].body(copy);
-      // The whole has the class of its base, unless its parts have theirs.
+      // The whole object has the class of its base, unless its parts have their own classes.
       if (!options_.part_classes)
         for (ObjectPart& part : member.parts) part.class_name = options_.class_name;
       join(body, std::move(member), sources_[i].options());

@@ -39,7 +39,7 @@ void Wreck::lie(std::size_t mark, double list, double trim, double heading, doub
   solids_.move(mark, turn);
   turn = motion({place.x(), place.y(), 0.0}, trim, 0.0, heading);
   solids_.move(mark, turn);
-  // The lowest of the hull, not of a mast that lies over the side.
+  // The lowest point of the hull, not of a mast that lies over the side.
   const double low_m = lowest_of_hull(list);
   solids_.move(mark, motion({0.0, 0.0, -low_m - sunk_m}, 0.0, 0.0, 0.0));
 }

@@ -41,9 +41,9 @@ void ObjectEchoes::look_into_bed(const BuriedGroup& group) {
 }
 
 /// The way to a place that lies depth_m under the bed's plane above a part; none where no sound
-/// enters, where next to nothing returns, or the place is not under the bed. Where a bent ray
-/// enters the bed, it is as the straight one of a sonar that lies where this one appears to be;
-/// where it enters follows from that place, so both are found in turn.
+/// enters, where next to nothing returns, or the place is not under the bed. A bent ray enters the
+/// bed like the straight ray of a sonar at the apparent place of this sonar. The point of entry
+/// depends on the apparent place, and this place on the point, so both are found by iteration.
 std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d& away,
                                                                   double depth_m,
                                                                   const BuriedPart& part) const {
@@ -79,8 +79,8 @@ std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d
   }
 }
 
-/// Whether less than half a bin of sediment is in the way: add_facets() and add_glint() see through
-/// that.
+/// Whether less than half a bin of sediment is in the way, which add_facets() and add_glint()
+/// ignore.
 bool ObjectEchoes::is_thinly_covered(const BuriedWay& way) const {
   return way.path.sediment_m < tolerance_m_;
 }
@@ -92,9 +92,9 @@ ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way) const {
   const double time_range_m =
       way.ray.range_m + way.path.sediment_m / way.sediment->sound_speed_ratio;
   if (time_range_m > view_->fan->range_m) return {};
-  // The bed's relief hides nothing that lies deeper than it is high.
+  // The bed's relief hides nothing that lies deeper than the relief is high.
   const double seen = seen_share(line, way.ray.range_m - way.path.sediment_m);
-  // The sediment spreads the sound on from there: by this, as an energy.
+  // The factor of the energy for the further spreading in the sediment.
   const double more = std::pow(way.ray.apparent.squaredNorm() / way.path.spreading_m2, 2);
   return {.time_range_m = time_range_m,
           .energy = seen * line.energy * more *

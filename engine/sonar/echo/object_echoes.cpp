@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double inv_sqrt2 = 1.0 / std::numbers::sqrt2;
 
-constexpr double few_planes = 6.0;     // or elevations: that a small object is long, at most
+constexpr double few_planes = 6.0;     // longest small object, in spacings of planes or elevations
 constexpr double steepest_wall = 0.5;  // sine of a wall's inclination to the vertical, at most
 
 }  // namespace
@@ -252,8 +252,8 @@ void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
                       double(flat_part.width_m) * flat_part.across.cast<double>().dot(direction));
   };
   const double length_m = extent(level), height_m = extent(up);
-  // How much is seen where it is nearest to the middle of the beam, but not at its very ends,
-  // beside which other rays pass.
+  // How much of the wall is seen where it is nearest to the middle of the beam, but not at its very
+  // ends, next to which other rays pass.
   const Vector3d& axis = view_->fan->array_axis;
   const double along = level.dot(axis);
   const double off_m = std::abs(along) > 1e-6 ? -to.dot(axis) / along : 0.0;

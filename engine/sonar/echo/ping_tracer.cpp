@@ -23,7 +23,7 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
     travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);
   if (refraction.mode != RefractionMode::full) return;
   bend_ = bend_of(*refraction.profile, refraction.deepest_m, range_m_, medium.sound_speed_mps);
-  if (!(bend_.turn_rad > 0.0)) {  // straight after all
+  if (!(bend_.turn_rad > 0.0)) {  // the rays are straight
     bend_ = {};
     return;
   }

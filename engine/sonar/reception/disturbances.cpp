@@ -100,7 +100,7 @@ void Disturbances::add_interference(const PingContext& context, Side, std::span<
                                     std::span<float> power, Artefacts& artefacts) const {
   const double reach_m = law_.bin_m() * static_cast<double>(power.size());
   double begin_m = interference_begin_m_;
-  if (options_.interference_drift_m != 0.0) {  // what leaves the picture enters it again
+  if (options_.interference_drift_m != 0.0) {  // a pulse that leaves the picture enters it again
     begin_m = std::fmod(begin_m + static_cast<double>(context.ping) * options_.interference_drift_m,
                         reach_m);
     if (begin_m < 0.0) begin_m += reach_m;
@@ -176,7 +176,7 @@ void Disturbances::add_fish(const PingContext& context, Side side, std::span<flo
   const double reach_m = law_.bin_m() * static_cast<double>(power.size());
   const Eigen::Vector2d out = abeam(context, side), ahead{-out.y(), out.x()};
   const Eigen::Vector2d here = context.array.origin.head<2>(), there = here + reach_m * out;
-  // None swim above the mean sea surface.
+  // No fish swims above the mean sea surface.
   const double highest_m =
       std::clamp(context.altitude_m - context.array.origin.z(), 0.0, options_.fish_height_m);
   // How far ahead the beam's plane is at the heights of fish, and half its width.

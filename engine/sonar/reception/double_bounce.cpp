@@ -55,7 +55,7 @@ double OtherPaths::mirrored_m(const MirroredBeam& beam) const {
   return sum * step_m;
 }
 
-/// A wall as the bed before it has it: by the distance abeam x, and the height z above the bed.
+/// A wall in relation to the bed before it, by the distance abeam x and the height z above the bed.
 struct OtherPaths::WallOverBed {
   const WallFacet& facet;
   double x_m;                      // of the wall
@@ -130,15 +130,15 @@ std::optional<OtherPaths::WallOverBed> OtherPaths::wall_over_bed(const PingConte
 // the wall turned away from the array by the angle a, to the side, and by t, upwards. Sound that
 // meets the wall z above the bed, at the depression g, tan g = (H - z) / x, leaves it at the
 // depression g' = g - 2 t and meets the bed z / tan g' before the wall, turned by 2 a to the side.
-// The array hears it with its own beam from there. So of a wall that is wide, upright and faces the
-// sonar the array's two beams overlap, from the image and from the array; of an oblique one they
-// part, more so the farther from the wall; of a narrow one the image is seen in a part of its beam.
-// Along the track the image is blurred by the inclinations of the wall's surface, with the rms
-// slope s by 2 s times the distance from the wall, and by diffraction: sinc^2(L sin / lambda) has
-// the peak and the integral of a Gaussian with the rms angle lambda / (sqrt(2 pi) L).
+// From there the array receives it with its own beam. If the wall is wide, upright and faces the
+// sonar, the two beams, from the image and from the array, overlap. If the wall is oblique, they
+// separate, more so farther from the wall. If it is narrow, the image is seen in a part of its beam
+// only. Along the track the image is blurred by the inclinations of the wall's surface, with the
+// rms slope s by 2 s times the distance from the wall, and by diffraction: sinc^2(L sin / lambda)
+// has the peak and the integral of a Gaussian with the rms angle lambda / (sqrt(2 pi) L).
 //
 // Seen from the bed, sound from the wall continues forwards, near the specular direction, turned by
-// 2 a: it has the strength of the bed's forward lobe and, around it, sqrt(s(g) s(g')) as a
+// 2 a: it has the strength of the bed's forward lobe and, around it, sqrt(s(g) s(g')) as in a
 // multiple. For each place the paths in both directions are equally long and alike, so that their
 // amplitudes add: four times the energy of one. Left out: rough walls that send sound up or farther
 // down than smooth ones.
@@ -200,7 +200,7 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
     const double below_m = z_m - 0.5 * step_m, above_m = z_m + 0.5 * step_m;
     const double bins_of_step =
         std::abs(wall.range_on_bed_m(above_m) - wall.range_on_bed_m(below_m)) / law_.bin_m();
-    // A rough wall also turns what the array hears, within its beam.
+    // A rough wall also turns the sound that the array receives, within its beam.
     const double spread_rad =
         std::min(2.0 * wall.facet.slope, std::atan2(beams_->main_m(range_m), before_m));
     const double sine_in = std::sin(in_rad), sine_out = std::min(height_m / range_m, 1.0);

@@ -7,9 +7,9 @@
 
 namespace ensonify::engine {
 
-// Sums of the direct energy up to each bin, as it would be without the vertical pattern of the
-// direct path and at rest. Where that pattern hides the bed, the bins hold little more than side
-// lobes of the pulse: there the bed is taken as level.
+// Sums of the direct energy up to each bin, for a sonar at rest and without the vertical pattern of
+// the direct path. Where that pattern suppresses the bed, the bins hold little more than side lobes
+// of the pulse; there the bed is taken as level.
 void OtherPaths::sum_bed(double slant_m, Side side, const BeamPlane& plane,
                          std::span<const float> direct, std::vector<double>& sums) const {
   constexpr double hidden = 1e-5;  // two-way pattern

@@ -36,10 +36,10 @@ std::complex<double> one_way(const LineArray& array, double y_m, double range_m,
 }
 
 /// The length over range whose patches the scatterer of a bin stands for, so that a pulse sums as
-/// many as it covers. With the weights w^2 of its filter (speckle_filter), n bins in all count as 1
-/// / sum of w^4, which for a CW pulse is n only if n is whole. A bin that is longer than the cell
-/// is a sample of the echo, as of its speckle: it has the patches of one cell, of a sweep the
-/// square of its intensity's integral over the integral of the squared intensity.
+/// many as it covers. With the weights w^2 of its filter (speckle_filter), a pulse of n bins counts
+/// as 1 / sum of w^4 bins, which for a CW pulse is n only if n is whole. A bin that is longer than
+/// the cell is a sample of the echo, as of its speckle: it has the patches of one cell. The cell of
+/// a sweep is the square of its intensity's integral over the integral of the squared intensity.
 double ground_per_bin_m(const Sonar& sonar, double sound_speed_mps) {
   const double bin_m = sonar.bin_m(), cell_m = sonar.pulse.cell_m(sound_speed_mps);
   const bool sweep = sonar.pulse.kind == PulseKind::lfm;

@@ -300,8 +300,8 @@ void SignalChain::compute_expected(const PingContext& context, EchoLine& line,
   if (leak_ > 0.0f) line.artefacts.add(Artefact::crosstalk);
 }
 
-/// Cross-talk of what is received besides the direct echo: surface, fish, earlier pings and so on.
-/// A receiver's own noise does not leak.
+/// Cross-talk of what is received in addition to the direct echo: surface, fish, earlier pings and
+/// so on. A receiver's own noise does not leak.
 void SignalChain::leak_power(const PingContext& context, std::span<const EchoLine> lines,
                              Scratch& scratch) const {
   const auto of = [&](std::size_t line) -> std::vector<float>& {
@@ -318,7 +318,7 @@ void SignalChain::leak_power(const PingContext& context, std::span<const EchoLin
   }
 }
 
-/// Glints do not fade: what is left of the direct echo is speckle's. (Without speckle, expected
+/// Glints do not fade: only the rest of the direct echo has speckle. (Without speckle, expected
 /// values keep them.)
 void SignalChain::take_out_glints(const EchoLine& line, std::span<float> direct,
                                   Channel& channel) const {

@@ -239,7 +239,7 @@ class ExactFaces final : public FaceSource {
       fault_ahead_ = true;
     }
   }
-  /// What takes long is to be made ready for pings that come much later, if the motion continues.
+  /// Prepares what takes long for pings that come much later, if the motion continues.
   void look_far_ahead() {
     if (far_ahead_.is_running() || !go_on(last_, wanted_)) return;
     far_ahead_.finish();

@@ -57,7 +57,7 @@ class ScannedGrid final : public FaceSource {
   }
 
  private:
-  /// Hands out the runs of the last fans.
+  /// Returns the runs of the last fans.
   class Runs final : public Intersector {
    public:
     void build(refine::Triangles) override { refuse(); }
