@@ -69,7 +69,7 @@ export function onMap(row, colours) {
   }
 }
 
-// Draws the map with the vehicle at the row's position, unless neither the row nor the map is new.
+// Draws the map with the vehicle at the row's position, if the row or the map is new.
 export function drawMap(row, isNew) {
   const canvas = $('map');
   if (!map.heights || !(map.dirty || isNew)) return;

@@ -104,8 +104,8 @@ function look(eye, target, aspect, near, far) {
   return product([f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0], turn);
 }
 
-// Draws the mesh around the sonar at the row's position, with the track of earlier rows, unless
-// neither the row nor the mesh is new. `counts` is the status frame's `mesh`.
+// Draws the mesh around the sonar at the row's position, with the track of earlier rows, if the row
+// or the mesh is new. `counts` is the status frame's `mesh`.
 export function drawMesh(row, rows, isNew, counts) {
   const {gl} = scene;
   if (!gl) return;

@@ -83,7 +83,7 @@ function takeLine(bytes) {
     levels: new Uint16Array(bytes, 64, n), brightness: new Uint8Array(bytes, at, n),
     regions: new Uint8Array(bytes, at + n, n), classes: new Uint8Array(bytes, at + 2 * n, n),
     ends: new Float32Array(bytes, ends + 4, 3 * word(ends)),
-    origin: {x: sonarX, y: sonarY, z: sonarZ, heading: sonarHeading, height},  // of the sonar; height over the bed
+    origin: {x: sonarX, y: sonarY, z: sonarZ, heading: sonarHeading, height},  // pose of the sonar; height: over the bed
   };
   keep(row.sonar, row);
   if (row.sonar === picture.sonar) {
@@ -270,8 +270,8 @@ function tint(colour, id, region) {
 const hues = [[240, 60, 50], [255, 214, 10], [0, 214, 226], [90, 220, 60], [255, 130, 20], [60, 130, 255], [230, 80, 190], [200, 230, 120]];
 const hue = id => hues[id % hues.length];
 
-// The row's column, which is by slant range, for a column of the picture; they differ if the row
-// has another setting or the picture is in ground range, as over_ground.cpp makes it. -1: none.
+// The row's column (by slant range) for a column of the picture; -1: none. The two differ if the
+// row was made with another setting, or if the picture is in ground range (as in over_ground.cpp).
 function sourceOf(row, column) {
   const now = setting.sonars[picture.sonar], then = row.setting.sonars[picture.sonar];
   const ports = portsOf(now);
@@ -673,8 +673,8 @@ function bindControls() {
 
 // ---- the drawing loop ----
 
-// The waterfall has priority: the side panels alternate and take at most a third of the time. The
-// time that the graphics card (or its software substitute) still needs delays the next frame.
+// The waterfall has priority: the side panels are drawn alternately and take at most a third of the
+// time. The next frame waits for the graphics card (or its software substitute).
 let sideDue = 0, turn = 0, sideBegun = 0;
 function draw(now) {
   requestAnimationFrame(draw);

@@ -154,7 +154,8 @@ def read_recording(file: _Path) -> list[RecordedLine]: ...
 def images(scene: _Scene, *, keys: _Keys = None, data: _Path = "", cache: _Path | None = None, threads: int = 0,
            progress: _Progress = None) -> dict[str, Image]: ...
 
-# Of several sonars it is a dict by their names, which no type can tell beforehand: hence Any.
+# For several sonars the result is a dict by their names. A type checker cannot know their number,
+# hence Any.
 @overload
 def simulate(scene: _Scene, *, sonar: str | None = None, layer: Literal["all"] | list[str] | tuple[str, ...],
              keys: _Keys = None, data: _Path = "", cache: _Path | None = None, threads: int = 0,
