@@ -59,7 +59,7 @@ class PoseSession {
       if (known == known_layers_.end())
         throw UsageError(fmt::format("--layers: there is no layer '{}', expected {}", name,
                                      fmt::join(known_layers_, ", ")));
-      name = *known;  // in the answers it is spelled as everywhere
+      name = *known;  // answers have the usual spelling
     }
     report_scene();
     if (!arguments.quiet)

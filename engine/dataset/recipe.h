@@ -36,8 +36,8 @@ struct DrawnKeys;  // in the source
 /// seafloor).
 class Recipe {
  public:
-  /// With overrides key=value, as of a scene; a value may be a distribution. Throws SceneError with
-  /// `file:line:column` for what is wrong.
+  /// With overrides key=value, as for a scene; a value may be a distribution. Throws SceneError
+  /// with `file:line:column` for what is wrong.
   Recipe(const std::filesystem::path& file, const std::filesystem::path& data_folder,
          std::vector<std::string> overrides = {});
   /// The same from text; `name` stands for the file.

@@ -32,7 +32,7 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
     throw RecordingError(
         "the recording does not state the range of its pings, which an imitation needs");
   const double range_m = median(std::move(ranges));
-  constexpr double longest_m = 20e3;  // as of a scene's sonars
+  constexpr double longest_m = 20e3;  // the limit of a scene's sonars
   if (range_m > longest_m)
     throw RecordingError(fmt::format(
         "the pings state a range of {:.3g} m, expected at most {:.3g} m; is the recording damaged?",

@@ -47,7 +47,7 @@ struct LineModel {
   std::string material = "medium sand";
   double height_at_1m_m = 0.01;
   double texture_shape = 0.0;  ///< of the bed's material, as Material::texture_shape; 0: none
-  double glint_share = 0.0;    ///< likewise
+  double glint_share = 0.0;    ///< as Material::glint_share
   BedExtent bed;
   ToneMap tones;                             ///< over that bed
   std::map<std::string, Evidence> evidence;  ///< by key

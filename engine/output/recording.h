@@ -34,7 +34,7 @@ struct RecordingFrame {
 struct NavPing {
   std::size_t row = 0;     ///< of its samples
   std::size_t number = 0;  ///< of the run's row; a lost ping leaves a gap
-  int beam = 0;            ///< as of EchoLine
+  int beam = 0;            ///< as in EchoLine
   std::int64_t unix_ms = 0;
   double interval_s = 0.0;  ///< to the nearer neighbouring ping
   GeographicPlace place;

@@ -11,7 +11,7 @@ namespace ensonify::engine {
 /// The analysis phase: builds a seafloor's progressive mesh, which replaces its mesh. Where the
 /// mesh is not manifold, vertices are split; the faces stay where they are, so rays meet the same
 /// surface. The result does not depend on the number of threads. Throws what the builder throws.
-/// `stop_check` as of refine::build_by_tiles().
+/// `stop_check` as in refine::build_by_tiles().
 void analyse(Seafloor& seafloor, int threads, const std::function<void()>& stop_check = {});
 
 /// Writes an analysed seafloor to a file, with a key that identifies what it was made from. Throws

@@ -37,7 +37,7 @@ struct SimulatorInternals {
   /// block of pings, so that memory and speed do not depend on earlier blocks either.
   static void reset(Simulator& simulator);
 
-  /// The fans of a ping, in the order of its lines; good until the next call. Throws as
+  /// The fans of a ping, in the order of its lines; valid until the next call. Throws as
   /// ping_numbered().
   static std::span<const RayFan> aim(Simulator& simulator, const Pose& pose);
 

@@ -49,7 +49,7 @@ class TrackPings {
 
   struct PingRecord {
     PingRow row;
-    std::span<const EchoLine> lines;  ///< empty for a lost ping; good until the next ping
+    std::span<const EchoLine> lines;  ///< empty for a lost ping; valid until the next ping
   };
   /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may call
   /// this, each with its own simulator. Spare threads make the faces of the block's next pings

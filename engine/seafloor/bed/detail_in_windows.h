@@ -10,8 +10,8 @@
 namespace ensonify::engine {
 
 /// What with_detail() makes, in windows of the finer grid, from windows of a survey of this size,
-/// with square cells: the same interpolated heights, and relief of the same statistics. Its scale is
-/// estimated from `parts` of the survey. Throws std::invalid_argument as with_detail() does, and
+/// with square cells: the same interpolated heights, and relief of the same statistics. Its scale
+/// is estimated from `parts` of the survey. Throws std::invalid_argument as with_detail() does, and
 /// when heights are made, what the survey throws.
 refine::HeightTiles::Heights with_detail_in_windows(const Heightfield& survey,
                                                     refine::HeightTiles::Heights heights,

@@ -26,7 +26,8 @@ bool has_refinements(GDALDataset& dataset) {
 }
 
 std::string wkt_of(const OGRSpatialReference& reference) {
-  constexpr std::array<const char*, 2> options = {"FORMAT=WKT2", nullptr};  // 1 lacks some systems
+  // WKT1 lacks some systems.
+  constexpr std::array<const char*, 2> options = {"FORMAT=WKT2", nullptr};
   char* text = nullptr;
   reference.exportToWkt(&text, options.data());
   const std::unique_ptr<char, void (*)(void*)> owned(text, VSIFree);

@@ -34,7 +34,7 @@ struct LayerDraws {
   Purpose purpose = Purpose::test;
   std::uint64_t number = 0;
   RoughnessInWindows* roughness = nullptr;  ///< for a bed that is made in windows; otherwise null
-  WorkControl control = {};                 ///< as of lay_seabed()
+  WorkControl control = {};                 ///< as in lay_seabed()
 
   RandomStream of(std::uint64_t what, std::int64_t column = 0, std::int64_t row = 0) const {
     return RandomStream(seed, purpose,

@@ -23,7 +23,7 @@ struct Patch {
   Area area;
   std::string material = "coarse silt";
   std::string class_name = "seabed";
-  double rise_m = 0.0;  ///< height of its surface over the bed around it, as of a canopy
+  double rise_m = 0.0;  ///< height of its surface over the bed around it, e.g. of a canopy
 };
 
 /// A layer of relief with its area and its names. An empty class or material keeps the map's.

@@ -109,7 +109,7 @@ class Door {
   static constexpr double max_off_m = 0.25 * Wander::most;  // its mean offset
   double mean_offset_m() const { return offset_m_; }
   double offset_m(double way_m) const { return offset_m_ + 0.25 * wobble_.at(way_m); }
-  /// How deep it digs, of the mean: doors bounce, and now and then leave the bed.
+  /// Its depth over the mean depth: doors bounce, and sometimes leave the bed.
   double bite(double way_m) const { return std::clamp(1.0 + 0.45 * bite_.at(way_m), 0.0, 1.6); }
 
  private:

@@ -322,7 +322,7 @@ class Table {
   }
 
   PlacedObjects::One set_down_at(const Body& body, const Spot& spot) const {
-    placing_.take(body.mesh.faces.size(), what_);  // a line's are few
+    placing_.take(body.mesh.faces.size(), what_);  // a line has few
     SetDown placed = is_line() ? lay_down(options_, spot, bed_, what_)
                                : set_down(body.mesh, options_, spot, bed_, what_, body.sunk_m);
     const refine::Bounds box = refine::bounds(placed.mesh);

@@ -48,7 +48,7 @@ namespace ensonify::engine {
 class EchoFormer {
  public:
   /// The seafloor, the tables and the labels of moving bodies (see FaceLabels) must outlive this;
-  /// material_tables[i] belongs to sediment i of a Label. beam_offset_m: as of Beam.
+  /// material_tables[i] belongs to sediment i of a Label. beam_offset_m: as in Beam.
   EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
              std::span<const scatter::BackscatterTable> material_tables,
              const std::vector<Label>* moving = nullptr, const ObjectSurfaces& surfaces = {},

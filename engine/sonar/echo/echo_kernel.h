@@ -89,7 +89,7 @@ struct PieceEchoes {
   /// At the middle of the piece: x, y, z from the sonar and the grazing angle, four values per
   /// piece; and how much they change from end to end.
   double *middles, *changes;
-  /// The two-way beam times the solid angle per radian of elevation; 0 where nothing answers.
+  /// The two-way beam times the solid angle per radian of elevation; 0 where no echo comes back.
   float* beam_weight;
   /// How much the energy's density over range changes from end to end, as a share of its mean.
   float* energy_slope;

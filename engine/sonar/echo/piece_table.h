@@ -62,7 +62,7 @@ struct PieceTable {
   double first_ray_m(std::size_t piece) const { return range_m[piece] - to_last_m[piece]; }
   double last_ray_m(std::size_t piece) const { return range_m[piece] + to_last_m[piece]; }
 
-  // Views for the kernel; good until make_room().
+  // Views for the kernel; valid until make_room().
   PieceGeometry geometry() const;
   PieceEchoes echoes();
   PiecesToLay to_lay() const;

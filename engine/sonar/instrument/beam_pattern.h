@@ -26,7 +26,7 @@ struct LineArray {
   /// lambda) of a uniform array. 1 on the axis.
   double power(double sin_psi) const;
   /// Relative to the far field's axis, at a range of at least the array's length (Fresnel's
-  /// approximation fails nearer), with a defocus as of Sonar::defocus(); 1: unfocused.
+  /// approximation fails nearer), with a defocus as in Sonar::defocus(); 1: unfocused.
   /// |Shading::field()|^2 with x = L sin(psi) / lambda and F = L^2 / (2 lambda r) times the
   /// defocus.
   double power(double sin_psi, double range_m, double defocus = 1.0) const;

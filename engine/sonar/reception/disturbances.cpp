@@ -115,9 +115,9 @@ void Disturbances::add_interference(const PingContext& context, Side, std::span<
     power[n] += static_cast<float>(level);
 }
 
-// Bubbles at the surface along a ship's track. A bin receives a strip of them, as of the sea
-// surface (OtherPaths::add_surface); their strength falls to both sides as a Gaussian, whose
-// integral over the strip is a difference of error functions.
+// Bubbles at the surface along a ship's track. A bin receives a strip of them, as in
+// OtherPaths::add_surface; their strength falls to both sides as a Gaussian, whose integral over
+// the strip is a difference of error functions.
 void Disturbances::add_wake(const PingContext& context, Side side, std::span<float>,
                             std::span<float> power, Artefacts& artefacts) const {
   const BeamPlane plane(context, side);

@@ -17,7 +17,7 @@
 
 namespace ensonify::engine {
 
-/// The farthest range from which echoes of earlier pings are added. ping_m: as of OtherPaths.
+/// The farthest range from which echoes of earlier pings are added. ping_m: as in OtherPaths.
 double farthest_earlier_m(const Sonar& sonar, double ping_m);
 
 /// Integrals of the two-way vertical pattern over parts of the plane abeam.

@@ -90,7 +90,7 @@ class ScannedGrid final : public FaceSource {
   std::unique_ptr<FaceSource> exact_, objects_;
   FanRuns of_objects_;
   Runs runs_;
-  bool scanned_ = false;             // the last answer
+  bool scanned_ = false;             // whether the last faces were scanned
   std::uint64_t version_ = 0;        // of what was scanned; that of `exact_` is added
   std::uint64_t exact_version_ = 0;  // as of its last faces
 };

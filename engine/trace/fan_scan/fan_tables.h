@@ -51,7 +51,7 @@ class FanTables {
 /// few grids.
 class KnownFanTables {
  public:
-  /// As FanTables::take(), if they are not known. Good until the next call.
+  /// As FanTables::take(), if they are not among these. Valid until the next call.
   const FanTables& of(const std::shared_ptr<const FanGrid>& grid);
 
  private:
