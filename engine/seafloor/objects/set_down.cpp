@@ -1,6 +1,7 @@
 #include <ensonify/engine/seafloor/objects/set_down.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -10,7 +11,6 @@
 
 #include <ensonify/engine/seafloor/objects/laid_line.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
-#include <ensonify/engine/trace/intersector.h>
 
 namespace ensonify::engine {
 namespace {
@@ -88,37 +88,43 @@ void between_vertices(refine::Triangles mesh, double step_m, With&& with) {
     }
 }
 
+/// Calls with(height over the bed) for each face over a vertex of the bed.
+template <class With>
+void over_bed_vertices(refine::Triangles object, const BedGrid& bed, With&& with) {
+  constexpr double slack = 1e-9;  // so that no vertex slips between two faces
+  for (const refine::Face& face : object.faces) {
+    const std::array<Vector3f, 3> corners{object.positions[face[0]], object.positions[face[1]],
+                                          object.positions[face[2]]};
+    const Vector3d a = corners[0].cast<double>();
+    const Vector3d ab = corners[1].cast<double>() - a, ac = corners[2].cast<double>() - a;
+    const double area = ab.x() * ac.y() - ab.y() * ac.x();
+    if (area == 0.0) continue;  // upright; its edges are those of other faces
+    const refine::Bounds box{corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]),
+                             corners[0].cwiseMax(corners[1]).cwiseMax(corners[2])};
+    for (const Vector3f& vertex : bed.vertices_within(box)) {
+      const Vector3d way = vertex.cast<double>() - a;
+      const double to_b = (way.x() * ac.y() - way.y() * ac.x()) / area;
+      const double to_c = (ab.x() * way.y() - ab.y() * way.x()) / area;
+      if (std::min({to_b, to_c, 1.0 - to_b - to_c}) < -slack) continue;
+      with(to_b * ab.z() + to_c * ac.z() - way.z());
+    }
+  }
+}
+
 Drops drops_of(refine::Triangles object, const BedGrid& bed, bool to_hidden) {
   Drops drops;
-  const auto hide = [&](double over_m) { drops.hidden_m = std::max(drops.hidden_m, over_m); };
+  const auto meet = [&](double over_bed_m) {
+    drops.touching_m = std::min(drops.touching_m, over_bed_m);
+    drops.hidden_m = std::max(drops.hidden_m, over_bed_m);
+  };
   for (const Vector3f& p : object.positions)
-    if (const double z = bed.height_m(p.x(), p.y()); !std::isnan(z)) {
-      drops.touching_m = std::min(drops.touching_m, p.z() - z);
-      hide(p.z() - z);
-    }
+    if (const double z = bed.height_m(p.x(), p.y()); !std::isnan(z)) meet(p.z() - z);
+  over_bed_vertices(object, bed, meet);
   if (to_hidden)
     between_vertices(object, edge_step_m, [&](const Vector3d& p) {
-      if (const double z = bed.height_m(p.x(), p.y()); !std::isnan(z)) hide(p.z() - z);
+      if (const double z = bed.height_m(p.x(), p.y()); !std::isnan(z))
+        drops.hidden_m = std::max(drops.hidden_m, p.z() - z);
     });
-  const refine::Bounds box = refine::bounds(object);
-  const std::vector<Vector3f> ground = bed.vertices_within(box);
-  if (!ground.empty()) {
-    const auto intersector = make_intersector(reference_intersector, object);
-    std::vector<Ray> rays(ground.size());
-    std::vector<Hit> hits(ground.size());
-    // Calls with(height over the bed) for what rays upwards (1) or downwards (-1) meet first.
-    const auto meet = [&](double start_m, double upwards, auto&& with) {
-      for (std::size_t i = 0; i < ground.size(); ++i)
-        rays[i] = {{ground[i].x(), ground[i].y(), start_m}, upwards * Vector3d::UnitZ()};
-      intersector->intersect(rays, hits);
-      for (std::size_t i = 0; i < ground.size(); ++i)
-        if (hits[i]) with(start_m + upwards * hits[i].t - ground[i].z());
-    };
-    // From below the object, so that its underside is met even where the two overlap.
-    meet(box.lowest.z() - 1.0, 1.0,
-         [&](double over_m) { drops.touching_m = std::min(drops.touching_m, over_m); });
-    if (to_hidden) meet(box.highest.z() + 1.0, -1.0, hide);
-  }
   return drops;
 }
 

@@ -91,12 +91,31 @@ void add_determinant(ExactSum& sum, bool minus, const BinaryVector& d, const Bin
   }
 }
 
+// The sign of d . (u x v) for u = p - o and v = q - o in doubles; 0 if rounding may have changed
+// it. Differences, products and sums err by 9 half units at most, relative to the sum of the
+// absolute products; and by less than `denormal` where these are too small for a relative error.
+int rounded_side(const Eigen::Vector3d& o, const Eigen::Vector3d& d, const Eigen::Vector3f& p,
+                 const Eigen::Vector3f& q) {
+  constexpr double relative = 2e-15, denormal = 1e-280;
+  const Eigen::Vector3d u = p.cast<double>() - o, v = q.cast<double>() - o;
+  double product = 0.0, sum = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    const double plus = d[i] * u[j] * v[k], minus = d[i] * u[k] * v[j];
+    product += plus - minus;
+    sum += std::abs(plus) + std::abs(minus);
+  }
+  if (!(std::abs(product) > relative * sum + denormal)) return 0;
+  return product < 0.0 ? -1 : 1;
+}
+
 }  // namespace
 
 // d . ((p - o) x (q - o)) = d . (p x q) - d . (o x q) + d . (o x p), linear in o: moving o by a
 // unit along an axis adds the last two terms with o = that axis.
 int exact_side(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                const Eigen::Vector3f& from, const Eigen::Vector3f& to) {
+  if (const int side = rounded_side(origin, direction, from, to)) return side;
   const BinaryVector d = binary_of(direction), p = binary_of(from), q = binary_of(to);
   const auto depend_on = [&](ExactSum& sum, const Eigen::Vector3d& at) {
     const BinaryVector o = binary_of(at);
