@@ -70,7 +70,7 @@ Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
   if (scene.track.kind == TrackKind::file) take_recorded_track();
   for (const Sonar& sonar : scene.sonars)
     sonars.push_back(prepare(sonars.size(), sonar, seafloor.materials, warnings));
-  objects = object_surfaces(seafloor, report_tree);
+  objects = object_surfaces(seafloor, threads, report_tree);
   if (scene.seafloor.penetration_m > 0.0) find_buried();
 }
 

@@ -6,11 +6,13 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <tuple>
 #include <utility>
 
 #include <ensonify/engine/seafloor/objects/facets.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
 namespace {
@@ -357,7 +359,7 @@ double nearest_flat_part_m(std::span<const ObjectSurface> objects, const Vector3
   return nearest_m;
 }
 
-std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor,
+std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor, int threads,
                                            const std::function<void()>& stop_check) {
   const std::size_t count = seafloor.objects.size();
   if (count == 0 || seafloor.one_label()) return {};
@@ -390,21 +392,24 @@ std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor,
     for (std::size_t i = seafloor.bed_faces - first; i < seafloor.mesh.faces.size(); ++i)
       take(first + static_cast<std::uint32_t>(i), [&] { return seafloor.mesh.faces[i]; });
   }
-  std::vector<ObjectSurface> objects;
-  refine::TriangleMesh own;
-  for (std::size_t label = 0; label < parts.size(); ++label) {
-    if (parts[label].empty()) continue;
-    if (stop_check) stop_check();
-    std::ranges::sort(parts[label], {}, &Part::face);
-    own.positions.clear();
-    own.faces.clear();
-    for (const Part& part : parts[label]) {
+  std::vector<std::uint16_t> labels;  // of objects
+  for (std::size_t label = 0; label < parts.size(); ++label)
+    if (!parts[label].empty()) labels.push_back(static_cast<std::uint16_t>(label));
+  std::vector<std::optional<ObjectSurface>> made(labels.size());
+  refine::parallel_for(labels.size(), threads, [&](std::size_t i, int worker) {
+    if (stop_check && worker == 0) stop_check();
+    std::vector<Part>& of_object = parts[labels[i]];
+    std::ranges::sort(of_object, {}, &Part::face);
+    refine::TriangleMesh own;
+    for (const Part& part : of_object) {
       const auto first = static_cast<std::uint32_t>(own.positions.size());
       for (const std::uint32_t corner : part.corners) own.positions.push_back(positions[corner]);
       own.faces.push_back({first, first + 1, first + 2});
     }
-    objects.emplace_back(own, static_cast<std::uint16_t>(label));
-  }
+    made[i].emplace(own, labels[i]);
+  });
+  std::vector<ObjectSurface> objects;
+  for (std::optional<ObjectSurface>& surface : made) objects.push_back(std::move(*surface));
   return objects;
 }
 

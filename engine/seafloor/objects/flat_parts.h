@@ -88,8 +88,9 @@ double nearest_flat_part_m(std::span<const ObjectSurface> objects, const Eigen::
                            double farthest_m);
 
 /// The objects of a seafloor, in the order of their labels. The same for a mesh and for its
-/// progressive mesh. `stop_check` is called before each of them.
-std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor,
-                                           const std::function<void()>& stop_check = {});
+/// progressive mesh and with any number of threads. The calling thread calls `stop_check` before
+/// each object that it takes.
+std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor, int threads,
+                                           const std::function<void()>& stop_check);
 
 }  // namespace ensonify::engine
