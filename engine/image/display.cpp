@@ -40,12 +40,20 @@ class Levels {
       : renderer_(renderer),
         waterfall_(waterfall),
         ports_(renderer.ports_),
-        columns_(waterfall.columns()) {
-    for (std::size_t row = 0; row < waterfall.rows(); ++row)
-      height_m_.push_back(height_over_bed_m(waterfall, row));
+        columns_(waterfall.columns()),
+        height_m_(heights_m(waterfall)) {
     if (renderer.display_.beam_normalisation) normalise_beams();
     if (renderer.display_.flat_field) flatten();
   }
+  /// The same normalisation for other rows of the sonar.
+  Levels(const Levels& normalised, const Waterfall& waterfall)
+      : renderer_(normalised.renderer_),
+        waterfall_(waterfall),
+        ports_(normalised.ports_),
+        columns_(normalised.columns_),
+        height_m_(heights_m(waterfall)),
+        beam_(normalised.beam_),
+        column_(normalised.column_) {}
 
   /// The level of a pixel; 1 is mid-brightness. A normalisation brings the bed's median to 1, and
   /// leaves the water as it is.
@@ -62,6 +70,12 @@ class Levels {
   }
 
  private:
+  static std::vector<double> heights_m(const Waterfall& waterfall) {
+    std::vector<double> by_row;
+    for (std::size_t row = 0; row < waterfall.rows(); ++row)
+      by_row.push_back(height_over_bed_m(waterfall, row));
+    return by_row;
+  }
   Region region(std::size_t pixel) const {
     return static_cast<Region>(waterfall_.pixels.region[pixel]);
   }
@@ -141,13 +155,15 @@ std::array<double, 3> viridis(double t) {
   return colour;
 }
 
-/// A Gaussian's weights at 0, 1, 2 ... pixels, to three standard deviations. Those of both sides
-/// make 1.
+/// How many pixels a Gaussian reaches on each side: three standard deviations.
+double reach_px(double sigma_px) { return std::ceil(3.0 * sigma_px); }
+
+/// A Gaussian's weights at 0, 1, 2 ... pixels, as far as it reaches. Those of both sides make 1.
 std::vector<float> gaussian(double sigma_px) {
   if (sigma_px == 0.0) return {1.0f};
   std::vector<float> weights;
   float sum = 0.0f;
-  for (double at = 0.0; at <= std::ceil(3.0 * sigma_px); at += 1.0) {
+  for (double at = 0.0; at <= reach_px(sigma_px); at += 1.0) {
     weights.push_back(static_cast<float>(std::exp(-0.5 * at * at / (sigma_px * sigma_px))));
     sum += (at > 0.0 ? 2.0f : 1.0f) * weights.back();
   }
@@ -164,6 +180,10 @@ Row weighted_sum(std::span<const float> weights, At&& at) {
   for (Eigen::Index k = 1; k < std::ssize(weights); ++k)
     sum += weights[static_cast<std::size_t>(k)] * (at(-k) + at(k));
   return sum;
+}
+
+double sigma_along_track_px(const Display& display) {
+  return std::hypot(display.smoothing_px, display.track_smoothing_px);
 }
 
 /// Smooths a grey picture by a Gaussian. Beyond the border the outermost pixels continue.
@@ -268,6 +288,10 @@ class StepTable {
 
 }  // namespace
 
+std::size_t smoothed_rows(const Display& display) {
+  return static_cast<std::size_t>(reach_px(sigma_along_track_px(display)));
+}
+
 std::array<double, 3> colour_of(Palette palette, double brightness) {
   const double dark = 1.0 - brightness;
   switch (palette) {
@@ -360,9 +384,11 @@ void Renderer::levels(const Waterfall& waterfall, std::size_t row, std::span<flo
     into[column] = static_cast<float>(level(waterfall, row, column));
 }
 
-Picture Renderer::render(const Waterfall& waterfall, int bits) const {
-  const std::size_t rows = waterfall.rows(), columns = waterfall.columns();
-  if (columns != columns_)
+Picture Renderer::render(const Waterfall& waterfall, int bits,
+                         const NeighbourRows* neighbours) const {
+  const auto is_of_sonar = [&](const Waterfall& rows) { return rows.columns() == columns_; };
+  if (!is_of_sonar(waterfall) ||
+      (neighbours && !(is_of_sonar(neighbours->before) && is_of_sonar(neighbours->after))))
     throw std::invalid_argument("Renderer: the waterfall is of another sonar");
   const Levels levels(*this, waterfall);
   const Display& display = display_;
@@ -392,19 +418,37 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
     return static_cast<std::size_t>(std::lround(full * std::clamp(brightness(level), 0.0, 1.0)));
   };
   StepTable steps(step_of);
-  Picture picture{columns, rows, 1, {}, bits};
-  picture.pixels.resize(rows * columns * (bits == 16 ? 2 : 1));
-  std::uint8_t* pixel = picture.pixels.data();
-  for (std::size_t row = rows; row-- > 0;)
-    for (std::size_t column = 0; column < columns; ++column) {
-      const std::size_t step = steps.at(levels.at(row, column));
-      if (bits == 16) *pixel++ = static_cast<std::uint8_t>(step >> 8);
-      *pixel++ = static_cast<std::uint8_t>(step & 0xff);
+  const auto grey = [&](const Waterfall& of, const Levels& its_levels) {
+    Picture picture{columns_, of.rows(), 1, {}, bits};
+    picture.pixels.resize(of.rows() * columns_ * (bits == 16 ? 2 : 1));
+    std::uint8_t* pixel = picture.pixels.data();
+    for (std::size_t row = of.rows(); row-- > 0;)
+      for (std::size_t column = 0; column < columns_; ++column) {
+        const std::size_t step = steps.at(its_levels.at(row, column));
+        if (bits == 16) *pixel++ = static_cast<std::uint8_t>(step >> 8);
+        *pixel++ = static_cast<std::uint8_t>(step & 0xff);
+      }
+    if (display.slant_range_correction) picture = over_ground(of, picture);
+    return picture;
+  };
+  Picture picture = grey(waterfall, levels);
+  if (smoothed_rows(display) > 0) {
+    std::vector<std::uint8_t>& pixels = picture.pixels;
+    const std::size_t bytes = pixels.size();
+    std::ptrdiff_t bytes_above = 0;  // of the newer rows
+    if (neighbours) {
+      const Picture above = grey(neighbours->after, Levels(levels, neighbours->after)),
+                    below = grey(neighbours->before, Levels(levels, neighbours->before));
+      pixels.insert(pixels.begin(), above.pixels.begin(), above.pixels.end());
+      pixels.insert(pixels.end(), below.pixels.begin(), below.pixels.end());
+      picture.height += above.height + below.height;
+      bytes_above = std::ssize(above.pixels);
     }
-  if (display.slant_range_correction) picture = over_ground(waterfall, picture);
-  if (display.smoothing_px > 0.0 || display.track_smoothing_px > 0.0)
-    smooth(picture, std::hypot(display.smoothing_px, display.track_smoothing_px),
-           display.smoothing_px);
+    smooth(picture, sigma_along_track_px(display), display.smoothing_px);
+    pixels.erase(pixels.begin(), pixels.begin() + bytes_above);
+    pixels.resize(bytes);
+    picture.height = waterfall.rows();
+  }
   return painted(std::move(picture), display.palette);
 }
 
@@ -435,8 +479,8 @@ Picture painted(Picture grey, Palette palette) {
 }
 
 Picture render(const Waterfall& waterfall, const Display& display, const Calibration& calibration,
-               int bits) {
-  return Renderer(waterfall.sonar, display, calibration).render(waterfall, bits);
+               int bits, const NeighbourRows* neighbours) {
+  return Renderer(waterfall.sonar, display, calibration).render(waterfall, bits, neighbours);
 }
 
 }  // namespace ensonify::engine

@@ -37,6 +37,15 @@ struct Calibration {
   std::vector<double> automatic_gain;
 };
 
+/// The rows right before and after a waterfall's, of the same sonar and run: smoothing reaches into
+/// them. There are fewer than smoothed_rows() only where the run begins or ends.
+struct NeighbourRows {
+  Waterfall before, after;
+};
+
+/// How many rows on each side of a row its pixels depend on, because the display smooths.
+std::size_t smoothed_rows(const Display& display);
+
 /// A bed with the median level of the scene's level bed is shown at this amplitude, that is, with
 /// the brightness mid_amplitude^gamma. A logarithmic mapping shows it at 0.5.
 inline constexpr double mid_amplitude = 0.35;
@@ -49,9 +58,11 @@ class Renderer {
   Renderer(const Sonar& sonar, const Display& display, const Calibration& calibration);
 
   /// The picture of a waterfall of this sonar, 8 or 16 bits per channel: newest ping on top, port
-  /// left, that is, the seabed seen from above. Pings without data stay black. Throws
-  /// std::invalid_argument for another number of columns.
-  Picture render(const Waterfall& waterfall, int bits = 8) const;
+  /// left, that is, the seabed seen from above. Pings without data stay black. Normalisations and
+  /// equalised mapping are those of the waterfall; smoothing goes on into its neighbours, if given.
+  /// Throws std::invalid_argument for another number of columns.
+  Picture render(const Waterfall& waterfall, int bits = 8,
+                 const NeighbourRows* neighbours = nullptr) const;
 
   /// The intensity of one row of a waterfall, by column, after all gain, linear; 1 is shown at
   /// mid-brightness. Without normalisations. `into` has room for all columns.
@@ -73,7 +84,7 @@ class Renderer {
 
 /// Renderer's constructor and render() in one call. Throws what they throw.
 Picture render(const Waterfall& waterfall, const Display& display, const Calibration& calibration,
-               int bits = 8);
+               int bits = 8, const NeighbourRows* neighbours = nullptr);
 
 /// A grey picture in the colours of a palette: what a Renderer makes with that palette in place of
 /// grey.

@@ -55,11 +55,12 @@ Recording recording_of(const Scene& scene, const WorldOnEarth& world, const Wate
 
 std::vector<std::byte> encode_truth(const Scene& scene, const Waterfall& image,
                                     const Simulator& simulator, std::size_t sonar,
-                                    const LabelNames& names) {
+                                    const NeighbourRows& neighbours, const LabelNames& names) {
   Display over_layers = scene.display;
   over_layers.slant_range_correction = false;
-  TruthPicture truth = lay_truth(image, render(image, over_layers, simulator.calibration(sonar)),
-                                 names.classes, names.materials);
+  TruthPicture truth =
+      lay_truth(image, render(image, over_layers, simulator.calibration(sonar), 8, &neighbours),
+                names.classes, names.materials);
   if (scene.display.slant_range_correction) truth.picture = over_ground(image, truth.picture);
   return encode_png(with_legend(truth));
 }
@@ -96,19 +97,20 @@ std::map<std::string, std::uint64_t> verification_of(const ScenePings& pings) {
 
 /// The sonar's picture in grey, with the pixels of the layers.
 Picture preview_of(const Scene& scene, const Waterfall& image, const Simulator& simulator,
-                   std::size_t sonar) {
+                   std::size_t sonar, const NeighbourRows& neighbours) {
   Display display = scene.display;
   display.palette = Palette::grey;
   display.slant_range_correction = false;
-  return render(image, display, simulator.calibration(sonar));
+  return render(image, display, simulator.calibration(sonar), 8, &neighbours);
 }
 
 }  // namespace
 
 std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image,
-                                      const Simulator& simulator, std::size_t sonar) {
-  return encode_png(
-      render(image, scene.display, simulator.calibration(sonar), scene.output.png_bits));
+                                      const Simulator& simulator, std::size_t sonar,
+                                      const NeighbourRows* neighbours) {
+  return encode_png(render(image, scene.display, simulator.calibration(sonar),
+                           scene.output.png_bits, neighbours));
 }
 
 std::vector<std::string> file_names(const Scene& scene, const std::string& ending) {
@@ -227,10 +229,11 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
       output.exr && output.png_bits == 8 && !scene.display.slant_range_correction;
   for (std::size_t i = 0; i < pings.images.size(); ++i) {
     const Waterfall& image = pings.images[i];
+    const NeighbourRows& neighbours = pings.neighbours[i];
     const std::string name = image.sonar.name + ending;
     const std::shared_future<Picture> preview =
         std::async(std::launch::deferred, preview_of, std::cref(scene), std::cref(image),
-                   std::cref(simulator), i)
+                   std::cref(simulator), i, std::cref(neighbours))
             .share();
     for (const OutputFormat& format : output_formats())
       if (const auto* layers = std::get_if<EncodeLayers>(&format.encode);
@@ -245,7 +248,7 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
     tasks.emplace_back([&, name, i, preview] {
       write_bytes(name + ".png", picture_is_preview
                                      ? encode_png(painted(preview.get(), scene.display.palette))
-                                     : encode_picture(scene, image, simulator, i));
+                                     : encode_picture(scene, image, simulator, i, &neighbours));
     });
     tasks.emplace_back([&, name] { write_text(name + "_pings.csv", pings_csv(image)); });
     if (!seafloor.objects.empty() || !seafloor.features.empty())
@@ -263,7 +266,8 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
       });
     if (output.truth)
       tasks.emplace_back([&, name, i] {
-        write_bytes(name + "_truth.png", encode_truth(scene, image, simulator, i, record.names));
+        write_bytes(name + "_truth.png",
+                    encode_truth(scene, image, simulator, i, neighbours, record.names));
       });
   }
   refine::parallel_for(tasks.size(), threads, [&](std::size_t task, int) { tasks[task](); });

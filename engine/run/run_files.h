@@ -45,6 +45,7 @@ double most_file_bytes(const Scene& scene, std::span<const Sonar> sonars, std::s
 
 /// The picture of a sonar's pings, as write_files() encodes it.
 std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image,
-                                      const Simulator& simulator, std::size_t sonar);
+                                      const Simulator& simulator, std::size_t sonar,
+                                      const NeighbourRows* neighbours = nullptr);
 
 }  // namespace ensonify::engine

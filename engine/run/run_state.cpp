@@ -25,7 +25,11 @@ void RunState::report_again() const {
 }
 
 std::size_t RunState::pings_in_memory(const RunParts& parts) const {
-  return std::min(parts.pings(), parts.longest() * (static_cast<std::size_t>(threads) + 1));
+  const auto written = static_cast<std::size_t>(threads);
+  const std::size_t of_parts = std::min(parts.pings(), parts.longest() * (written + 1));
+  if (parts.count() == 1) return of_parts;
+  return of_parts +
+         std::min(parts.count(), written) * 2 * neighbour_pings(scene.display, scene.sonars);
 }
 
 }  // namespace ensonify::engine

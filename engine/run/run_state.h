@@ -61,7 +61,7 @@ struct RunState {
   void stop_check() const;
   void report_again() const;  ///< by the thread that holds the lock
   bool picture_is_due() const { return control.growing_picture && picture.is_due(); }
-  /// While one part is written by each thread, another one is pinged.
+  /// While each thread writes one part, which then has its neighbours, another one is pinged.
   std::size_t pings_in_memory(const RunParts& parts) const;
 };
 

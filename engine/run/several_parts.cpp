@@ -231,6 +231,7 @@ class SeveralParts {
               [&](const refine::ReadAt& read_at) { files.push_back(record_of(name, read_at)); });
         });
     pings.images.clear();
+    pings.neighbours.clear();
     std::ranges::sort(files, {}, &FileRecord::name);
     record.files = std::move(files);
     record.run_xxh128 = hash_of(plan_);

@@ -126,12 +126,24 @@ void add_counts(const Counted& before, const Counted& after, ScenePings& to) {
   }
 }
 
+/// Room for the pings' rows of each sonar.
+std::vector<Waterfall> images_for(const PingRange& pings, std::span<const Sonar> sonars) {
+  std::vector<Waterfall> images;
+  for (const Sonar& sonar : sonars) images.emplace_back(sonar, pings.count, pings.first);
+  return images;
+}
+
+/// Sets the rows of a ping, counted in the images.
+void set_ping(std::vector<Waterfall>& images, std::size_t ping, TrackPings::PingRecord record) {
+  for (Waterfall& image : images) record.lines = image.set_ping(ping, record.lines, record.row);
+}
+
 /// A part while its pings are made.
 struct OpenPart {
   OpenPart(const PingRange& its_range, std::span<const Sonar> sonars)
       : range(its_range), next(range.first), left(range.count) {
     pings.pings = range;
-    for (const Sonar& sonar : sonars) pings.images.emplace_back(sonar, range.count, range.first);
+    pings.images = images_for(range, sonars);
   }
   PingRange range;
   std::size_t next;  // the first ping that no thread has taken
@@ -147,6 +159,7 @@ class Pings {
         simulator_(simulator),
         track_(track),
         work_(work),
+        neighbour_pings_(neighbour_pings(scene.display, simulator.sonars())),
         verify_(std::min(work.verify_pings, track.count())) {
     SimulatorInternals::count_object_visibility(simulator);
   }
@@ -202,6 +215,7 @@ class Pings {
         do_ping(mine, ping, part);
       if (!close(part, block->pings.count, before, mine)) continue;
       const std::shared_ptr<OpenPart> whole = std::move(block->part);
+      whole->pings.neighbours = neighbours(mine, whole->range);
       work_.finished(whole->range, std::move(whole->pings), mine);
     }
   }
@@ -217,7 +231,7 @@ class Pings {
   }
 
   void do_ping(Simulator& simulator, std::size_t ping, OpenPart& part) {
-    TrackPings::PingRecord record = track_.record_ping(simulator, ping, &spare_);
+    const TrackPings::PingRecord record = track_.record_ping(simulator, ping, &spare_);
     std::uint64_t rays = 0, hits = 0;
     {
       const std::shared_lock rows_differ(images_lock_);
@@ -225,8 +239,7 @@ class Pings {
         rays += line.rays;
         hits += line.hits;
       }
-      for (Waterfall& image : part.pings.images)
-        record.lines = image.set_ping(ping - part.range.first, record.lines, record.row);
+      set_ping(part.pings.images, ping - part.range.first, record);
     }
     AgreementCounts counts;
     const bool verified = is_verified(ping) && track_.verify(simulator, ping, counts);
@@ -236,6 +249,26 @@ class Pings {
     if (!verified) return;
     ++part.pings.verified_pings;
     part.pings.verified += counts;
+  }
+
+  /// What the pictures of a part show of the pings beside it.
+  std::vector<NeighbourRows> neighbours(Simulator& simulator, const PingRange& part) const {
+    const auto made = [&](std::size_t first, std::size_t end) {
+      const PingRange pings{first, end - first};
+      std::vector<Waterfall> images = images_for(pings, simulator.sonars());
+      SimulatorInternals::reset(simulator);
+      for (std::size_t i = 0; i < pings.count; ++i)
+        set_ping(images, i, track_.record_ping(simulator, first + i));
+      return images;
+    };
+    std::vector<Waterfall> before =
+        made(part.first - std::min(part.first, neighbour_pings_), part.first);
+    std::vector<Waterfall> after =
+        made(part.end(), std::min(part.end() + neighbour_pings_, track_.count()));
+    std::vector<NeighbourRows> of_images;
+    for (std::size_t i = 0; i < before.size(); ++i)
+      of_images.push_back({std::move(before[i]), std::move(after[i])});
+    return of_images;
   }
 
   /// The middle pings of equal parts of the track.
@@ -248,6 +281,7 @@ class Pings {
   Simulator& simulator_;  // of worker 0
   const TrackPings& track_;
   const PartWork& work_;
+  std::size_t neighbour_pings_;
   std::size_t verify_;
   std::vector<std::optional<Simulator>> clones_;  // by worker
   refine::SpareThreads spare_;
@@ -290,6 +324,16 @@ ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
   const TrackPings track(scene, simulator);
   require_images(memory, simulator.sonars(), track.count());
   return ping_as_one(scene, simulator, track, threads, after_block);
+}
+
+std::size_t neighbour_pings(const Display& display, std::span<const Sonar> sonars) {
+  const std::size_t rows = smoothed_rows(display);
+  std::size_t pings = 0;
+  for (const Sonar& sonar : sonars) {
+    const auto beams = static_cast<std::size_t>(sonar.beams);
+    pings = std::max(pings, (rows + beams - 1) / beams);
+  }
+  return pings;
 }
 
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings) {

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulator/internals.h>
@@ -24,7 +25,8 @@ struct PingRange {
 /// The result of pings of a scene.
 struct ScenePings {
   PingRange pings;
-  std::vector<Waterfall> images;  ///< one per sonar
+  std::vector<Waterfall> images;          ///< one per sonar
+  std::vector<NeighbourRows> neighbours;  ///< of the images, as far as the display smooths
   std::vector<std::vector<ObjectVisibility>>
       object_visibility;  ///< by sonar, as SimulatorInternals::object_visibility()
   std::uint64_t rays = 0, hits = 0;
@@ -95,8 +97,9 @@ struct PartWork {
 
 /// Pings parts of a scene's track, in aligned blocks over threads (0: one per core of the machine),
 /// by simulators that share the seafloor of this one. The images of a part exist from its first
-/// ping until finished() returns; at most one part per thread and one more exist at a time. Throws
-/// as Simulator::ping_numbered(), and what PartWork throws.
+/// ping until finished() returns; at most one part per thread and one more exist at a time. The
+/// neighbours of a part are pinged after it and do not count. Throws as
+/// Simulator::ping_numbered(), and what PartWork throws.
 void ping_parts(const Scene& scene, Simulator& simulator, const TrackPings& track, int threads,
                 const PartWork& work);
 
@@ -112,6 +115,9 @@ ScenePings ping_as_one(const Scene& scene, Simulator& simulator, const TrackPing
 /// MemoryError for images that do not fit, and as ping_parts().
 ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
                     const AfterBlock& after_block = {}, const MemoryLimit& memory = {});
+
+/// The most pings on each side of a part that are its neighbours.
+std::size_t neighbour_pings(const Display& display, std::span<const Sonar> sonars);
 
 /// The bytes in memory of the sonars' images of this many pings; their files need more.
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings);

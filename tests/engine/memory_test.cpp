@@ -151,6 +151,30 @@ TEST_CASE("images that do not fit are refused before the seafloor is made, and l
   CHECK(!fs::exists(folder / "run"));
 }
 
+TEST_CASE("the images that are in memory include the neighbours of parts that are written") {
+  const TemporaryFolder folder;
+  Scene scene = fractal_scene(0.5);
+  scene.sonars.front().bins = 100;
+  scene.track.pings = 100;
+  scene.output.pings_per_file = 10;
+  const auto memory_bytes = [&](int beams, double track_smoothing_px) {
+    scene.sonars.front().beams = beams;
+    scene.display.track_smoothing_px = track_smoothing_px;
+    double bytes = 0.0;
+    const auto stop = [&](const RunSize& size) {
+      bytes = size.memory_bytes;
+      throw Stopped("known");
+    };
+    CHECK_THROWS_AS(run(scene, folder / "run", {.threads = 2, .on_parts = stop}), Stopped);
+    fs::remove_all(folder / "run");
+    return bytes / image_bytes(scene.sonars, 1);
+  };
+  CHECK(memory_bytes(1, 0.0) == 30.0);
+  // Two parts have 60 rows on each side.
+  CHECK(memory_bytes(1, 20.0) == 30.0 + 2 * 2 * 60);
+  CHECK(memory_bytes(7, 20.0) == 30.0 + 2 * 2 * 9);
+}
+
 TEST_CASE("an object that a session adds is refused if it does not fit") {
   Scene scene = fractal_scene(0.5);
   scene.run.surface = "footprint";

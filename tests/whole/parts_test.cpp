@@ -3,11 +3,13 @@
 
 #include <sys/mount.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -17,6 +19,8 @@
 #include "support/tiny_recipe.h"
 #include "support/tiny_scene.h"
 #include "support/tree.h"
+
+#include <ensonify/engine/output/png.h>
 
 using namespace ensonify::tests;
 namespace fs = std::filesystem;
@@ -231,6 +235,65 @@ TEST_CASE("the parts of a run put together are the run of one part") {
   CHECK(manifest.at("files").size() == parts.size() - 1);
   CHECK(!Json::parse(one.at("manifest.json")).contains("parts"));
   CHECK(!one.contains("run.json"));
+}
+
+TEST_CASE("smoothed pictures of parts are rows of the picture of the run of one part") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml",
+             changed(changed(tiny_scene, "version = 1", "version = 1\nconditions = \"survey\""),
+                     "pings = 9", "pings = 30") +
+                 R"([sonar.beams]
+range_m = 15
+bins = 80
+elevations = 128
+array_length_m = 0.6
+beams = 3
+beam_spacing_m = 0.2
+[artefacts]
+lost = 0.1
+[output]
+exr = false
+truth = true
+)");
+  // Smoothing of 4 pixels reaches beyond the next part.
+  for (const std::vector<std::string>& display : std::vector<std::vector<std::string>>{
+           {},
+           {"-D", "display.smoothing_px=1.5", "-D", "output.png_bits=16"},
+           {"-D", "display.smoothing_px=4", "-D", "display.slant_range_correction=true"},
+           {"-D", "display.track_smoothing_px=0", "-D", "output.exr=true"}}) {
+    CAPTURE(display);
+    const auto files_of = [&](const std::string& output, const std::string& pings) {
+      std::vector<std::string> more{"-D", "output.pings_per_file=" + pings, "--threads", "2"};
+      more.insert(more.end(), display.begin(), display.end());
+      fs::remove_all(folder / output);
+      run_whole(folder.path(), output, more);
+      return tree_of(folder / output);
+    };
+    const auto one = files_of("one", "30"), parts = files_of("parts", "7");
+    for (const std::string name : {"left-right", "beams"}) {
+      CAPTURE(name);
+      CHECK(parts.at(name + ".png") == one.at(name + ".png"));
+      const auto decoded = [](const std::string& png) {
+        return ensonify::engine::decode_png(std::as_bytes(std::span(png)));
+      };
+      const std::size_t columns = decoded(one.at(name + ".png")).width;
+      const auto whole_truth = decoded(one.at(name + "_truth.png"));
+      const std::size_t beams = name == "beams" ? 3 : 1;
+      for (std::size_t part = 0; part < 5; ++part) {
+        const std::string number = "000" + std::to_string(part + 1);
+        const auto truth =
+            decoded(parts.at("part_" + number + "/" + name + "_" + number + "_truth.png"));
+        const std::size_t end = std::min<std::size_t>(7 * part + 7, 30), above = (30 - end) * beams;
+        const auto pixels = [&](const auto& picture, std::size_t row) {
+          return std::span(picture.pixels).subspan(3 * row * picture.width, 3 * columns);
+        };
+        for (std::size_t row = 0; row < (end - 7 * part) * beams; ++row) {
+          CAPTURE(part, row);
+          CHECK(std::ranges::equal(pixels(truth, row), pixels(whole_truth, above + row)));
+        }
+      }
+    }
+  }
 }
 
 TEST_CASE("a wall across the track has the side and aspect of the whole run in any parts") {

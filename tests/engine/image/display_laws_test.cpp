@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 #include <set>
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include "support/catch.h"
@@ -69,14 +71,14 @@ struct Bright {
 };
 /// The picture for a scene whose level bed has the level 1 everywhere.
 Picture shown(const Waterfall& waterfall, const Display& display, int bits = 8,
-              const Recorder* recorder = nullptr) {
+              const Recorder* recorder = nullptr, const NeighbourRows* neighbours = nullptr) {
   Calibration calibration{.recorder = recorder};
   for (std::size_t column = 0; column < columns; ++column) {
     const std::size_t bin = column < bins ? bins - 1 - column : column - bins;
     const double r = (static_cast<double>(bin) + 0.5) * waterfall.sonar.bin_m();
     calibration.level_bed.push_back(r > 8.0 ? 1e9 * std::pow(r, -3.0) : 0.0);
   }
-  return render(waterfall, display, calibration, bits);
+  return render(waterfall, display, calibration, bits, neighbours);
 }
 Bright render16(const Waterfall& waterfall, const Display& display) {
   return {shown(waterfall, display, 16)};
@@ -291,6 +293,68 @@ TEST_CASE("a smoothed picture does not wrap around, and its border keeps its bri
   for (std::size_t ping = 0; ping < 8; ++ping)
     for (const std::size_t column : {std::size_t{0}, std::size_t{2}, columns - 3, columns - 1})
       CHECK(std::abs(smoothed.at(ping, column) - sharp.at(ping, column)) <= 16);
+}
+
+namespace {
+
+/// Some rows of a waterfall.
+Waterfall rows_of(const Waterfall& waterfall, std::size_t first, std::size_t end) {
+  Waterfall some(waterfall.sonar, 0);
+  some.pings.assign(waterfall.pings.begin() + static_cast<std::ptrdiff_t>(first),
+                    waterfall.pings.begin() + static_cast<std::ptrdiff_t>(end));
+  BinLayers::for_each([&](std::string_view, auto layer) {
+    const auto begin = (waterfall.pixels.*layer).begin();
+    (some.pixels.*layer)
+        .assign(begin + static_cast<std::ptrdiff_t>(first * columns),
+                begin + static_cast<std::ptrdiff_t>(end * columns));
+  });
+  return some;
+}
+
+}  // namespace
+
+TEST_CASE("rows with their neighbours have the pixels that they have in the whole picture") {
+  std::mt19937_64 random(3);
+  std::exponential_distribution<double> speckle;
+  const Waterfall whole =
+      bed(40, [&](std::size_t, std::size_t, double) { return speckle(random); });
+  struct Rows {
+    std::size_t first, end;
+  };
+  for (const double sigma_px : {0.5, 1.5, 4.0})
+    for (const bool over_ground : {false, true})
+      for (const int bits : {8, 16})
+        for (const auto [first, end] : {Rows{0, 10}, Rows{10, 13}, Rows{13, 40}}) {
+          Display display = levelling();
+          display.smoothing_px = sigma_px;
+          display.track_smoothing_px = 0.5;
+          display.slant_range_correction = over_ground;
+          const std::size_t reach = smoothed_rows(display);
+          const NeighbourRows neighbours{rows_of(whole, first - std::min(first, reach), first),
+                                         rows_of(whole, end, std::min(end + reach, whole.rows()))};
+          const Picture all = shown(whole, display, bits),
+                        some =
+                            shown(rows_of(whole, first, end), display, bits, nullptr, &neighbours);
+          CAPTURE(sigma_px, over_ground, bits, first, end);
+          CHECK(some.height == end - first);
+          CHECK(some.pixels.size() == some.height * columns * static_cast<std::size_t>(bits / 8));
+          const std::size_t bytes_above = (40 - end) * columns * static_cast<std::size_t>(bits / 8);
+          CHECK(std::ranges::equal(some.pixels,
+                                   std::span(all.pixels).subspan(bytes_above, some.pixels.size())));
+        }
+}
+
+TEST_CASE("neighbours have the normalisation of the rows that they adjoin") {
+  const Waterfall whole = bed(40, stripes);
+  Display display = levelling();
+  display.flat_field = true;
+  display.track_smoothing_px = 2.0;
+  const NeighbourRows neighbours{rows_of(whole, 0, 15), rows_of(whole, 25, 40)};
+  const Bright picture{shown(rows_of(whole, 15, 25), display, 16, nullptr, &neighbours)};
+  for (std::size_t column = bins + 100; column < columns; ++column) {
+    CHECK(std::abs(picture.at(0, column) - picture.at(5, column)) <= 1);
+    CHECK(std::abs(picture.at(9, column) - picture.at(5, column)) <= 1);
+  }
 }
 
 TEST_CASE(
