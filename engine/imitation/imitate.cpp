@@ -60,10 +60,11 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
   return some_pings(line, usable);
 }
 
-/// Leaves out a side whose samples are all 0 in nearly all pings, if the other has echoes.
+/// Leaves out a side whose samples are all 0 in nearly all pings, if the other has echoes. One that
+/// is 0 in all pings, a reader has left out already.
 void leave_out_silent_side(RecordedLine& line, std::vector<std::string>& unknown) {
-  if (line.port.empty() || line.starboard.empty()) return;
   const auto silent_share = [&](Side side) {
+    if (line.side(side).empty()) return 1.0;
     std::size_t silent = 0;
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
       silent +=
@@ -73,10 +74,13 @@ void leave_out_silent_side(RecordedLine& line, std::vector<std::string>& unknown
   const double port = silent_share(Side::port), starboard = silent_share(Side::starboard);
   constexpr double nearly_all = 0.9;
   if (std::max(port, starboard) < nearly_all || std::min(port, starboard) >= nearly_all) return;
-  unknown.push_back(fmt::format("what {} has: it is silent in {:.0f} % of the pings and left out",
-                                port > starboard ? "port" : "starboard",
-                                100.0 * std::max(port, starboard)));
-  (port > starboard ? line.port : line.starboard).clear();
+  const std::string_view side = port > starboard ? "port" : "starboard";
+  std::vector<float>& rows = port > starboard ? line.port : line.starboard;
+  unknown.push_back(
+      rows.empty() ? fmt::format("what {} has: the recording has no echo of it", side)
+                   : fmt::format("what {} has: it is silent in {:.0f} % of the pings and left out",
+                                 side, 100.0 * std::max(port, starboard)));
+  rows.clear();
 }
 
 /// Notes doubts about the altitude.

@@ -26,9 +26,31 @@ void LineBuilder::add(int line, const RecordedPing& ping, Side side, std::vector
     pings.push_back(ping);
     entry.sides.emplace_back();
   }
-  pings.back().samples = std::max(pings.back().samples, samples.size());
-  entry.line.samples = std::max(entry.line.samples, samples.size());
   its(entry.sides.back()) = std::move(samples);
+}
+
+// An XTF has both channels of a sonar even if the sonar has one side.
+void LineBuilder::leave_out_silent_side(Entry& entry, std::string_view name) {
+  const auto any_of = [&](std::vector<float> Sides::*side, auto&& is_so) {
+    return std::ranges::any_of(
+        entry.sides, [&](const Sides& sides) { return std::ranges::any_of(sides.*side, is_so); });
+  };
+  const auto exists = [](float) { return true; };
+  const auto sounds = [](float sample) { return sample != 0.0f; };
+  struct Choice {
+    std::vector<float> Sides::*side, Sides::*other;
+    std::string_view name;
+  };
+  for (const Choice& choice : {Choice{&Sides::port, &Sides::starboard, "port"},
+                               Choice{&Sides::starboard, &Sides::port, "starboard"}}) {
+    if (!any_of(choice.side, exists) || any_of(choice.side, sounds) ||
+        !any_of(choice.other, sounds))
+      continue;
+    for (Sides& sides : entry.sides) sides.*choice.side = {};
+    entry.line.warnings.push_back(
+        fmt::format("{}: {} is 0 in every sample; left out, as if the file did not have this side",
+                    name, choice.name));
+  }
 }
 
 std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {
@@ -36,12 +58,16 @@ std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {
   for (auto& numbered : entries_) {
     Entry& entry = numbered.second;
     RecordedLine& line = entry.line;
-    if (line.samples == 0) continue;
+    leave_out_silent_side(entry, name);
     std::size_t of_port = 0, of_starboard = 0;
-    for (const Sides& sides : entry.sides) {
+    for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
+      const Sides& sides = entry.sides[ping];
       of_port += sides.port.size();
       of_starboard += sides.starboard.size();
+      line.pings[ping].samples = std::max(sides.port.size(), sides.starboard.size());
+      line.samples = std::max(line.samples, line.pings[ping].samples);
     }
+    if (line.samples == 0) continue;
     const std::size_t row_values = line.samples * line.pings.size();
     if (row_values > small_line && row_values > max_padding * std::max(of_port, of_starboard))
       throw RecordingError(fmt::format(

@@ -4,6 +4,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/recording/recorded_line.h>
@@ -23,8 +24,9 @@ class LineBuilder {
   void skipped(std::size_t bytes) { skipped_bytes_ += bytes; }
   void cut_off() { cut_off_ = true; }
 
-  /// The lines by number. Throws RecordingError if there is none, or if a line's pings differ so
-  /// much in length that its rows would take far more memory than its file.
+  /// The lines by number. A side that is silent, that is, 0 in every sample, is left out with a
+  /// warning if the other one is not. Throws RecordingError if there is no line, or if a line's
+  /// pings differ so much in length that its rows would take far more memory than its file.
   std::vector<RecordedLine> finish(std::string_view name);
 
  private:
@@ -35,6 +37,8 @@ class LineBuilder {
     RecordedLine line;
     std::vector<Sides> sides;  // by ping
   };
+  static void leave_out_silent_side(Entry& entry, std::string_view name);
+
   std::string format_;
   std::map<int, Entry> entries_;
   std::size_t skipped_bytes_ = 0;

@@ -57,6 +57,28 @@ TEST_CASE("a run and its recordings have the same statistics") {
   CHECK(read_text(folder / "page.html").find("data:image/png;base64,iVBOR") != std::string::npos);
 }
 
+TEST_CASE("a sonar of one side has the statistics of its recordings") {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", scene);
+  for (const std::string side : {"port", "starboard"}) {
+    REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", side, "--quiet", "-D",
+                                        "sonar.left-right.sides=\"" + side + "\""})
+                .code == 0);
+    for (const std::string format : {".xtf", ".jsf"}) {
+      const std::string file = side + "/left-right" + format;
+      const Outcome same = run_program(folder.path(), {"compare", side, file, "--limit", "0.001"});
+      CAPTURE(file, same.err);
+      CHECK(same.code == 0);
+      CHECK((same.err.find("is 0 in every sample; left out") != std::string::npos) ==
+            (format == ".xtf"));
+      const Outcome info = run_program(folder.path(), {"recording-info", file, "--json"});
+      REQUIRE(info.code == 0);
+      CHECK(nlohmann::json::parse(info.out).dump().find("\"sides\":\"" + side + "\"") !=
+            std::string::npos);
+    }
+  }
+}
+
 TEST_CASE("compare ends with code 1 beyond the limit, and with 2 for what it cannot read") {
   const TemporaryFolder folder;
   write_text(folder / "s.toml", scene);

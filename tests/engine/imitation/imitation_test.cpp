@@ -536,7 +536,8 @@ xtf = true
   const auto mean = [](const std::vector<float>& side) {
     return std::accumulate(side.begin(), side.end(), 0.0) / static_cast<double>(side.size());
   };
-  for (const char* name : {"weaker", "silent"}) std::filesystem::create_directory(folder / name);
+  for (const char* name : {"weaker", "silent", "missing"})
+    std::filesystem::create_directory(folder / name);
   for (float& sample : line.port) sample *= 0.25f;
   const Imitation weaker = imitate(line, folder / "weaker", {});
   CHECK(mean(weaker.imitated.port) / mean(weaker.imitated.starboard) ==
@@ -550,6 +551,10 @@ xtf = true
   const Imitation silent = imitate(line, folder / "silent", {});
   CHECK(silent.imitated.port.empty());
   CHECK(names_port(silent));
+  line.port.clear();  // as a reader leaves it out
+  const Imitation missing = imitate(line, folder / "missing", {});
+  CHECK(missing.imitated.port.empty());
+  CHECK(names_port(missing));
 }
 
 TEST_CASE("sixty damaged recordings are refused, or read with what is whole in them") {

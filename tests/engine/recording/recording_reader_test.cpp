@@ -4,6 +4,11 @@
 #include <cstring>
 #include <fstream>
 #include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
 
 #include "support/catch.h"
 #include "support/data.h"
@@ -149,6 +154,64 @@ TEST_CASE("a recording of one side has one side") {
   const RecordedLine line = parse_recording(encode_jsf({&written, 1}), "r").front();
   CHECK(line.port.empty());
   CHECK(line.starboard.size() == 15);
+}
+
+TEST_CASE("an XTF's channel of the side that a sonar does not have is left out, with a warning") {
+  // As output/recording writes them: 0 on the side that is not there.
+  const auto without = [](Side side, Recording recording) {
+    for (std::size_t row = 0; row < 3; ++row)
+      for (std::uint16_t& sample :
+           std::span(recording.samples)
+               .subspan((2 * row + (side == Side::port ? 0 : 1)) * recording.bins, recording.bins))
+        sample = 0;
+    (side == Side::port ? recording.port : recording.starboard) = false;
+    return recording;
+  };
+  const Recording port = without(Side::starboard, tests::small_recording()),
+                  starboard = without(Side::port, tests::small_recording(8)),
+                  both = tests::small_recording();
+  for (const std::vector<Recording>& written :
+       {std::vector{port}, std::vector{starboard}, std::vector{both, starboard},
+        std::vector{port, both, starboard}}) {
+    const auto lines = parse_recording(encode_xtf(written), "r");
+    REQUIRE(lines.size() == written.size());
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      const RecordedLine& line = lines[i];
+      const Recording& of = written[i];
+      CAPTURE(written.size(), i);
+      CHECK(line.port.empty() != of.port);
+      CHECK(line.starboard.empty() != of.starboard);
+      REQUIRE(line.samples == of.bins);
+      REQUIRE(line.pings.size() == 3);
+      std::vector<std::string> warnings;
+      if (!of.port || !of.starboard)
+        warnings.push_back(fmt::format(
+            "r: {} is 0 in every sample; left out, as if the file did not have this side",
+            of.port ? "starboard" : "port"));
+      CHECK(line.warnings == warnings);
+      for (std::size_t row = 0; row < 3; ++row) {
+        const auto from = of.side(row, Side::port);
+        if (of.port)
+          CHECK(std::ranges::equal(line.row(Side::port, row),
+                                   std::vector(from.rbegin(), from.rend())));
+        if (of.starboard)
+          CHECK(std::ranges::equal(line.row(Side::starboard, row), of.side(row, Side::starboard)));
+      }
+    }
+  }
+}
+
+TEST_CASE("a side that is silent in some pings, or as silent as the other one, stays") {
+  Recording written = tests::small_recording();
+  for (const std::size_t silent_pings : {2u, 3u}) {
+    for (std::size_t row = 0; row < silent_pings; ++row)
+      std::fill_n(written.samples.begin() + static_cast<std::ptrdiff_t>(2 * row * written.bins),
+                  (silent_pings == 3 ? 2 : 1) * written.bins, std::uint16_t{0});
+    const RecordedLine line = parse_recording(encode_xtf({&written, 1}), "r").front();
+    CHECK(line.port.size() == 15);
+    CHECK(line.starboard.size() == 15);
+    CHECK(line.warnings.empty());
+  }
 }
 
 TEST_CASE("files of one recording are read as one line") {
