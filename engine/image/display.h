@@ -59,8 +59,8 @@ class Renderer {
 
   /// The picture of a waterfall of this sonar, 8 or 16 bits per channel: newest ping on top, port
   /// left, that is, the seabed seen from above. Pings without data stay black. Normalisations and
-  /// equalised mapping are those of the waterfall; smoothing goes on into its neighbours, if given.
-  /// Throws std::invalid_argument for another number of columns.
+  /// equalised mapping are those of the waterfall; smoothing continues into its neighbours, if
+  /// given. Throws std::invalid_argument for another number of columns.
   Picture render(const Waterfall& waterfall, int bits = 8,
                  const NeighbourRows* neighbours = nullptr) const;
 

@@ -251,7 +251,7 @@ class Pings {
     part.pings.verified += counts;
   }
 
-  /// What the pictures of a part show of the pings beside it.
+  /// The pings before and after a part that the smoothing of its pictures reaches.
   std::vector<NeighbourRows> neighbours(Simulator& simulator, const PingRange& part) const {
     const auto made = [&](std::size_t first, std::size_t end) {
       const PingRange pings{first, end - first};
