@@ -16,7 +16,7 @@ constexpr double deepest_sample_m = 12000.0;  // below the deepest trench
 constexpr double slowest_mps = 1000.0;
 constexpr double fastest_mps = 2000.0;
 constexpr double one_depth_m = 1e-3;       // casts do not resolve less
-constexpr double contradiction_mps = 2.0;  // more than a probe and a minute's waves explain
+constexpr double contradiction_mps = 2.0;  // more than errors of a probe
 
 double speed_in(const SoundSpeedLayer& layer, double depth_m) {
   if (layer.gradient_per_s == 0.0) return layer.top_mps;

@@ -1,6 +1,7 @@
 #include <ensonify/engine/recording/line_builder.h>
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -31,26 +32,21 @@ void LineBuilder::add(int line, const RecordedPing& ping, Side side, std::vector
 
 // An XTF has both channels of a sonar even if the sonar has one side.
 void LineBuilder::leave_out_silent_side(Entry& entry, std::string_view name) {
-  const auto any_of = [&](std::vector<float> Sides::*side, auto&& is_so) {
-    return std::ranges::any_of(
-        entry.sides, [&](const Sides& sides) { return std::ranges::any_of(sides.*side, is_so); });
+  const auto sounds = [&](std::vector<float> Sides::*side) {
+    return std::ranges::any_of(entry.sides, [&](const Sides& sides) {
+      return std::ranges::any_of(sides.*side, [](float sample) { return sample != 0.0f; });
+    });
   };
-  const auto exists = [](float) { return true; };
-  const auto sounds = [](float sample) { return sample != 0.0f; };
-  struct Choice {
-    std::vector<float> Sides::*side, Sides::*other;
-    std::string_view name;
-  };
-  for (const Choice& choice : {Choice{&Sides::port, &Sides::starboard, "port"},
-                               Choice{&Sides::starboard, &Sides::port, "starboard"}}) {
-    if (!any_of(choice.side, exists) || any_of(choice.side, sounds) ||
-        !any_of(choice.other, sounds))
-      continue;
-    for (Sides& sides : entry.sides) sides.*choice.side = {};
+  const bool port_sounds = sounds(&Sides::port);
+  if (port_sounds == sounds(&Sides::starboard)) return;
+  const auto silent = port_sounds ? &Sides::starboard : &Sides::port;
+  bool was_there = false;
+  for (Sides& sides : entry.sides)
+    was_there |= !std::exchange(sides.*silent, std::vector<float>()).empty();
+  if (was_there)
     entry.line.warnings.push_back(
         fmt::format("{}: {} is 0 in every sample; left out, as if the file did not have this side",
-                    name, choice.name));
-  }
+                    name, port_sounds ? "starboard" : "port"));
 }
 
 std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {

@@ -19,7 +19,7 @@ using Eigen::AngleAxisd, Eigen::Vector2d, Eigen::Vector3d, Eigen::Vector3f;
 
 constexpr double max_pieces = 5e5;   // of one line
 constexpr double cover_m = 1e-3;     // of bed over an object with a burial of 1
-constexpr double edge_step_m = 0.1;  // less than the bed's cells, for the most part
+constexpr double edge_step_m = 0.1;  // shorter than the cells of most beds
 
 refine::MeshError no_bed(const std::string& what, double east_m, double north_m) {
   return refine::MeshError(

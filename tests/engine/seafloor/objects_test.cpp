@@ -25,6 +25,28 @@ Seafloor sloping_bed(double depth_m, const Vector2d& slope, double half_extent_m
   return bed;
 }
 
+/// A slope with relief of 0.2 m in cells of 0.25 m, 20 m wide.
+Seafloor uneven_bed() {
+  constexpr int cells = 80;
+  Seafloor bed = tests::level_bed(20.0);
+  bed.mesh.positions.clear();
+  bed.mesh.faces.clear();
+  for (int row = 0; row <= cells; ++row)
+    for (int column = 0; column <= cells; ++column) {
+      const float x = 0.25f * float(column) - 10.0f, y = 0.25f * float(row) - 10.0f;
+      bed.mesh.positions.emplace_back(
+          x, y, -20.0f + 0.1f * x - 0.05f * y + 0.2f * std::sin(x + 1.0f) * std::cos(1.5f * y));
+    }
+  for (std::uint32_t row = 0; row < cells; ++row)
+    for (std::uint32_t column = 0; column < cells; ++column) {
+      const std::uint32_t at = row * (cells + 1) + column, above = at + cells + 1;
+      bed.mesh.faces.push_back({at, at + 1, above});
+      bed.mesh.faces.push_back({at + 1, above + 1, above});
+    }
+  bed.bed_faces = bed.mesh.faces.size();
+  return bed;
+}
+
 ObjectOptions stones(int count) {
   ObjectOptions stones;
   stones.shape = "boulder";
@@ -168,13 +190,12 @@ TEST_CASE("Burial is a share of the height, and the record has it") {
 }
 
 TEST_CASE("On an uneven bed, a burial of 0 touches it and one of 1 is covered by it") {
-  Seafloor bed = sloping_bed(20.0, {0.1, -0.05});
-  for (Eigen::Vector3f& p : bed.mesh.positions)
-    p.z() += 0.2f * std::sin(2.0f * p.x()) * std::cos(3.0f * p.y());
+  const Seafloor bed = uneven_bed();
   const BedGrid grid(bed);
   ObjectOptions crate;
   crate.shape = "box";
-  crate.size.length_m = 3.0;
+  crate.size.length_m = 4.0;
+  crate.size.width_m = 3.0;
   crate.size.shape_height_m = 1.0;
   crate.heading_rad = 0.4;
   /// The least and the greatest height of the crate over the bed, at many places of all its faces.
@@ -196,12 +217,17 @@ TEST_CASE("On an uneven bed, a burial of 0 touches it and one of 1 is covered by
         }
     return std::pair(least, greatest);
   };
-  const auto [touching_m, top_m] = over_bed_m(0.0);
-  CHECK(touching_m == Approx(0.0).margin(2e-3));
-  CHECK(top_m > 1.1);  // over the lowest bed under it
-  const auto [bottom_m, covered_m] = over_bed_m(1.0);
-  CHECK(covered_m == Approx(-1e-3).margin(2e-3));
-  CHECK(over_bed_m(0.5).second == Approx(0.5 * (top_m + covered_m)).margin(2e-3));
+  for (const double east_m : {0.0, -2.6}) {  // lowest under an edge of the crate; under its middle
+    CAPTURE(east_m);
+    crate.east_m = east_m;
+    constexpr double between_m = 5e-3;  // edges of the crate and of the bed may cross a little
+    const auto [touching_m, top_m] = over_bed_m(0.0);
+    CHECK(touching_m == Approx(0.0).margin(between_m));
+    CHECK(top_m > 1.2);  // over the lowest bed under it
+    const auto [bottom_m, covered_m] = over_bed_m(1.0);
+    CHECK(covered_m == Approx(-1e-3).margin(between_m));
+    CHECK(over_bed_m(0.5).second == Approx(0.5 * (top_m + covered_m)).margin(2e-3));
+  }
 }
 
 TEST_CASE(
