@@ -27,6 +27,14 @@ bool is_scoured(const ObjectOptions& table) {
   return table.scour_ratio > 0.0 || table.tail_ratio > 0.0;
 }
 
+/// Whether an object is so long that its scour would lie beyond the bed's border, if anywhere.
+bool is_longer_than(const Heightfield& bed, const refine::TriangleMesh& mesh) {
+  const refine::Bounds box = refine::bounds(mesh);
+  const double longest_m = (box.highest - box.lowest).head<2>().cast<double>().norm();
+  return longest_m > 2.0 * std::hypot(bed.x_m(bed.columns - 1) - bed.x_m(0),
+                                      bed.y_m(bed.rows - 1) - bed.y_m(0));
+}
+
 /// What one object stands on, and how high it is.
 class Scour {
  public:
@@ -62,6 +70,9 @@ class Scour {
   }
   int column_at(double x_m) const { return nearest(x_m, bed_.cell_east_m, bed_.columns); }
   int row_at(double y_m) const { return nearest(y_m, bed_.cell_north_m, bed_.rows); }
+  bool is_over_bed(const Vector2d& place) const {
+    return std::abs(place.x()) <= -bed_.x_m(0) && std::abs(place.y()) <= -bed_.y_m(0);
+  }
   std::size_t point_at(const Vector2d& place) const {
     return bed_.index(column_at(place.x()), row_at(place.y()));
   }
@@ -80,6 +91,7 @@ class Scour {
       for (int i = 0; i <= steps; ++i)
         for (int k = 0; i + k <= steps; ++k) {
           const Vector3d p = a + (b - a) * i / steps + (c - a) * k / steps;
+          if (!is_over_bed(p.head<2>())) continue;
           const std::size_t point = point_at(p.head<2>());
           const double over_m = p.z() - bed_.z_m[point];
           if (!(over_m > 0.0)) continue;
@@ -188,7 +200,8 @@ void add_scours(Heightfield& bed, const PlacedObjects& placed,
   // All are found on the bed as it was.
   std::vector<std::pair<std::size_t, Scour>> scours;  // by object
   for (std::size_t i = 0; i < placed.objects.size(); ++i)
-    if (is_scoured(tables[placed.objects[i].record.table]))
+    if (is_scoured(tables[placed.objects[i].record.table]) &&
+        !is_longer_than(bed, placed.objects[i].mesh))
       scours.emplace_back(i, Scour(bed, placed.objects[i].mesh));
   for (const auto& [i, scour] : scours)
     scour.add_to(bed, tables[placed.objects[i].record.table],

@@ -20,6 +20,7 @@ using Eigen::AngleAxisd, Eigen::Vector2d, Eigen::Vector3d, Eigen::Vector3f;
 constexpr double max_pieces = 5e5;   // of one line
 constexpr double cover_m = 1e-3;     // of bed over an object with a burial of 1
 constexpr double edge_step_m = 0.1;  // shorter than the cells of most beds
+constexpr double most_steps = 1e4;   // of that length along an edge
 
 refine::MeshError no_bed(const std::string& what, double east_m, double north_m) {
   return refine::MeshError(
@@ -74,7 +75,7 @@ struct Drops {
 };
 
 /// Calls with(point) for points on the edges of a closed mesh, between their ends, at most a step
-/// apart.
+/// apart on all but absurdly long edges.
 template <class With>
 void between_vertices(refine::Triangles mesh, double step_m, With&& with) {
   for (const refine::Face& face : mesh.faces)
@@ -83,7 +84,7 @@ void between_vertices(refine::Triangles mesh, double step_m, With&& with) {
       if (first > last) continue;  // the neighbouring face has it the other way round
       const Vector3d from = mesh.positions[first].cast<double>();
       const Vector3d edge = mesh.positions[last].cast<double>() - from;
-      const int steps = static_cast<int>(std::ceil(edge.norm() / step_m));
+      const int steps = static_cast<int>(std::ceil(std::min(edge.norm() / step_m, most_steps)));
       for (int i = 1; i < steps; ++i) with(from + edge * i / steps);
     }
 }

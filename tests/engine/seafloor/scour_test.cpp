@@ -71,6 +71,13 @@ TEST_CASE("a moat has its depth a half height from an object, and is half as dee
   CHECK(moved[2] == Approx(-0.1).epsilon(0.15));
 }
 
+TEST_CASE("an object much longer than the bed is not scoured, and takes no time") {
+  ObjectOptions box = scoured_box(0.1, 0.1);
+  box.scale = 1e6;
+  const Seafloor seafloor = make_seafloor(level_bed(), 1, std::vector{box}, {});
+  CHECK(moved_m(BedGrid(seafloor), -20.0, 10.0) == Approx(0.0).margin(1e-6));
+}
+
 TEST_CASE("the wall of a deep moat is no steeper than sand stands") {
   const ObjectOptions box = scoured_box(0.5, 0.0);  // 1 m deep
   std::vector<Place> places;
