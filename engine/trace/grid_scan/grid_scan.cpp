@@ -116,6 +116,10 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
       const auto first = tables.ascending.begin() + 1;
       below = static_cast<std::size_t>(
           std::lower_bound(first, first + static_cast<std::ptrdiff_t>(elevations), q) - first);
+    } else {
+      // All rays go outwards, unless the sonar is upside down or the last ray is beyond the zenith.
+      const Vector2d last_ray(fan.grid->cos_elevation.back(), fan.grid->sin_elevation.back());
+      if (down.y() > 0.0 || last_ray.dot(line.ahead) < 0.0) return false;
     }
     if (below < elevations && !begin_walk(fan, line, plane, true, below)) return false;
   }

@@ -169,6 +169,30 @@ TEST_CASE("A scan of a grid gives the runs of fan_scan, to the bit") {
   CHECK(refused < 20);
 }
 
+TEST_CASE("A scan of a grid gives fan_scan's runs, or refuses, at any roll") {
+  tests::Random random(13);
+  Count count;
+  int scanned = 0;
+  const refine::HeightGrid grid = bed(400, 300, 0.1, 0.02, random).grid();
+  const refine::TriangleMesh mesh = grid.mesh();
+  const auto whole = make_intersector("fan_scan", mesh);
+  GridScan scan(grid);
+  for (int number = 0; number < 200; ++number) {
+    Look look = random_look(random);
+    look.roll_rad = tests::uniform(random, -180.0, 180.0) * degree;
+    CAPTURE(number, look.roll_rad);
+    const RayFan fan = fan_of(look, angles(-10.0, 95.0, 0.05));
+    if (!scan.take({&fan, 1})) continue;
+    ++scanned;
+    FanRuns expected;
+    REQUIRE(whole->list_runs(fan, expected));
+    compare(expected, scan.runs(0), scan.triangles(), count);
+  }
+  CHECK(scanned > 100);
+  CHECK(count.runs > 50'000);
+  CHECK(count.differences == 0);
+}
+
 TEST_CASE("Rays aimed at the grid's points and edges get fan_scan's runs, or no scan") {
   tests::Random random(11);
   Count count;
