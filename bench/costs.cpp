@@ -82,11 +82,11 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
                       .heading_rad = 1.5707963};
       const BeamAim aim = pinger.aim(pose, 45.0);
       for (const Side side : {Side::port, Side::starboard}) {
-        pinger.trace(aim, {tracer.get(), labelled.mesh}, side);
+        (void)pinger.trace(aim, {tracer.get(), labelled.mesh}, side);
         if (looking)
           looking->look(aim.fans[static_cast<std::size_t>(side)], labelled.mesh,
-                        pinger.runs(aim, labelled.mesh, side), static_cast<std::uint64_t>(i));
-        pinger.echo(aim, labelled.mesh, side, line);
+                        pinger.runs(aim, side), static_cast<std::uint64_t>(i));
+        pinger.echo(aim, side, line);
       }
     }
   };

@@ -91,8 +91,7 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
   };
   refine::SpareThreads* spare = std::exchange(own.spare, nullptr);
   aim(pose, own.aim);
-  const TracedFaces faces = own.needs_hits() ? own.face_source.prepare(own.aim.fans)
-                                             : own.face_source.prepare_runs(own.aim.fans);
+  TracedFaces faces = own.prepare_faces();
   if (spare && spare->any()) look_ahead(*spare);
   warn_of_distance(pose);
   end_stage(faces.runs_only ? own.times.trace_s : own.times.surface_s);
@@ -104,13 +103,16 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
     const std::size_t sides = sides_of(own.sonars[sonar]).size();
     const std::span<EchoLine> lines = std::span(own.lines).subspan(first_line, sides);
     for (EchoLine& line : lines) {
-      tracer.trace(aim, faces, line.side);
+      if (!tracer.trace(aim, faces, line.side)) {
+        faces = own.face_source.prepare(own.aim.fans);
+        (void)tracer.trace(aim, faces, line.side);
+      }
       if (!own.visibility_counters.empty())
         own.visibility_counters[sonar].look(aim.fans[static_cast<std::size_t>(line.side)],
-                                            faces.triangles,
-                                            tracer.runs(aim, faces.triangles, line.side), number);
+                                            tracer.triangles(), tracer.runs(aim, line.side),
+                                            number);
       end_stage(own.times.trace_s);
-      tracer.echo(aim, faces.triangles, line.side, line);
+      tracer.echo(aim, line.side, line);
       end_stage(own.times.echo_s);
     }
     const RayFan& fan = own.aim.fans[first_line];

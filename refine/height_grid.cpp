@@ -178,6 +178,19 @@ Eigen::Vector3f HeightGrid::point(int column, int row) const {
               .z(column - tile_column * tile_cells, row - tile_row * tile_cells)};
 }
 
+void HeightGrid::heights(int row, int first_column, std::span<float> z_m) const {
+  const int tile_row = std::min(row / tile_cells, tile_rows() - 1);
+  const int end_column = first_column + static_cast<int>(z_m.size());
+  for (int column = first_column; column < end_column;) {
+    const int tile_column = std::min(column / tile_cells, tile_columns() - 1);
+    const int first_of_tile = tile_column * tile_cells;
+    const Tile& its = tile(tile_column, tile_row);
+    for (const int end = std::min(end_column, first_of_tile + tile_points); column < end; ++column)
+      z_m[static_cast<std::size_t>(column - first_column)] =
+          its.z(column - first_of_tile, row - tile_row * tile_cells);
+  }
+}
+
 void HeightGrid::used_points(int row, int first_column, int end_column, int first_row, int end_row,
                              std::vector<std::uint8_t>& used) const {
   used.assign(static_cast<std::size_t>(end_column - first_column) + 1, 0);

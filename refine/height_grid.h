@@ -138,6 +138,8 @@ class HeightGrid {
   std::uint8_t kind_of(std::uint32_t face) const;
   /// The position of a grid point; z is NaN where there is no height.
   Eigen::Vector3f point(int column, int row) const;
+  /// The heights of the points of a row from a column on, NaN where there is none.
+  void heights(int row, int first_column, std::span<float> z_m) const;
 
   /// Whether each of the points [first_column, end_column] of a row is used by a face that lies
   /// directly north or south of the row, between these columns, and in a row of cells from

@@ -12,8 +12,6 @@ using Eigenray = DirectRays::Eigenray;
 constexpr double tolerance_m = 1e-5;
 constexpr double nearest_m = 0.05;  // below the source, where the first row begins
 constexpr double row_ratio = 1.08;  // largest ratio of the depths below the source of a row's ends
-// Columns are at even steps of k / (k + this), k the cotangent of the straight line.
-constexpr double slope_scale = 8.0;
 constexpr std::array<double, 4> at_nodes{0.0, 0.25, 0.75, 1.0};  // Chebyshev's, with the ends
 /// The power coefficients of the cubics that are 1 at one node and 0 at the others.
 constexpr std::array<std::array<double, 4>, 4> by_powers{{{1.0, -19.0 / 3, 32.0 / 3, -16.0 / 3},
@@ -81,20 +79,49 @@ void EigenrayGrid::lay_rows() {
 bool EigenrayGrid::find(double range_m, double depth_m, Eigenray& way) {
   const double below_m = depth_m - source_m_;
   way.cotangent = range_m / below_m;  // a guess
-  if (rows_.empty() || !(below_m >= nearest_m && depth_m <= deepest_m_))
-    return rays_.find(range_m, depth_m, way);
+  const auto cell = cell_of(range_m, depth_m);
+  if (!cell) return rays_.find(range_m, depth_m, way);
+  const std::uint32_t at = made(*cell);
+  if (at == beyond) return false;
+  if (at == rough) return rays_.find(range_m, depth_m, way);
+  const double x = slope_place(range_m, below_m) - static_cast<double>(cell->column);
+  evaluate(cells_[at], rows_[cell->row], x, range_m, depth_m, way);
+  return true;
+}
+
+/// Columns are at even steps of k / (k + slope_scale), k the cotangent of the straight line.
+double EigenrayGrid::slope_place(double range_m, double below_m) {
+  return columns * range_m / (range_m + slope_scale * below_m);
+}
+
+std::optional<EigenrayGrid::CellNumber> EigenrayGrid::cell_of(double range_m, double depth_m) {
+  const double below_m = depth_m - source_m_;
+  if (rows_.empty() || !(below_m >= nearest_m && depth_m <= deepest_m_)) return std::nullopt;
   std::size_t row = last_row_;
   if (depth_m < rows_[row].top_m || (row + 1 < rows_.size() && depth_m >= rows_[row + 1].top_m))
     row = last_row_ = static_cast<std::size_t>(
         std::ranges::upper_bound(rows_, depth_m, {}, &Row::top_m) - rows_.begin() - 1);
-  const double u = columns * range_m / (range_m + slope_scale * below_m);
-  const std::size_t column = std::min(static_cast<std::size_t>(u), columns - 1);
-  std::uint32_t at = cell_at_[row * columns + column];
-  if (at == unmade) at = make(row, column);
-  if (at == beyond) return false;
-  if (at == rough) return rays_.find(range_m, depth_m, way);
-  evaluate(cells_[at], rows_[row], u - static_cast<double>(column), range_m, depth_m, way);
-  return true;
+  return CellNumber{row,
+                    std::min(static_cast<std::size_t>(slope_place(range_m, below_m)), columns - 1)};
+}
+
+std::uint32_t EigenrayGrid::made(const CellNumber& cell) {
+  const std::uint32_t at = cell_at_[cell.row * columns + cell.column];
+  return at == unmade ? make(cell.row, cell.column) : at;
+}
+
+std::optional<EigenrayGrid::Patch> EigenrayGrid::patch_of(const CellNumber& number) {
+  const std::uint32_t at = made(number);
+  if (at == beyond || at == rough) return std::nullopt;
+  const Row& row = rows_[number.row];
+  const Cell& cell = cells_[at];
+  return Patch{.top_m = row.top_m,
+               .per_m = row.per_m,
+               .top_mps = row.top_mps,
+               .gradient_per_s = row.gradient_per_s,
+               .column = static_cast<double>(number.column),
+               .straight_over_launch = cell.straight_over_launch.data(),
+               .time_s_per_m = cell.time_s_per_m.data()};
 }
 
 void EigenrayGrid::evaluate(const Cell& cell, const Row& row, double x, double range_m,

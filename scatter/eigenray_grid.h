@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include <ensonify/scatter/direct_rays.h>
@@ -29,21 +30,39 @@ class EigenrayGrid {
   /// known ray reaches it.
   bool find(double range_m, double depth_m, DirectRays::Eigenray& way);
 
+  /// Bicubic coefficients in x (slope) and y (depth), 0 to 1 over a cell: [power of y][power of x].
+  using Cubics = std::array<double, 16>;
+  /// What the rays to the points of a cell are computed from, for kernels that do it for many.
+  struct Patch {
+    double top_m, per_m, top_mps, gradient_per_s;  ///< of its depths: y = (depth - top_m) * per_m
+    double column;  ///< x = columns range / (range + slope_scale below) - column
+    const double* straight_over_launch;  ///< Cubics: cotangents
+    const double* time_s_per_m;          ///< Cubics: of the straight line
+  };
+  static constexpr std::size_t columns = 96;
+  static constexpr double slope_scale = 8.0;
+  /// The cell of a point at range_m and a depth below the source.
+  struct CellNumber {
+    std::size_t row, column;
+    bool operator==(const CellNumber&) const = default;
+  };
+  /// None where find() does not interpolate.
+  std::optional<CellNumber> cell_of(double range_m, double depth_m);
+  /// None where it does not, or no known ray reaches the cell. Valid until start_at() or find().
+  std::optional<Patch> patch_of(const CellNumber& cell);
+
   /// The number of cells made since the source moved, and of those that were not smooth enough.
   /// Cells that no known ray reaches are not counted.
   std::size_t cells() const { return cells_.size() + rough_; }
   std::size_t rough_cells() const { return rough_; }
 
  private:
-  static constexpr std::size_t columns = 96, nodes = 4;
+  static constexpr std::size_t nodes = 4;
   static constexpr std::uint32_t unmade = 0xffffffff, rough = 0xfffffffe, beyond = 0xfffffffd;
 
   struct Row {  // a row of cells, within one layer
     double top_m, per_m, top_mps, gradient_per_s;
   };
-  /// Bicubic coefficients in x (slope) and y (depth), 0 to 1 over the cell: [power of y][power of
-  /// x].
-  using Cubics = std::array<double, nodes * nodes>;
   struct Cell {
     Cubics straight_over_launch;  // cotangents
     Cubics time_s_per_m;          // of the straight line
@@ -51,6 +70,8 @@ class EigenrayGrid {
     std::array<double, 4> lengths, db_per_m;
   };
   void lay_rows();
+  static double slope_place(double range_m, double below_m);
+  std::uint32_t made(const CellNumber& cell);
   std::uint32_t make(std::size_t row, std::size_t column);
   double range_at(std::size_t column, double x, double below_m) const;
   void evaluate(const Cell& cell, const Row& row, double x, double range_m, double depth_m,

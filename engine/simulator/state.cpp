@@ -172,9 +172,14 @@ void Simulator::ThreadState::count_object_visibility(const SharedState& shared) 
   visibility_counters.assign(can ? sonars.size() : 0, VisibilityCounter(shared.seafloor));
 }
 
-bool Simulator::ThreadState::needs_hits() const {
-  return std::ranges::any_of(beams,
-                             [](const BeamTracer& beam) { return beam.tracer.needs_hits(); });
+TracedFaces Simulator::ThreadState::prepare_faces() {
+  const auto any = [&](bool (PingTracer::*what)() const) {
+    return std::ranges::any_of(beams,
+                               [&](const BeamTracer& beam) { return (beam.tracer.*what)(); });
+  };
+  if (any(&PingTracer::bends)) return face_source.prepare_bed(aim.fans);
+  return any(&PingTracer::needs_hits) ? face_source.prepare(aim.fans)
+                                      : face_source.prepare_runs(aim.fans);
 }
 
 void Simulator::ThreadState::make_lines() {

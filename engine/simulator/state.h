@@ -77,7 +77,7 @@ struct Simulator::ThreadState {
   void count_object_visibility(const SharedState& shared);
   void make_lines();
   /// Whether its beams need hits, not only runs.
-  bool needs_hits() const;
+  TracedFaces prepare_faces();
 
   FacesWithBodies face_source;
   BedHeight bed;

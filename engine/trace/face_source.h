@@ -31,6 +31,8 @@ class FaceSource {
   /// The same, or only the runs of these fans (TracedFaces::runs_only): cheaper where the echo
   /// needs no hits.
   virtual TracedFaces prepare_runs(std::span<const RayFan> fans) { return prepare(fans); }
+  /// The same, or the bed as a grid of heights (TracedFaces::bed): for rays that are bent.
+  virtual TracedFaces prepare_bed(std::span<const RayFan> fans) { return prepare(fans); }
   /// Announces the fans of a later ping: what they need is prepared on a spare thread, if there is
   /// one, while the current faces are in use. Returns whether the current faces are enough for
   /// them too; then a still later ping may be announced.

@@ -52,4 +52,17 @@ void FanRuns::take(const RayFan& fan, refine::Triangles triangles, std::span<con
   }
 }
 
+void FanRuns::give_hits(const RayFan& fan, std::span<Hit> hits) const {
+  const FanGrid& grid = *fan.grid;
+  std::ranges::fill(hits, Hit{});
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane)
+    for (std::size_t run = first[plane]; run < first[plane + 1]; ++run)
+      for (std::size_t ray = begin[run]; ray < end[run]; ++ray) {
+        const double facing =
+            level[run] * grid.cos_elevation[ray] + pole[run] * grid.sin_elevation[ray];
+        hits[plane * fan.elevations() + ray] = {
+            .face = face[run], .index = index[run], .t = distance[run] / facing};
+      }
+}
+
 }  // namespace ensonify::engine

@@ -33,6 +33,8 @@ class FanRuns {
   void start(const FanGrid& grid);
   /// The runs of `hits`, one per ray of the fan by its number, over the triangles that they index.
   void take(const RayFan& fan, refine::Triangles triangles, std::span<const Hit> hits);
+  /// The hits of these runs, by ray number, without u and v; the fan's other rays miss.
+  void give_hits(const RayFan& fan, std::span<Hit> hits) const;
   /// Gives a run the face of another one, whose rays it does not get.
   void copy_face(std::size_t run, const FanRuns& from, std::size_t other) {
     index[run] = from.index[other], face[run] = from.face[other];

@@ -66,8 +66,8 @@ class PassingPlate {
   double energy(double array_m) {
     const BeamAim aim =
         pinger_->aim({.position = {0.0, array_m + sonar_.beam_offset_m(beam_), 0.0}}, altitude_m_);
-    pinger_->trace(aim, {tracer_.get(), bed_.mesh}, Side::starboard);
-    pinger_->echo(aim, bed_.mesh, Side::starboard, line_);
+    REQUIRE(pinger_->trace(aim, {tracer_.get(), bed_.mesh}, Side::starboard));
+    pinger_->echo(aim, Side::starboard, line_);
     CHECK(line_.beam == beam_);
     double sum = 0.0;
     for (const float i : line_.bins.intensity_mean) sum += i;

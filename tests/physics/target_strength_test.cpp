@@ -74,8 +74,8 @@ EchoLine echo_of(const Body& body, const Sonar& sonar, double range_m) {
   line.side = Side::starboard;
   line.bins.assign(static_cast<std::size_t>(sonar.bins));
   const auto tracer = make_intersector("embree", alone.mesh);
-  pinger.trace(aim, {tracer.get(), alone.mesh}, line.side);
-  pinger.echo(aim, alone.mesh, line.side, line);
+  REQUIRE(pinger.trace(aim, {tracer.get(), alone.mesh}, line.side));
+  pinger.echo(aim, line.side, line);
   return line;
 }
 

@@ -25,6 +25,9 @@ import socket
 import subprocess
 import sys
 import time
+import zipfile
+
+import random_scenes
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 EXIT_CODES = {0, 1, 2, 3, 75}  # of the program; a signal ends it with another
@@ -398,6 +401,82 @@ class SameBytes(Row):
         return 1
 
 
+class RandomSceneFiles(Row):
+    title = "scenes of random keys: a message, or the same files on every surface, with any number " \
+            "of threads, and in parts"
+    unit = "scenes"
+
+    def __init__(self, program, jobs, folder):
+        super().__init__(program, jobs, folder)
+        self.scenes = random_scenes.RandomScenes(
+            program.check(["schema", "--json-schema"], folder, codes={0})[1])
+
+    def trial(self, draw):
+        scene = self.scenes.draw(draw)
+        file = self.folder / "scene.toml"
+        for _ in range(60):
+            file.write_text(random_scenes.toml(scene))
+            code, message = self.make("whole")
+            if code == 0:
+                break
+            if not random_scenes.repair(scene, message):
+                return 0
+        else:
+            return 0
+        expected = contents(self.folder / "whole")
+        ways = {"threads": ["--threads", draw.choice([1, 3, 5])]}
+        if "embree" not in scene["run"].get("intersector", ""):
+            for surface in ("static", "refined", "footprint"):
+                ways[surface] = ["--surface", surface]
+        display = scene["display"]
+        if not (display.get("flat_field") or display.get("beam_normalisation") or
+                display.get("mapping") == "equalised"):
+            ways["parts"] = ["-D", "output.pings_per_file=2", "-D", "output.file_per_leg=false"]
+        for way, args in ways.items():
+            code, message = self.make(way, *args)
+            if code == 2 and way in ("static", "refined", "footprint"):
+                continue  # the scene does not allow that surface
+            if code != 0:
+                raise Failed(self.kept(f"{way}: exit code {code}; {message}"))
+            found = contents(self.folder / way)
+            common = expected if way != "parts" else \
+                {name: hash for name, hash in expected.items()
+                 if name.endswith(".png") and not name.endswith("_truth.png") and "/" not in name}
+            differing = [name for name, hash in common.items() if found.get(name) != hash]
+            if differing:
+                raise Failed(self.kept(f"{way}: other {', '.join(differing[:5])}"))
+        return 1
+
+    def make(self, way, *args):
+        shutil.rmtree(self.folder / way, ignore_errors=True)
+        code, _, err = self.program.run(["run", "scene.toml", "-o", way, "--quiet", *args], self.folder)
+        lines = [line for line in err.splitlines() if line and "warning:" not in line]
+        if code not in (0, 1, 2) or (code != 0 and len(lines) != 1):
+            raise Failed(self.kept(f"{way}: exit code {code}; {err[-400:]}"))
+        return code, lines[0] if lines else ""
+
+    def kept(self, problem):
+        failed = self.folder / "failed"
+        failed.mkdir(exist_ok=True)
+        place = failed / f"{len(list(failed.iterdir()))}.toml"
+        shutil.copy(self.folder / "scene.toml", place)
+        return f"{place}: {problem}"
+
+
+def contents(folder):
+    """Hashes of what a run's files say, without what tells how the run was made."""
+    hashes = {}
+    for file in sorted(folder.rglob("*")):
+        name = str(file.relative_to(folder))
+        if file.suffix == ".npz":
+            with zipfile.ZipFile(file) as layers:
+                hashes |= {f"{name}/{layer.filename}": layer.CRC for layer in layers.infolist()
+                           if layer.filename != "attributes.npy"}
+        elif file.is_file() and (file.suffix in (".png", ".csv") or name.endswith("_targets.json")):
+            hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
+    return hashes
+
+
 class DamagedCache(Row):
     title = "a cached seafloor cut short or with changed bytes: noticed, never used"
 
@@ -572,8 +651,8 @@ class LivePage(Row):
 
 ROWS = {"rays": Rays, "kills": Kills, "terminations": Terminations, "failing-calls": FailingCalls,
         "little-memory": LittleMemory, "little-disk": LittleDisk, "together": Together,
-        "same-bytes": SameBytes, "damaged-cache": DamagedCache, "damaged-inputs": DamagedInputs,
-        "long-stream": LongStream, "live-page": LivePage}
+        "same-bytes": SameBytes, "random-scenes": RandomSceneFiles, "damaged-cache": DamagedCache,
+        "damaged-inputs": DamagedInputs, "long-stream": LongStream, "live-page": LivePage}
 
 
 def table(report):

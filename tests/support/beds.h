@@ -63,8 +63,8 @@ inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
   for (const engine::Side side : {engine::Side::port, engine::Side::starboard}) {
     engine::EchoLine& line = lines[static_cast<std::size_t>(side)];
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
-    tracer.trace(aim, {intersector.get(), bed.mesh}, side);
-    tracer.echo(aim, bed.mesh, side, line);
+    (void)tracer.trace(aim, {intersector.get(), bed.mesh}, side);
+    tracer.echo(aim, side, line);
   }
   return lines;
 }

@@ -57,9 +57,11 @@ BeamAim PingTracer::aim(const Pose& pose, double altitude_m, double nearest_bed_
   return aim;
 }
 
-void PingTracer::trace(const BeamAim& aim, const TracedFaces& faces, Side side) {
+bool PingTracer::trace(const BeamAim& aim, const TracedFaces& faces, Side side) {
   const RayFan& fan = aim.fans[static_cast<std::size_t>(side)];
-  if (!needs_hits() && faces.intersector->list_runs(fan, runs_)) return;
+  if (!refracted_ && faces.bed) return false;
+  triangles_ = faces.triangles;
+  if (!needs_hits() && faces.intersector->list_runs(fan, runs_)) return true;
   hits_.resize(fan.grid->rays());
   if (refracted_) return refracted_->trace(fan, faces, hits_);
   faces.intersector->intersect(fan, hits_);
@@ -67,14 +69,15 @@ void PingTracer::trace(const BeamAim& aim, const TracedFaces& faces, Side side) 
     travel_time_->apply(fan, hits_);
   else
     runs_.take(fan, faces.triangles, hits_);
+  return true;
 }
 
-const FanRuns& PingTracer::runs(const BeamAim& aim, refine::Triangles triangles, Side side) {
-  if (travel_time_) runs_.take(aim.fans[static_cast<std::size_t>(side)], triangles, hits_);
+const FanRuns& PingTracer::runs(const BeamAim& aim, Side side) {
+  if (travel_time_) runs_.take(aim.fans[static_cast<std::size_t>(side)], triangles_, hits_);
   return runs_;
 }
 
-void PingTracer::echo(const BeamAim& aim, refine::Triangles triangles, Side side, EchoLine& line) {
+void PingTracer::echo(const BeamAim& aim, Side side, EchoLine& line) {
   line.side = side;
   line.beam = beam_;
   const auto i = static_cast<std::size_t>(side);
@@ -82,9 +85,10 @@ void PingTracer::echo(const BeamAim& aim, refine::Triangles triangles, Side side
   if (refracted_) incidences = &*refracted_;
   if (travel_time_) incidences = &*travel_time_;
   if (incidences)
-    former_.form(aim.fans[i], *aim.layouts[i], aim.motions[i], triangles, hits_, *incidences, line);
+    former_.form(aim.fans[i], *aim.layouts[i], aim.motions[i], triangles(), hits_, *incidences,
+                 line);
   else
-    former_.form(aim.fans[i], *aim.layouts[i], aim.motions[i], triangles, runs_, line);
+    former_.form(aim.fans[i], *aim.layouts[i], aim.motions[i], triangles(), runs_, line);
 }
 
 }  // namespace ensonify::engine

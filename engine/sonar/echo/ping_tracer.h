@@ -55,14 +55,20 @@ class PingTracer {
   /// Whether its rays bend or have other travel times, so that trace() needs hits, not runs.
   bool needs_hits() const { return refracted_ || travel_time_; }
 
+  /// Whether its rays bend.
+  bool bends() const { return refracted_.has_value(); }
+
   /// Finds what the fan of one side hits. The aim and the faces must stay unchanged until echo()
-  /// and runs() of this side were called.
-  void trace(const BeamAim& aim, const TracedFaces& faces, Side side);
+  /// and runs() of this side were called. Returns false if it needs the faces of a bed that is
+  /// given as a grid.
+  [[nodiscard]] bool trace(const BeamAim& aim, const TracedFaces& faces, Side side);
+  /// What the runs and hits of the side that was traced last index.
+  refine::Triangles triangles() const { return refracted_ ? refracted_->triangles() : triangles_; }
   /// The runs of the side that was traced last; valid until the next call. Not for bent rays.
-  const FanRuns& runs(const BeamAim& aim, refine::Triangles triangles, Side side);
+  const FanRuns& runs(const BeamAim& aim, Side side);
   /// Forms the expected echo of the side that was traced last. Sets the side and the beam of the
   /// line.
-  void echo(const BeamAim& aim, refine::Triangles triangles, Side side, EchoLine& line);
+  void echo(const BeamAim& aim, Side side, EchoLine& line);
   /// Counts of how its refracted rays were decided, since it was made.
   RefractionCounts refraction_counts() const {
     return refracted_ ? refracted_->counts() : RefractionCounts{};
@@ -81,6 +87,7 @@ class PingTracer {
   FanBend bend_;
   std::optional<RefractedTracer> refracted_;  // at most one of the two
   std::optional<TravelTime> travel_time_;
+  refine::Triangles triangles_;
   FanRuns runs_;  // of straight rays
   std::vector<Hit> hits_;
 };

@@ -93,6 +93,11 @@ TracedFaces FacesWithBodies::prepare_runs(std::span<const RayFan> fans) {
   return with_bodies(wanted_.empty() ? fixed_->prepare_runs(fans) : fixed_->prepare(fans));
 }
 
+TracedFaces FacesWithBodies::prepare_bed(std::span<const RayFan> fans) {
+  find_wanted(fans);
+  return with_bodies(wanted_.empty() ? fixed_->prepare_bed(fans) : fixed_->prepare(fans));
+}
+
 void FacesWithBodies::find_wanted(std::span<const RayFan> fans) {
   wanted_.clear();
   if (bodies_.empty()) return;

@@ -41,6 +41,7 @@ class FacesWithBodies final : public FaceSource {
 
   TracedFaces prepare(std::span<const RayFan> fans) override;
   TracedFaces prepare_runs(std::span<const RayFan> fans) override;
+  TracedFaces prepare_bed(std::span<const RayFan> fans) override;
   bool announce(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
     return fixed_->announce(fans, spare);
   }

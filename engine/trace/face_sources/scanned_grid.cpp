@@ -21,10 +21,9 @@ class ScannedGrid final : public FaceSource {
   }
 
   TracedFaces prepare(std::span<const RayFan> fans) override {
-    if (std::exchange(scanned_, false)) ++version_;
+    scanned_ = false;
     TracedFaces faces = exact_->prepare(fans);
-    exact_version_ = faces.version;
-    faces.version += version_;
+    faces.version = version_of(Given::all_faces, faces.version);
     return faces;
   }
 
@@ -33,7 +32,6 @@ class ScannedGrid final : public FaceSource {
     if (objects_) scan_.keep_first(objects.triangles, objects.version);
     if (!scan_.take(fans)) return prepare(fans);
     scanned_ = true;
-    ++version_;
     runs_.fans.assign(fans.begin(), fans.end());
     runs_.taken.assign(fans.size(), false);
     if (runs_.of_fans.size() < fans.size()) runs_.of_fans.resize(fans.size());
@@ -45,7 +43,16 @@ class ScannedGrid final : public FaceSource {
       else
         std::swap(runs_.of_fans[i], scan_.runs(i));
     }
-    return {&runs_, scan_.triangles(), version_ + exact_version_, true};
+    return {&runs_, scan_.triangles(), version_of(Given::runs, scans_++), true};
+  }
+
+  TracedFaces prepare_bed(std::span<const RayFan> fans) override {
+    if (!scan_.usable()) return prepare(fans);
+    scanned_ = true;
+    TracedFaces objects = objects_ ? objects_->prepare(fans) : TracedFaces{};
+    objects.version = version_of(Given::bed, objects.version);
+    objects.bed = grid_.get();
+    return objects;
   }
 
   bool announce(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
@@ -85,14 +92,25 @@ class ScannedGrid final : public FaceSource {
     }
   };
 
+  enum class Given { nothing, all_faces, runs, bed };
+  /// A number that differs from the last one if other faces are given, by their own version.
+  std::uint64_t version_of(Given given, std::uint64_t own) {
+    if (given_ != given || own_version_ != own) ++version_;
+    given_ = given;
+    own_version_ = own;
+    return version_;
+  }
+
   std::shared_ptr<const refine::HeightGrid> grid_;
   GridScan scan_;
   std::unique_ptr<FaceSource> exact_, objects_;
   FanRuns of_objects_;
   Runs runs_;
-  bool scanned_ = false;             // whether the last faces were scanned
-  std::uint64_t version_ = 0;        // of what was scanned; that of `exact_` is added
-  std::uint64_t exact_version_ = 0;  // as of its last faces
+  bool scanned_ = false;  // whether the last faces were, or will be, scanned
+  std::uint64_t scans_ = 0;
+  Given given_ = Given::nothing;  // what was given last, and its own version
+  std::uint64_t own_version_ = 0;
+  std::uint64_t version_ = 0;
 };
 
 }  // namespace

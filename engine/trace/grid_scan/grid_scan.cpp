@@ -14,8 +14,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // How much of the slope at which a plane's line could turn back is allowed. The rounding of a
-// crossing grows by 1 / (1 - allowed_slope), for which `rounding` has room.
-constexpr double allowed_slope = 0.95;
+// crossing grows by 1 / (1 - usual_slope), for which `rounding` has room.
+constexpr double usual_slope = 0.95;
+// Moving the points may make faces steeper across a plane.
+constexpr double slope_of_moved = 0.5;
 // A bound, with much to spare, on the rounding of a crossing, relative to the range and to the
 // length of the edge.
 constexpr double rounding = 1e-11;
@@ -48,9 +50,8 @@ struct GridScan::Line {
     up_in_space = up.x() * level + up.y() * fan.pole;
     ahead_in_space = ahead.x() * level + ahead.y() * fan.pole;
   }
-  /// Whether a point is on the positive side: the same bits as off_plane().
-  bool positive(const RayFan& fan, const Vector3d& p) const {
-    const Vector3d from = p - fan.origin;
+  /// Whether a point, from the origin, is on the positive side: the same bits as off_plane().
+  bool positive(const RayFan& fan, const Vector3d& from) const {
     return std::fma(cos_azimuth, dot(fan.array_axis, from),
                     -(sin_azimuth * dot(fan.middle, from))) >= 0.0;
   }
@@ -92,6 +93,39 @@ bool GridScan::take(std::span<const RayFan> fans) {
   return true;
 }
 
+bool GridScan::take(const RayFan& fan, const MovedPoints& moved) {
+  if (!usable_) return false;
+  if (runs_.empty()) runs_.resize(1);
+  face_count_ = other_count_;
+  make_room(other_count_ + fan.grid->rays());
+  arrays_.moved = &moved;
+  const bool taken = take(fan, tables_.of(fan.grid), runs_.front());
+  arrays_.moved = nullptr;
+  return taken;
+}
+
+FanFrame GridScan::frame(const RayFan& fan) const {
+  FanFrame frame = frame_of(fan);
+  if (arrays_.moved) frame.origin = {};  // positions are from there
+  return frame;
+}
+
+double GridScan::allowed_slope() const { return arrays_.moved ? slope_of_moved : usual_slope; }
+
+/// A point of the grid from the fan's origin; not finite if it is not among the moved ones.
+Vector3d GridScan::from_origin(const RayFan& fan, std::ptrdiff_t column, std::ptrdiff_t row) const {
+  if (!arrays_.moved)
+    return grid_->point(static_cast<int>(column), static_cast<int>(row)).cast<double>() -
+           fan.origin;
+  const MovedPoints& moved = *arrays_.moved;
+  const std::uint64_t columns = moved.columns[row];
+  if (column < static_cast<std::ptrdiff_t>(columns & 0xffffffff) ||
+      column >= static_cast<std::ptrdiff_t>(columns >> 32))
+    return Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  const float* const place = moved.positions + 4 * (moved.column_0[row] + column);
+  return {double{place[0]}, double{place[1]}, double{place[2]}};
+}
+
 bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
   const std::size_t planes = fan.planes(), elevations = fan.elevations();
   walk_count_ = 0;
@@ -106,7 +140,7 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
     // The slope that counts is that along the level part of the plane's normal.
     const Vector2d level = line.normal.head<2>();
     if (!(std::abs(line.normal.z()) * level.cwiseAbs().dot(grid_->steepest()) <=
-          allowed_slope * level.squaredNorm()))
+          allowed_slope() * level.squaredNorm()))
       return false;
     // The rays below the direction straight down in the plane.
     const Vector2d down = -line.up;
@@ -135,7 +169,7 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
     intervals_.resize(groups * lanes * room);
     seen_.resize(groups * lanes * room);
   }
-  walk_grid({.frame = frame_of(fan),
+  walk_grid({.frame = frame(fan),
              .range_m = fan.range_m,
              .doubt_m2 = rounding * longest_edge_m_ * fan.range_m,
              .elevations = static_cast<std::int64_t>(elevations),
@@ -168,14 +202,14 @@ bool GridScan::left_at_border(const Line& line, std::size_t walk) const {
   if (walks.left_grid[lane] == 0) return true;
   const int along = walks.left_column[lane] == walks.right_column[lane] ? 1 : 0;
   const double across = std::abs(line.normal[along]);
-  return std::abs(line.normal.z()) * grid_->steepest()[along] <= allowed_slope * across &&
+  return std::abs(line.normal.z()) * grid_->steepest()[along] <= allowed_slope() * across &&
          across > 0.0;
 }
 
 /// Puts a walk at an edge before the first face that a ray can hit. Returns false if there is none.
 bool GridScan::begin_walk(const RayFan& fan, const Line& line, std::size_t plane, bool outwards,
                           std::size_t below_nadir) {
-  const double lowest = grid_->bounds().lowest.z(), highest = grid_->bounds().highest.z();
+  double lowest = grid_->bounds().lowest.z(), highest = grid_->bounds().highest.z();
   const double up_z = line.up_in_space.z();
   const Vector2d ray0(fan.grid->cos_elevation.front(), fan.grid->sin_elevation.front());
   const double sign = outwards ? 1.0 : -1.0;
@@ -183,7 +217,12 @@ bool GridScan::begin_walk(const RayFan& fan, const Line& line, std::size_t plane
   // Distances along the walk from the origin: the lowest ray hits nothing nearer than start_m or
   // farther than reach_m.
   double start_m = 0.0, reach_m = fan.range_m;
-  if (outwards && ray0_ahead > 0.0 && fan.origin.z() > highest) {
+  if (arrays_.moved) {
+    if (!is_above_bed(fan.origin)) return false;
+    constexpr double most_moved = 0.5;  // up or down, as a share of the depth
+    lowest -= most_moved * (fan.origin.z() - lowest);
+    highest += most_moved * (fan.origin.z() - highest);
+  } else if (outwards && ray0_ahead > 0.0 && fan.origin.z() > highest) {
     if (ray0_up >= 0.0) return true;  // there is nothing to hit
     start_m = (fan.origin.z() - highest) / up_z * ray0_ahead / -ray0_up;
   } else if (!is_above_bed(fan.origin)) {
@@ -215,8 +254,8 @@ bool GridScan::begin_walk(const RayFan& fan, const Line& line, std::size_t plane
 
   // Its edge that crosses the plane: off the plane, the line's points are in order.
   const auto positive = [&](std::ptrdiff_t i) {
-    const auto a = static_cast<int>(number), b = static_cast<int>(i);
-    return line.positive(fan, (axis == 0 ? grid_->point(a, b) : grid_->point(b, a)).cast<double>());
+    return line.positive(fan,
+                         axis == 0 ? from_origin(fan, number, i) : from_origin(fan, i, number));
   };
   const bool ascending = line.normal[1 - axis] > 0.0;
   const double middle = 0.5 * (lowest + highest);
@@ -226,7 +265,7 @@ bool GridScan::begin_walk(const RayFan& fan, const Line& line, std::size_t plane
       std::lower_bound(along.begin(), along.end(), guess) - along.begin(), 0, last - 1);
   while (i > 0 && positive(i) == ascending) --i;  // the crossing is before i
   while (i < last && positive(i + 1) != ascending) ++i;
-  if (i == last || positive(i) == ascending) return false;
+  if (i == last || positive(i) == ascending || positive(i + 1) != ascending) return false;
 
   const auto lanes = static_cast<std::size_t>(walks_together());
   const std::size_t lane = walk_count_ % lanes;
@@ -369,7 +408,7 @@ void GridScan::collect(const RayFan& fan, const FanTables& tables, std::size_t p
   }
   for (std::size_t i = 0; i < outwards; ++i) add(interval[i], face[i]);
 
-  find_grid_faces(arrays_, frame_of(fan), faces_.data(), static_cast<std::int64_t>(first_face),
+  find_grid_faces(arrays_, frame(fan), faces_.data(), static_cast<std::int64_t>(first_face),
                   static_cast<std::int64_t>(face_count_),
                   {.positions = positions_.front().data(),
                    .room = static_cast<std::int64_t>(room_ + widest_vector),

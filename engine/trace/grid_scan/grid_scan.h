@@ -28,6 +28,11 @@ class GridScan {
   /// The grid must outlive this.
   explicit GridScan(const refine::HeightGrid& grid);
 
+  /// Whether it can scan this grid at all: one without holes, whose tiles are in memory.
+  bool usable() const { return usable_; }
+  /// A bound on the length of the grid's edges.
+  double longest_edge_m() const { return longest_edge_m_; }
+
   /// Other triangles, whose runs are merged with the bed's: they keep their indices in triangles().
   /// The version changes with them.
   void keep_first(const refine::Triangles& others, std::uint64_t version);
@@ -35,6 +40,10 @@ class GridScan {
   /// Finds the runs of these fans. Returns false, without runs, if one of the fans cannot be
   /// scanned in this way.
   bool take(std::span<const RayFan> fans);
+
+  /// The same for one fan and a bed whose points were moved to `moved`, which must hold those near
+  /// the fan's planes. Below the origin no point may move sideways.
+  bool take(const RayFan& fan, const MovedPoints& moved);
 
   /// The runs of the fan with this number.
   FanRuns& runs(std::size_t fan) { return runs_[fan]; }
@@ -49,6 +58,9 @@ class GridScan {
                   std::size_t below_nadir);
   bool left_at_border(const Line& line, std::size_t walk) const;
   bool is_above_bed(const Eigen::Vector3d& place) const;
+  FanFrame frame(const RayFan& fan) const;
+  double allowed_slope() const;
+  Eigen::Vector3d from_origin(const RayFan& fan, std::ptrdiff_t column, std::ptrdiff_t row) const;
   void collect(const RayFan& fan, const FanTables& tables, std::size_t plane, FanRuns& runs);
   void add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs);
   void trim(const RayFan& fan, FanRuns& runs);

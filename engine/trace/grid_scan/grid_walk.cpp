@@ -88,6 +88,29 @@ HWY_INLINE V3 point_of(const GridArrays& grid, const TilePlace& tile, VI column,
   return {gather(grid.x, column), gather(grid.y, row), gather(grid.z, place_of(tile, column, row))};
 }
 
+// Positions of moved points from the fan's origin; NaN for a point that is not among them.
+HWY_INLINE V3 moved_point(const MovedPoints& moved, VI column, VI row) {
+  constexpr hn::RebindToUnsigned<HalfI> u;
+  const auto columns = hn::BitCast(di, hn::GatherIndex(du, moved.columns, row));
+  const VI first = hn::And(columns, hn::Set(di, 0xffffffff)), end = hn::ShiftRight<32>(columns);
+  const auto there = hn::AndNot(hn::Lt(column, first), hn::Lt(column, end));
+  const auto narrow = hn::BitCast(half, hn::TruncateTo(u, hn::BitCast(du, row)));
+  const VI column_0 = hn::PromoteTo(di, hn::GatherIndex(half, moved.column_0, narrow));
+  const VI place = hn::ShiftLeft<2>(hn::IfThenElseZero(there, column_0 + column));
+  const M known = hn::RebindMask(d, there);
+  const V none = hn::NaN(d);
+  return {hn::IfThenElse(known, gather(moved.positions, place), none),
+          hn::IfThenElse(known, gather(moved.positions + 1, place), none),
+          hn::IfThenElse(known, gather(moved.positions + 2, place), none)};
+}
+// A point of the grid in the frame of the fan.
+HWY_INLINE V3 point_in(const Frame& frame, const GridArrays& grid, const TilePlace& tile, VI column,
+                       VI row) {
+  if (!grid.moved) return into(frame, point_of(grid, tile, column, row));
+  const V3 from = moved_point(*grid.moved, column, row);
+  return {dot(frame.array, from), dot(frame.middle, from), dot(frame.pole, from)};
+}
+
 HWY_INLINE void store_ends(const InPlane& left, const InPlane& right, GridWalks& at) {
   hn::Store(left.off, d, &at.left_off[0]);
   hn::Store(left.x, d, &at.left_x[0]);
@@ -136,11 +159,16 @@ HWY_INLINE void step(const GridWalkArgs& args, const Frame& frame, GridWalks& at
   VI ar = hn::IfThenElse(diagonal, hn::IfThenElse(rises, rr, lr), side_r);
   ac = choose(active, ac, zero), ar = choose(active, ar, zero);
 
-  const V3 apex = into(frame, point_of(grid, tile, ac, ar));
+  const V3 apex = point_in(frame, grid, tile, ac, ar);
   const V sine = hn::Load(d, &at.sin_azimuth[0]), cosine = hn::Load(d, &at.cos_azimuth[0]);
   const InPlane in{off_plane(sine, cosine, apex.x, apex.y),
                    along_plane(sine, cosine, apex.x, apex.y), apex.z};
   const V apex_2 = dot(apex, apex);
+  if (grid.moved) {
+    const M lost = hn::And(active, hn::IsNaN(apex_2));
+    hn::Store(hn::Or(load(&at.doubtful[0]), word_of(lost)), di, &at.doubtful[0]);
+    active = hn::AndNot(lost, active);
+  }
   const M positive = hn::Ge(in.off, hn::Zero(d));
   const M to_right = hn::Xor(positive, mask_of(load(&at.positive_left[0])));
   const M new_left = hn::AndNot(to_right, active), new_right = hn::And(to_right, active);
@@ -204,7 +232,7 @@ HWY_INLINE void begin(const GridWalkArgs& args, const Frame& frame, GridWalks& a
     const VI c = load(column), r = load(row);
     const TilePlace tile = tile_of(grid, hn::Min(c, hn::Set(di, grid.cells_across - 1)),
                                    hn::Min(r, hn::Set(di, grid.cells_up - 1)));
-    const V3 p = into(frame, point_of(grid, tile, c, r));
+    const V3 p = point_in(frame, grid, tile, c, r);
     distance_2 = dot(p, p);
     return InPlane{off_plane(sine, cosine, p.x, p.y), along_plane(sine, cosine, p.x, p.y), p.z};
   };
@@ -298,6 +326,20 @@ HWY_INLINE void find_rays(const GridWalkArgs& args, GridWalks& at, const double*
   hn::Store(word_of(hn::AndNot(hidden, mask_of(load(&at.active[0])))), di, &at.active[0]);
 }
 
+// The corners of a cell's face: HeightGrid::rising_faces and falling_faces.
+HWY_INLINE Corners corners_of(M second, M rising, V3 south_west, V3 south_east, V3 north_west,
+                              V3 north_east) {
+  return {choose(hn::AndNot(rising, second), south_east, south_west),
+          choose(second, north_east, south_east),
+          choose(hn::AndNot(second, rising), north_east, north_west)};
+}
+HWY_INLINE Corners moved_corners(const MovedPoints& moved, M second, M rising, VI column, VI row) {
+  const VI one = hn::Set(di, 1);
+  return corners_of(second, rising, moved_point(moved, column, row),
+                    moved_point(moved, column + one, row), moved_point(moved, column, row + one),
+                    moved_point(moved, column + one, row + one));
+}
+
 }  // namespace
 
 void walk_grid(const GridWalkArgs& args) {
@@ -364,20 +406,19 @@ void find_grid_faces(const GridArrays& grid, const FanFrame& fan_frame, const st
     const VI place = place_of(tile, column, row);
     const Pair south = gather_pair(grid.z, place);
     const Pair north = gather_pair(grid.z, place + hn::Set(di, tile_points));
-    const V3 south_west{x.at, y.at, south.at}, south_east{x.next, y.at, south.next};
-    const V3 north_west{x.at, y.next, north.at}, north_east{x.next, y.next, north.next};
-    // HeightGrid::rising_faces and falling_faces.
     const M is_second = hn::RebindMask(d, second), is_rising = hn::RebindMask(d, rising);
-    const Corners at{choose(hn::AndNot(is_rising, is_second), south_east, south_west),
-                     choose(is_second, north_east, south_east),
-                     choose(hn::AndNot(is_second, is_rising), north_east, north_west)};
+    const Corners at =
+        corners_of(is_second, is_rising, {x.at, y.at, south.at}, {x.next, y.at, south.next},
+                   {x.at, y.next, north.at}, {x.next, y.next, north.next});
     float* to = rows.positions + 3 * i;
     for (const V3& p : {at.a, at.b, at.c}) {
       hn::StoreInterleaved3(hn::DemoteTo(df, p.x), hn::DemoteTo(df, p.y), hn::DemoteTo(df, p.z), df,
                             to);
       to += 3 * rows.room;
     }
-    const FacePlane plane = face_plane(frame, fan_frame.handedness, at);
+    const FacePlane plane =
+        face_plane(frame, fan_frame.handedness,
+                   grid.moved ? moved_corners(*grid.moved, is_second, is_rising, column, row) : at);
     hn::StoreInterleaved4(plane.normal.x, plane.normal.y, plane.normal.z, plane.distance, d,
                           rows.face_planes + 4 * i);
   }

@@ -10,12 +10,22 @@
 
 namespace ensonify::engine {
 
+/// Points of some part of a grid that were moved.
+struct MovedPoints {
+  const std::uint64_t*
+      columns;  ///< by row: of these points, [first, end); the end in the upper half
+  const std::int32_t* column_0;  ///< by row: index that a point of column 0 has or would have
+  const float* positions;        ///< by index: x, y and z from the fan's origin, and 0
+};
+
 /// A bed of heights without holes as plain arrays for the kernels; see refine::HeightGrid::Tile.
 struct GridArrays {
   const float *x, *y;           ///< of the columns and the rows of points
   const float* z;               ///< of the first tile
   const std::uint64_t* rising;  ///< of the first tile
   std::int64_t cells_across, cells_up, tiles_across;
+  /// If not null, walks follow these points instead, and a walk that leaves them is doubtful.
+  const MovedPoints* moved = nullptr;
 };
 
 /// A face of a bed of heights, as 64 bits.
@@ -86,7 +96,8 @@ struct GridFaceRows {
   std::int64_t room;
   double* face_planes;  ///< [face][FacePlane]
 };
-/// The corners and planes of faces [first, end).
+/// The corners and planes of faces [first, end); the planes are those of moved points, if there are
+/// any.
 void find_grid_faces(const GridArrays& grid, const FanFrame& frame, const std::uint64_t* faces,
                      std::int64_t first, std::int64_t end, const GridFaceRows& rows);
 

@@ -19,8 +19,9 @@ using scatter::SoundSpeedProfile;
 constexpr std::uint32_t no_chord = std::numeric_limits<std::uint32_t>::max();
 constexpr double usual_sagitta_m = 1e-3;  // of chords: how far they stray from the ray
 constexpr double fine_sagitta_m = 1e-6;   // below what a tracer in float keeps of a kilometre
-constexpr double overlap_m = 1e-4;        // of chords, so that no face lies between two
-constexpr std::size_t batch = 256;        // rays followed at a time: they fit the cache
+constexpr double flat_within_m = 0.5 * usual_sagitta_m;
+constexpr double overlap_m = 1e-4;  // of chords, so that no face lies between two
+constexpr std::size_t batch = 256;  // rays followed at a time: they fit the cache
 
 /// Adds the edge of a layer at a depth and keeps the speeds. Next to a sample, the edge (and
 /// `depth_m`) moves a little above it. Above the sea surface there is none.
@@ -75,10 +76,14 @@ RefractedTracer::RefractedTracer(const SoundSpeedProfile& profile, double highes
       reference_mps_(reference_mps),
       takes_lists_(takes_lists),
       fastest_mps_(fastest(profile)),
-      straightened_space_(profile, -highest_m, deepest_m, reference_mps, 0.5 * usual_sagitta_m) {}
+      straightening_(
+          std::make_unique<Straightening>(profile, -highest_m, deepest_m, reference_mps)),
+      straightened_space_(*straightening_, flat_within_m) {}
 
-void RefractedTracer::trace(const RayFan& fan, const TracedFaces& faces, std::span<Hit> hits) {
+bool RefractedTracer::trace(const RayFan& fan, const TracedFaces& faces, std::span<Hit> hits) {
   faces_ = faces;
+  on_bed_ = faces.bed != nullptr;
+  if (on_bed_) return trace_bed(fan, hits);
   courses_.clear();
   by_chords_.clear();
   chord_place_.assign(hits.size(), no_chord);
@@ -102,9 +107,41 @@ void RefractedTracer::trace(const RayFan& fan, const TracedFaces& faces, std::sp
     if (courses_.size() == batch) follow(fan, hits);
   }
   follow(fan, hits);
+  return true;
+}
+
+/// The nearer of a bed's and its objects' hits, if all are decided in straightened space.
+bool RefractedTracer::trace_bed(const RayFan& fan, std::span<Hit> hits) {
+  if (grid_ != faces_.bed) {
+    grid_ = faces_.bed;
+    bed_.emplace(*grid_, *straightening_, flat_within_m);
+  }
+  straightening_->start(fan);
+  const bool objects = !faces_.triangles.faces.empty();
+  bed_->keep_first(faces_.triangles, faces_.version);
+  if (!bed_->trace(fan, hits)) return false;
+  chord_place_.clear();
+  of_objects_.clear();
+  if (objects) {
+    of_objects_.resize(hits.size());
+    if (!straightened_space_.trace(fan, faces_, of_objects_, undecided_) || !undecided_.empty())
+      return false;
+    for (std::size_t i = 0; i < hits.size(); ++i)
+      if (of_objects_[i].t < hits[i].t) hits[i] = of_objects_[i];
+  }
+  std::size_t rays = 0;
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane)
+    for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation)
+      rays += fan.grid->within_beam(plane, elevation) ? 1 : 0;
+  counts_.rays += rays;
+  counts_.straightened += rays;
+  return true;
 }
 
 RayIncidence RefractedTracer::incidence_of(std::size_t number, Hit& hit) {
+  if (on_bed_)
+    return hit.index < faces_.triangles.faces.size() ? straightened_space_.incidence_of(number, hit)
+                                                     : bed_->incidence_of(number, hit);
   const std::uint32_t place = chord_place_[number];
   return place == no_chord ? straightened_space_.incidence_of(number, hit) : by_chords_[place];
 }

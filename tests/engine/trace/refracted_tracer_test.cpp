@@ -6,6 +6,7 @@
 
 #include "support/beds.h"
 #include "support/catch.h"
+#include "support/heights.h"
 #include "support/meshes.h"
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
@@ -90,7 +91,7 @@ void compare(const scatter::SoundSpeedProfile& profile, double depth_m, int elev
   fan.bend = bend_of(profile, 16.5, fan.range_m, 1490.0);
   RefractedTracer tracer(profile, refine::bounds(bed.mesh).highest.z(), 16.5, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
-  tracer.trace(fan, {embree.get(), bed.mesh}, hits);
+  REQUIRE(tracer.trace(fan, {embree.get(), bed.mesh}, hits));
   CHECK(tracer.counts().chords < 40 * tracer.counts().rays);
   int same = 0, hit_count = 0, near_edge = 0, unexplained = 0;
   for (std::size_t k = 0; k < fan.planes(); ++k)
@@ -158,15 +159,84 @@ TEST_CASE("A tracer hits a second surface as a new tracer does") {
   RefractedTracer used(thermocline, highest_m, 16.5, 1490.0, false);
   RefractedTracer fresh(thermocline, highest_m, 16.5, 1490.0, false);
   std::vector<Hit> first(fan.grid->rays()), again = first, expected = first;
-  used.trace(fan, {nullptr, before.mesh}, first);
-  used.trace(fan, {nullptr, bed.mesh, 1}, again);
-  fresh.trace(fan, {nullptr, bed.mesh}, expected);
+  REQUIRE(used.trace(fan, {nullptr, before.mesh}, first));
+  REQUIRE(used.trace(fan, {nullptr, bed.mesh, 1}, again));
+  REQUIRE(fresh.trace(fan, {nullptr, bed.mesh}, expected));
   std::size_t hit_count = 0, different = 0;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     hit_count += static_cast<bool>(expected[i]);
     different += again[i].face != expected[i].face || again[i].t != expected[i].t;
   }
   CHECK(hit_count > 500);
+  CHECK(different == 0);
+}
+
+TEST_CASE("A bed of heights with objects gives the hits of all their faces, to the bit") {
+  tests::Random random(3);
+  tests::Heights heights{321, 321, 0.25, {}};
+  for (int y = 0; y < heights.rows; ++y)
+    for (int x = 0; x < heights.columns; ++x)
+      heights.z_m.push_back(-15.0 + 0.1 * std::sin(0.45 * x) * std::cos(0.35 * y) +
+                            0.5 * std::sin(0.055 * x + 0.1 * y) +
+                            0.02 * tests::uniform(random, -1.0, 1.0));
+  const refine::HeightGrid grid = heights.grid();
+  Seafloor all;
+  all.mesh = grid.mesh();
+  const auto bed_faces = static_cast<std::uint32_t>(all.mesh.faces.size());
+  Seafloor boxes;
+  for (Seafloor* to : {&all, &boxes}) {
+    tests::add_box(*to, {-5, -6, -15.5}, {-3, 6, -13});
+    tests::add_box(*to, {12, -20, -14}, {14, 20, -13.5});
+  }
+  std::vector<std::uint32_t> numbers;
+  for (std::uint32_t i = 0; i < boxes.mesh.faces.size(); ++i) numbers.push_back(bed_faces + i);
+  const refine::Triangles objects{boxes.mesh.positions, boxes.mesh.faces, numbers};
+  const float highest_m = refine::bounds(all.mesh).highest.z();
+  const scatter::SoundSpeedProfile strong({{0, 1480}, {10, 1520}, {60, 1525}});
+
+  int on_bed = 0, refused = 0;
+  std::size_t hit_count = 0, on_objects = 0, different = 0;
+  for (const scatter::SoundSpeedProfile* profile : {&thermocline, &duct, &strong}) {
+    RefractedTracer by_faces(*profile, highest_m, 16.5, 1490.0, false);
+    RefractedTracer by_grid(*profile, highest_m, 16.5, 1490.0, false);
+    for (int number = 0; number < 24; ++number) {
+      RayFan fan = fan_at({tests::uniform(random, -20.0, 5.0), tests::uniform(random, -10.0, 10.0),
+                           tests::uniform(random, -12.0, -5.0)},
+                          400, number % 3 == 0 ? 15.0 : 45.0);
+      const Eigen::Quaterniond turn(
+          Eigen::AngleAxisd(tests::uniform(random, -3.0, 3.0), Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(number % 4 == 0 ? 0.0 : tests::uniform(random, -0.1, 0.1),
+                            Eigen::Vector3d::UnitX()) *
+          Eigen::AngleAxisd(tests::uniform(random, -0.1, 0.1), Eigen::Vector3d::UnitY()));
+      for (Eigen::Vector3d* axis : {&fan.array_axis, &fan.middle, &fan.pole}) *axis = turn * *axis;
+      fan.bend = bend_of(*profile, 16.5, fan.range_m, 1490.0);
+      CAPTURE(number, fan.origin.transpose());
+      std::vector<Hit> expected(fan.grid->rays()), found = expected;
+      REQUIRE(by_faces.trace(fan, {nullptr, all.mesh}, expected));
+      if (!by_grid.trace(fan, {.triangles = objects, .version = 1, .bed = &grid}, found)) {
+        ++refused;
+        continue;
+      }
+      ++on_bed;
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        const bool same = found[i].face == expected[i].face && found[i].t == expected[i].t;
+        different += !same;
+        if (!same || !found[i]) continue;
+        ++hit_count;
+        on_objects += found[i].face >= bed_faces;
+        CHECK(by_grid.triangles().number(found[i].index) == found[i].face);
+        const RayIncidence a = by_faces.incidence_of(i, expected[i]);
+        const RayIncidence b = by_grid.incidence_of(i, found[i]);
+        different += found[i].t != expected[i].t || a.place != b.place ||
+                     a.direction != b.direction || a.spreading_m2 != b.spreading_m2 ||
+                     a.absorption_db != b.absorption_db || a.upwards != b.upwards;
+      }
+    }
+  }
+  CHECK(on_bed > 40);
+  CHECK(refused > 0);
+  CHECK(hit_count > 30'000);
+  CHECK(on_objects > 1'000);
   CHECK(different == 0);
 }
 
@@ -180,7 +250,7 @@ TEST_CASE("Faces are flat in straightened space within half a millimetre") {
       RefractedTracer tracer(thermocline, refine::bounds(bed.mesh).highest.z(), 16.5, 1490.0);
       const auto embree = make_intersector("embree", bed.mesh);
       std::vector<Hit> hits(fan.grid->rays());
-      tracer.trace(fan, {embree.get(), bed.mesh}, hits);
+      REQUIRE(tracer.trace(fan, {embree.get(), bed.mesh}, hits));
       double worst_m = 0.0;
       int looked = 0;
       for (std::size_t i = 0; i < hits.size(); ++i) {
@@ -215,7 +285,7 @@ TEST_CASE("Everything that a bent fan can touch is in its fan volume") {
   const refine::ViewTest test(std::span(&volume, 1));
   RefractedTracer tracer(thermocline, highest_m, 16.5, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
-  tracer.trace(fan, {embree.get(), bed.mesh}, hits);
+  REQUIRE(tracer.trace(fan, {embree.get(), bed.mesh}, hits));
   for (std::size_t i = 0; i < hits.size(); ++i)
     if (hits[i]) CHECK(test.touches({tracer.incidence_of(i, hits[i]).place.cast<float>(), 0.0f}));
 }
@@ -229,7 +299,7 @@ TEST_CASE(
   fan.bend = bend_of(thermocline, 15.0, fan.range_m, 1490.0);
   RefractedTracer tracer(thermocline, -15.0, 15.0, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
-  tracer.trace(fan, {embree.get(), bed.mesh}, hits);
+  REQUIRE(tracer.trace(fan, {embree.get(), bed.mesh}, hits));
   int looked = 0;
   const std::size_t k = 2, first = k * fan.elevations();
   for (std::size_t j = 0; j + 1 < fan.elevations(); ++j) {
