@@ -13,7 +13,12 @@ constexpr std::uint32_t max_in_leaf = 8;
 
 BallTree::BallTree(Triangles triangles) : triangles_(triangles), order_(triangles.faces.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
-  if (!order_.empty()) grow(0, static_cast<std::uint32_t>(order_.size()));
+  std::vector<Eigen::Vector3f> middles;  // of the faces, three times
+  middles.reserve(order_.size());
+  for (const auto& [a, b, c] : triangles_.faces)
+    middles.emplace_back(triangles_.positions[a] + triangles_.positions[b] +
+                         triangles_.positions[c]);
+  if (!order_.empty()) grow(0, static_cast<std::uint32_t>(order_.size()), middles);
   corners_.reserve(order_.size());
   for (const std::uint32_t number : order_) {
     const Face& face = triangles_.faces[number];
@@ -27,22 +32,18 @@ std::size_t BallTree::bytes() const {
 }
 
 /// Adds the node over order_[first] to order_[end - 1], and those below it.
-void BallTree::grow(std::uint32_t first, std::uint32_t end) {
-  Bounds box, middles;
-  const auto middle = [&](std::uint32_t face) -> Eigen::Vector3f {
-    const Face& corners = triangles_.faces[face];
-    return triangles_.positions[corners[0]] + triangles_.positions[corners[1]] +
-           triangles_.positions[corners[2]];
-  };
+void BallTree::grow(std::uint32_t first, std::uint32_t end,
+                    std::span<const Eigen::Vector3f> middles) {
+  Bounds box, of_middles;
   box.lowest = box.highest = triangles_.positions[triangles_.faces[order_[first]][0]];
-  middles.lowest = middles.highest = middle(order_[first]);
+  of_middles.lowest = of_middles.highest = middles[order_[first]];
   for (std::uint32_t i = first; i < end; ++i) {
     for (const std::uint32_t corner : triangles_.faces[order_[i]]) {
       box.lowest = box.lowest.cwiseMin(triangles_.positions[corner]);
       box.highest = box.highest.cwiseMax(triangles_.positions[corner]);
     }
-    middles.lowest = middles.lowest.cwiseMin(middle(order_[i]));
-    middles.highest = middles.highest.cwiseMax(middle(order_[i]));
+    of_middles.lowest = of_middles.lowest.cwiseMin(middles[order_[i]]);
+    of_middles.highest = of_middles.highest.cwiseMax(middles[order_[i]]);
   }
   const std::size_t number = nodes_.size();
   nodes_.push_back({.ball = ball_around(box)});
@@ -51,15 +52,15 @@ void BallTree::grow(std::uint32_t first, std::uint32_t end) {
     nodes_[number].count = end - first;
   } else {
     Eigen::Index axis = 0;
-    (middles.highest - middles.lowest).maxCoeff(&axis);
+    (of_middles.highest - of_middles.lowest).maxCoeff(&axis);
     const std::uint32_t half = first + (end - first) / 2;
     const auto at = [&](std::uint32_t i) { return order_.begin() + std::ptrdiff_t{i}; };
     std::nth_element(at(first), at(half), at(end), [&](std::uint32_t a, std::uint32_t b) {
-      const float ma = middle(a)[axis], mb = middle(b)[axis];
+      const float ma = middles[a][axis], mb = middles[b][axis];
       return ma < mb || (ma == mb && a < b);
     });
-    grow(first, half);
-    grow(half, end);
+    grow(first, half, middles);
+    grow(half, end, middles);
   }
   nodes_[number].next = static_cast<std::uint32_t>(nodes_.size());
 }

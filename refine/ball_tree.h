@@ -55,7 +55,7 @@ class BallTree {
     std::uint32_t next = 0;  // the node after all below this one
     std::uint32_t first = 0, count = 0;
   };
-  void grow(std::uint32_t first, std::uint32_t end);
+  void grow(std::uint32_t first, std::uint32_t end, std::span<const Eigen::Vector3f> middles);
 
   Triangles triangles_;
   std::vector<Node> nodes_;

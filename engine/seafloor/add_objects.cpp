@@ -47,7 +47,7 @@ void add_object(PlacedObjects::One& object, Seafloor& seafloor) {
 
 void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                  std::span<const Material> materials, Heightfield* heights, Seafloor& seafloor,
-                 const MemoryPlan& plan, const std::function<void()>& stop_check) {
+                 const MemoryPlan& plan, const WorkControl& control) {
   if (tables.empty()) return;
   const auto require_labels = [&](std::size_t count, std::string_view what) {
     if (count + seafloor.labels.size() > max_labels)
@@ -56,8 +56,7 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                       what, max_labels - seafloor.labels.size()));
   };
   require_labels(count_of(tables), "objects");
-  PlacedObjects placed =
-      place_objects(tables, seed, BedGrid(seafloor), materials, plan, stop_check);
+  PlacedObjects placed = place_objects(tables, seed, BedGrid(seafloor), materials, plan, control);
   if (const std::optional<std::size_t> first = first_scoured(tables)) {
     if (!heights)
       throw std::invalid_argument(

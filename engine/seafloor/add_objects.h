@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
@@ -9,6 +8,7 @@
 #include <ensonify/engine/seafloor/memory_plan.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 
@@ -18,6 +18,6 @@ namespace ensonify::engine {
 /// refine::MeshError for more than 2^31 faces.
 void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                  std::span<const Material> materials, Heightfield* heights, Seafloor& seafloor,
-                 const MemoryPlan& plan, const std::function<void()>& stop_check);
+                 const MemoryPlan& plan, const WorkControl& control);
 
 }  // namespace ensonify::engine

@@ -98,7 +98,7 @@ Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
   if (first_scoured(objects)) {
     Seafloor seafloor;
     take_bed(ground, count_of(objects), seafloor);
-    add_objects(objects, seed, materials, &ground.field, seafloor, plan, control.stop_check);
+    add_objects(objects, seed, materials, &ground.field, seafloor, plan, control);
   }
   return std::move(ground.field);
 }
@@ -132,7 +132,7 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
     take_bed(ground, count_of(objects), seafloor);
   }
   add_objects(objects, seed, materials, seafloor.grid ? &ground.field : nullptr, seafloor, plan,
-              control.stop_check);
+              control);
   if (form == BedForm::mesh) take_bed_to_mesh(seafloor);
   return seafloor;
 }

@@ -122,7 +122,7 @@ Seafloor make_seafloor_in_tiles(const SeafloorOptions& options, std::uint64_t se
                                 const MemoryPlan& plan, const std::function<void()>& stop_check) {
   Seafloor seafloor;
   take_bed_in_tiles(options, seed, tiles, seafloor);
-  add_objects(objects, seed, materials, nullptr, seafloor, plan, stop_check);
+  add_objects(objects, seed, materials, nullptr, seafloor, plan, {1, stop_check});
   return seafloor;
 }
 

@@ -22,6 +22,7 @@
 #include <ensonify/engine/seafloor/objects/spacing.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/refine/mesh_reader.h>
+#include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
 namespace {
@@ -121,17 +122,19 @@ struct Body {
 class Placing {
  public:
   Placing(std::uint64_t its_seed, const BedGrid& its_bed, std::span<const Material> its_materials,
-          const MemoryPlan& its_plan, const std::function<void()>& stop_check)
+          const MemoryPlan& its_plan, const WorkControl& control)
       : seed(its_seed),
         bed(its_bed),
         materials(its_materials),
         plan(its_plan),
-        stop_check_(stop_check) {}
+        threads(control.threads),
+        stop_check_(control.stop_check) {}
 
   const std::uint64_t seed;
   const BedGrid& bed;
   const std::span<const Material> materials;
   const MemoryPlan& plan;
+  const int threads;
 
   /// Call it before each object is set down. `faces`: of that object.
   void take(std::size_t faces, const std::string& what) {
@@ -279,6 +282,7 @@ class Table {
   PlacedObjects::One one(std::size_t number, Layout& layout) const {
     const Spot spot{options_.east_m, options_.north_m, options_.heading_rad, options_.scale};
     const Body body = body_of(number);
+    placing_.take(body.mesh.faces.size(), what_);  // a line has few
     PlacedObjects::One placed =
         set_down_at(body, spot);  // first, since it refuses a line that is too long
     layout.take(discs(body.mesh, spot));
@@ -287,16 +291,31 @@ class Table {
 
   std::vector<PlacedObjects::One> many(Layout& layout) const {
     const PlacementArea area = area_of();
-    std::vector<PlacedObjects::One> all;
-    for (std::size_t number = 0; number < static_cast<std::size_t>(options_.count); ++number) {
-      const Body body = body_of(number);
-      const std::optional<Spot> spot = find_room(body.mesh, number, area, layout);
-      if (!spot)
-        throw refine::MeshError(fmt::format(
-            "{}: only {} of {} objects found room after {} tries each; use fewer or smaller "
-            "objects, a smaller gap_m or margin_m, or a larger area over the seafloor",
-            what_, number, options_.count, max_tries));
-      all.push_back(set_down_at(body, *spot));
+    const auto count = static_cast<std::size_t>(options_.count);
+    const std::size_t at_once = 2 * static_cast<std::size_t>(placing_.threads);
+    std::vector<PlacedObjects::One> all(count);
+    std::vector<Body> bodies;
+    std::vector<Spot> spots;
+    for (std::size_t first = 0; first < count; first += at_once) {
+      const std::size_t some = std::min(at_once, count - first);
+      bodies.assign(some, {});
+      spots.clear();
+      refine::parallel_for(some, placing_.threads,
+                           [&](std::size_t i, int) { bodies[i] = body_of(first + i); });
+      // One after another, because each keeps its distance from those before it.
+      for (std::size_t i = 0; i < some; ++i) {
+        const std::optional<Spot> spot = find_room(bodies[i].mesh, first + i, area, layout);
+        if (!spot)
+          throw refine::MeshError(fmt::format(
+              "{}: only {} of {} objects found room after {} tries each; use fewer or smaller "
+              "objects, a smaller gap_m or margin_m, or a larger area over the seafloor",
+              what_, first + i, options_.count, max_tries));
+        placing_.take(bodies[i].mesh.faces.size(), what_);
+        spots.push_back(*spot);
+      }
+      refine::parallel_for(some, placing_.threads, [&](std::size_t i, int) {
+        all[first + i] = set_down_at(bodies[i], spots[i]);
+      });
     }
     return all;
   }
@@ -322,7 +341,6 @@ class Table {
   }
 
   PlacedObjects::One set_down_at(const Body& body, const Spot& spot) const {
-    placing_.take(body.mesh.faces.size(), what_);  // a line has few
     SetDown placed = is_line() ? lay_down(options_, spot, bed_, what_)
                                : set_down(body.mesh, options_, spot, bed_, what_, body.sunk_m);
     const refine::Bounds box = refine::bounds(placed.mesh);
@@ -539,9 +557,9 @@ class CoarseFacets {
 
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                             const BedGrid& bed, std::span<const Material> materials,
-                            const MemoryPlan& plan, const std::function<void()>& stop_check) {
+                            const MemoryPlan& plan, const WorkControl& control) {
   PlacedObjects placed;
-  Placing placing(seed, bed, materials, plan, stop_check);
+  Placing placing(seed, bed, materials, plan, control);
   CoarseFacets coarse;
   Layout layout;
   std::vector<std::vector<PlacedObjects::One>> of_table(tables.size());

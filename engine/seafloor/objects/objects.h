@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,6 +14,7 @@
 #include <ensonify/engine/seafloor/memory_plan.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/work_control.h>
 #include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::engine {
@@ -66,10 +66,10 @@ std::size_t count_of(std::span<const ObjectOptions> tables);
 /// changes them only if its objects occupy the place. Throws refine::MeshError for a mesh or path
 /// that cannot be read, for a place without a bed below it and for objects that find no room;
 /// std::invalid_argument for sizes that contradict one another; MemoryError for a mesh or objects
-/// that do not fit. `stop_check` is called before each object; what it throws ends the work.
+/// that do not fit. Does not depend on the number of threads.
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                             const BedGrid& bed, std::span<const Material> materials = {},
                             const MemoryPlan& plan = {},
-                            const std::function<void()>& stop_check = {});
+                            const WorkControl& control = {});
 
 }  // namespace ensonify::engine
