@@ -124,12 +124,12 @@ std::vector<BentRay> BentReference::trace_some(const RayFan& fan, std::uint64_t 
   return some;
 }
 
-void BentReference::compare(const RayFan& fan, std::span<const BentRay> some,
+bool BentReference::compare(const RayFan& fan, std::span<const BentRay> some,
                             RefractedTracer& tracer, const TracedFaces& faces,
                             AgreementCounts& tally) const {
   std::vector<Hit> hits(fan.grid->rays());
-  const refine::Triangles& triangles = faces.triangles;
-  tracer.trace(fan, faces, hits);
+  if (!tracer.trace(fan, faces, hits)) return false;
+  const refine::Triangles triangles = tracer.triangles();
   for (const BentRay& ray : some) {
     Hit& found = hits[ray.number];
     if (found) tracer.incidence_of(ray.number, found);
@@ -144,6 +144,7 @@ void BentReference::compare(const RayFan& fan, std::span<const BentRay> some,
     tally.largest_dt_relative = std::max(tally.largest_dt_relative, dt_m / ray.expected.t);
     tally.largest_dt_of_tolerance = std::max(tally.largest_dt_of_tolerance, dt_m / tolerance_m);
   }
+  return true;
 }
 
 Verdict BentReference::judge(const BentRay& ray, const Hit& found) const {

@@ -73,9 +73,12 @@ void CandidateWorker::compare_bent(std::span<const RayFan> fans, const BentRefer
   for (const RayFan& fan : fans) some.push_back(reference.trace_some(fan, every, turn));
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
     if (!bent_tracers_[c]) continue;
-    const TracedFaces faces = surfaces_[c]->prepare(fans);
+    TracedFaces faces = surfaces_[c]->prepare_bed(fans);
     for (std::size_t i = 0; i < fans.size(); ++i)
-      reference.compare(fans[i], some[i], *bent_tracers_[c], faces, tallies[c]);
+      if (!reference.compare(fans[i], some[i], *bent_tracers_[c], faces, tallies[c])) {
+        faces = surfaces_[c]->prepare(fans);
+        reference.compare(fans[i], some[i], *bent_tracers_[c], faces, tallies[c]);
+      }
   }
 }
 
