@@ -69,7 +69,6 @@ std::size_t count_of(std::span<const ObjectOptions> tables);
 /// that do not fit. Does not depend on the number of threads.
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                             const BedGrid& bed, std::span<const Material> materials = {},
-                            const MemoryPlan& plan = {},
-                            const WorkControl& control = {});
+                            const MemoryPlan& plan = {}, const WorkControl& control = {});
 
 }  // namespace ensonify::engine
