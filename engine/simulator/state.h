@@ -76,7 +76,7 @@ struct Simulator::ThreadState {
   void use(PreparedSonars others, const SharedState& shared);
   void count_object_visibility(const SharedState& shared);
   void make_lines();
-  /// Whether its beams need hits, not only runs.
+  /// The faces of the fans that `aim` has, as its beams need them.
   TracedFaces prepare_faces();
 
   FacesWithBodies face_source;

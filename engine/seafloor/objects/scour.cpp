@@ -28,7 +28,7 @@ bool is_scoured(const ObjectOptions& table) {
 }
 
 /// Whether an object is so long that its scour would lie beyond the bed's border, if anywhere.
-bool is_longer_than(const Heightfield& bed, const refine::TriangleMesh& mesh) {
+bool is_much_longer(const refine::TriangleMesh& mesh, const Heightfield& bed) {
   const refine::Bounds box = refine::bounds(mesh);
   const double longest_m = (box.highest - box.lowest).head<2>().cast<double>().norm();
   return longest_m > 2.0 * std::hypot(bed.x_m(bed.columns - 1) - bed.x_m(0),
@@ -201,7 +201,7 @@ void add_scours(Heightfield& bed, const PlacedObjects& placed,
   std::vector<std::pair<std::size_t, Scour>> scours;  // by object
   for (std::size_t i = 0; i < placed.objects.size(); ++i)
     if (is_scoured(tables[placed.objects[i].record.table]) &&
-        !is_longer_than(bed, placed.objects[i].mesh))
+        !is_much_longer(placed.objects[i].mesh, bed))
       scours.emplace_back(i, Scour(bed, placed.objects[i].mesh));
   for (const auto& [i, scour] : scours)
     scour.add_to(bed, tables[placed.objects[i].record.table],

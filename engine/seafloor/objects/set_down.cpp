@@ -75,7 +75,7 @@ struct Drops {
 };
 
 /// Calls with(point) for points on the edges of a closed mesh, between their ends, at most a step
-/// apart on all but absurdly long edges.
+/// apart on edges of up to most_steps steps.
 template <class With>
 void between_vertices(refine::Triangles mesh, double step_m, With&& with) {
   for (const refine::Face& face : mesh.faces)

@@ -77,8 +77,8 @@ GridScan::GridScan(const refine::HeightGrid& grid) : grid_(&grid), known_(known_
              .cells_across = static_cast<std::int64_t>(cells_across),
              .cells_up = static_cast<std::int64_t>(cells_up),
              .tiles_across = grid.tile_columns()};
-  longest_edge_m_ = std::hypot(widest_step(grid.x()), widest_step(grid.y())) *
-                    std::hypot(1.0, grid.steepest().norm());
+  diagonal_m_ = std::hypot(widest_step(grid.x()), widest_step(grid.y()));
+  longest_edge_m_ = diagonal_m_ * std::hypot(1.0, grid.steepest().norm());
 }
 
 bool GridScan::take(std::span<const RayFan> fans) {

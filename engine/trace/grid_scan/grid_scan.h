@@ -30,8 +30,8 @@ class GridScan {
 
   /// Whether it can scan this grid at all: one without holes, whose tiles are in memory.
   bool usable() const { return usable_; }
-  /// A bound on the length of the grid's edges.
-  double longest_edge_m() const { return longest_edge_m_; }
+  /// The diagonal of the largest cell, seen from above.
+  double diagonal_m() const { return diagonal_m_; }
 
   /// Other triangles, whose runs are merged with the bed's: they keep their indices in triangles().
   /// The version changes with them.
@@ -69,6 +69,7 @@ class GridScan {
   const refine::HeightGrid* grid_;
   GridArrays arrays_{};
   bool usable_ = false;
+  double diagonal_m_ = 0.0;
   double longest_edge_m_ = 0.0;  // a bound
   KnownFanTables tables_;
   std::vector<FanRuns> runs_;

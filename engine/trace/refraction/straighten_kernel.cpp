@@ -89,7 +89,7 @@ void straighten_points(const PointsOfPatch& points, const MovedPointRows& to) {
                            (zero - out_by_down) * north,
                            down_by_down};
 
-    float position[4][hn::MaxLanes(df)];
+    float position[3][hn::MaxLanes(df)];
     hn::StoreU(hn::DemoteTo(df, moved_x), df, position[0]);
     hn::StoreU(hn::DemoteTo(df, moved_y), df, position[1]);
     hn::StoreU(hn::DemoteTo(df, moved_z), df, position[2]);

@@ -4,7 +4,7 @@
 
 namespace ensonify::engine {
 
-/// The coordinates and the Jacobians have room for so many values more behind the last point.
+/// The arrays of coordinates and of Jacobians are this much longer than the number of points.
 inline constexpr std::size_t points_padding = 16;
 
 /// Some points of a row of a bed, whose rays are interpolated in one cell of an EigenrayGrid, and

@@ -23,13 +23,6 @@ std::uint32_t last_before(std::span<const float> places, double x) {
   return static_cast<std::uint32_t>(std::max<std::ptrdiff_t>(after - places.begin(), 1) - 1);
 }
 
-double widest_step_m(std::span<const float> places) {
-  double widest = 0.0;
-  for (std::size_t i = 1; i < places.size(); ++i)
-    widest = std::max(widest, double{places[i]} - double{places[i - 1]});
-  return widest;
-}
-
 /// Points whose hull, seen from above, holds the lines in which the planes of a fan meet a bed
 /// between two heights, from some way behind the origin to the end of the range.
 std::array<Vector2d, 8> outline(const RayFan& fan, double lowest_m, double highest_m,
@@ -77,7 +70,6 @@ StraightenedBed::StraightenedBed(const refine::HeightGrid& grid, Straightening& 
       straightening_(&straightening),
       most_bow8_m2_(Straightening::most_bow8_m2(tolerance_m)),
       scan_(grid),
-      step_m_(std::hypot(widest_step_m(grid.x()), widest_step_m(grid.y()))),
       column_0_(static_cast<std::size_t>(grid.rows())),
       east_m_(static_cast<std::size_t>(grid.columns()) + points_padding) {}
 
@@ -102,7 +94,7 @@ bool StraightenedBed::find_points(const RayFan& fan) {
   const double lowest_m = grid_->bounds().lowest.z(), highest_m = grid_->bounds().highest.z();
   // Bent rays leave a plane that is not upright, by no more than this.
   const double bent_m = std::abs(fan.array_axis.z()) * fan.bend.turn_rad * fan.range_m;
-  const double around_m = cells_around * step_m_ + bent_m;
+  const double around_m = cells_around * scan_.diagonal_m() + bent_m;
   const std::array<Vector2d, 8> points =
       outline(fan, lowest_m, highest_m, around_m + behind_depths * (fan.origin.z() - lowest_m));
   const auto [south, north] = std::ranges::minmax(points, {}, [](const auto& p) { return p.y(); });
@@ -164,7 +156,7 @@ float StraightenedBed::find_longest_edge_m() {
     };
     with_neighbours(row, take(east_m), take(north_m));
   }
-  return std::hypot(static_cast<float>(step_m_), east_m + north_m);
+  return std::hypot(static_cast<float>(scan_.diagonal_m()), east_m + north_m);
 }
 
 /// Moves the points. False if one of them stands too high, if no known ray reaches it, or if a face

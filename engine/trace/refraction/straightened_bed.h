@@ -52,7 +52,6 @@ class StraightenedBed {
   Straightening* straightening_;
   float most_bow8_m2_;
   GridScan scan_;
-  double step_m_;  // a cell's diagonal
 
   // Of the fan that was traced last:
   std::vector<std::uint64_t> columns_;  // as MovedPoints

@@ -40,8 +40,8 @@ class Straightening {
   /// Where a point moves, from the source; zero if no known ray reaches it. Returns false if the
   /// point is not clearly below the source.
   bool move(const Eigen::Vector3d& point, RayToPoint& ray, Eigen::Vector3f& to);
-  /// The same for some points of a row: for each x_m and z_m. They and the Jacobians have room for
-  /// points_padding more. False as well if no known ray reaches one of them.
+  /// The same for some points of a row: for each x_m and z_m. They and the Jacobians are
+  /// points_padding longer than the points. False as well if no known ray reaches one of them.
   bool move(std::span<const float> x_m, double y_m, std::span<const float> z_m,
             const MovedPointRows& to);
   /// Eight times the distance, squared, from the middle of an edge to the middle of its chord in
