@@ -59,6 +59,7 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
                 [&](const Row& row) { return (bed + row.name).find(filter) == std::string::npos; });
   if (wanted.empty()) return {};
   scene.track.pings = pings;
+  scene.run.surface = "static";  // with a mesh of the bed
   engine::Simulator simulator(scene);
   const std::vector<engine::RayFan> fans = fans_over(simulator);
   std::vector<engine::Hit> hits(fans.front().grid->rays());

@@ -248,6 +248,7 @@ class Reader {
                                       printable(name.str()), fmt::join(names, ", "),
                                       scatter::suggestion(name.str(), names)));
       }
+      if (in_file_) places_.insert_or_assign(path, place(name.source()));
       read_keys(section, *owner, expect_table(table, path), path);
     }
   }

@@ -69,6 +69,14 @@ std::string smaller_bed_cure(const SeafloorOptions& options, BedForm form) {
 
 void require_heights_fit(const SeafloorOptions& options, const MemoryPlan& plan) {
   const Heightfield grid = base_grid(options);
+  if (options.kind == SeafloorKind::fractal && options.ripples.rms_height_m > 0.0)
+    plan.limit.require(
+        spectral_field_bytes(grid, ripple_field(grid, options.ripples)),
+        fmt::format("ripples of {} m in cells of {} m (they repeat after 4 wavelengths over "
+                    "relative_width)",
+                    options.ripples.wavelength_m, std::max(grid.cell_east_m, grid.cell_north_m)),
+        "make seafloor.ripples.wavelength_m shorter, or seafloor.cell_m or "
+        "seafloor.ripples.relative_width larger");
   plan.limit.require(heights_bytes(options, grid) + plan.more_bytes, description_of(grid, plan),
                      smaller_bed_cure(options, BedForm::grid));
 }

@@ -74,6 +74,15 @@ TEST_CASE(
                     Catch::Contains(" are available (--memory sets another limit); take fewer"));
 }
 
+TEST_CASE("ripples much longer than the seafloor are refused by the name of their key") {
+  Scene scene = fractal_scene(0.2);
+  scene.seafloor.ripples.rms_height_m = 0.1;
+  scene.seafloor.ripples.wavelength_m = 1000.0;
+  CHECK_THROWS_WITH(prepare_seafloor(scene, {.memory = {4.0 * gb}}),
+                    Catch::Contains("ripples of 1000 m in cells of 0.2 m") &&
+                        Catch::Contains("make seafloor.ripples.wavelength_m shorter"));
+}
+
 #ifdef ENSONIFY_CAN_LIMIT_MEMORY
 TEST_CASE("the available memory respects the limit of the address space") {
   const double before = available_memory_bytes();

@@ -140,6 +140,11 @@ void check_materials(const Scene& scene, const auto& require,
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     check_material(scene, scene.objects[i].material, fmt::format("objects.{}.material", i), place);
   for (const Material& own : scene.materials) {
+    require(own.name != name_of_number_0, fmt::format("material.{}", own.name), [] {
+      return fmt::format(
+          "a material is named \"{}\", which is the name of number 0: expected another name",
+          name_of_number_0);
+    });
     const bool from_file = own.model == "table";
     const std::string key = fmt::format("material.{}.{}", own.name, from_file ? "table" : "model");
     require(from_file || own.table.empty(), key, [&] {
@@ -271,6 +276,13 @@ void check_pulse(const Sonar& sonar, double sound_speed_mps, const auto& require
   require(sampled.bins <= max_bins, bins_key, [&] {
     return fmt::format("'{}' is {}: {} bins over {} m, expected at most {}", bins_key,
                        sonar.sample_rate_hz, sampled.bins, sonar.range_m, max_bins);
+  });
+  require(sampled.bin_m() <= sonar.range_m, bins_key, [&] {
+    return fmt::format(
+        "'{}' is {} and makes bins of {:.3g} m, longer than range_m, which is {}; expected at "
+        "least {:.3g} Hz",
+        bins_key, sonar.sample_rate_hz, sampled.bin_m(), sonar.range_m,
+        0.5 * sound_speed_mps / sonar.range_m);
   });
   const std::string pulse_key =
       key(sonar.pulse.kind == PulseKind::cw && sonar.pulse.length_s > 0.0 ? "pulse_length_s"

@@ -312,6 +312,11 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "s.toml:3:15: 'output.class_names' names \"none\", which is the name of number 0: leave it out"},
       {head + "[[objects]]\nshape = \"box\"\nclass = \"none\"",
        "s.toml:4:9: 'objects.0.class' is \"none\", which is the name of number 0: expected another name"},
+      {head + "[material.none]\nlike = \"steel\"\nmodel = \"solid\"",
+       "s.toml:2:11: a material is named \"none\", which is the name of number 0: expected another name"},
+      {head + "[sonar.a]\nrange_m = 50\nsample_rate_hz = 10",
+       "s.toml:4:18: 'sonar.a.sample_rate_hz' is 10 and makes bins of 74.5 m, longer than range_m, "
+       "which is 50; expected at least 14.9 Hz"},
       {head + "sea = 3", "s.toml:2:7: 'sea' is 3, expected a table, [sea]"},
       {head + "sonar = 3", "s.toml:2:9: 'sonar.NAME' is 3, expected a table, [sonar.NAME]"},
       {head + "sonar = {}", "s.toml:2:9: 'sonar' is empty, expected [sonar.NAME]"},
