@@ -127,6 +127,19 @@ TEST_CASE("an object that is added gives the same numbers as one of the scene") 
   }
 }
 
+TEST_CASE("after an object is removed, the bed echoes as before, wherever the sonar is") {
+  Scene scene = bare_scene();
+  scene.seafloor.depth_m = 6.0;
+  Simulator session(scene);
+  for (const double across_m : {-12.0, -6.0, 0.0, 6.0, 12.0}) {
+    CAPTURE(across_m);
+    const Pose pose{.position = {across_m, 0.0, -1.0}};  // the middle of the world is in its beam
+    const std::vector<double> before = numbers(session.ping_numbered(pose, 0));
+    session.remove(session.add({.mesh = cube(1.0f)}, {.position = {10, 0, -5}}));
+    CHECK(numbers(session.ping_numbered(pose, 0)) == before);
+  }
+}
+
 TEST_CASE("an object is seen where it was moved to") {
   Simulator session(bare_scene());
   const std::uint32_t cube_of_2m = session.add({.mesh = cube(1.0f)}, {.position = {10, 0, -13}});
