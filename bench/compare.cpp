@@ -27,6 +27,7 @@ std::map<std::string, Speedup> speedups(const Json& report) {
         if (!one.value("agrees", true) || !one.contains("speedup")) continue;
         const double median = one.at("speedup");
         const double low = one.at("speedup_low"), high = one.at("speedup_high");
+        if (low == 1.0 && high == 1.0) continue;  // what the others are compared with
         all[one.at("name")] = {median, 0.5 * (high - low) / median};
       }
   } catch (const Json::exception& error) {

@@ -1,11 +1,11 @@
 #include "costs.h"
 
-#include <unistd.h>
-
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -19,6 +19,7 @@
 
 #include "clock.h"
 #include "scenes.h"
+#include "temporary_folder.h"
 
 namespace ensonify::bench {
 namespace {
@@ -97,8 +98,8 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
 
 void measure_refraction(std::vector<CostMeasurement>& results, std::string_view filter, int rounds,
                         int pings) {
-  const fs::path cast =
-      fs::temp_directory_path() / fmt::format("ensonify-bench-{}.csv", ::getpid());
+  const TemporaryFolder folder;
+  const fs::path cast = folder.path() / "cast.csv";
   for (const auto& [bed, faces] : {std::pair{"ripples", 2e6}, std::pair{"fractal", 2e6}})
     for (const char* surface : {"static", "footprint", "refined"}) {
       std::vector<std::pair<const char*, RefractionMode>> modes{
@@ -127,8 +128,6 @@ void measure_refraction(std::vector<CostMeasurement>& results, std::string_view 
             rounds, [&] { turn(plain); }, [&] { turn(bent); }, pings));
       }
     }
-  std::error_code ignored;
-  fs::remove(cast, ignored);
 }
 
 /// The signal chain over 2 x 7,500 bins, from expected echo to samples: alone, then with and
@@ -153,10 +152,15 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
       {"volume", [](Sonar&, ChainOptions& o) { o.arrivals.volume = true; }},
       {"multiples", [](Sonar&, ChainOptions& o) { o.arrivals.multiples = true; }},
       {"double bounce", [](Sonar&, ChainOptions& o) { o.arrivals.double_bounce = true; }},
+      {"second time around", [](Sonar&, ChainOptions& o) { o.arrivals.second_time_around = true; }},
       {"burst", [](Sonar&, ChainOptions& o) { o.arrivals.burst_m = 0.3; }},
       {"cross-talk", [](Sonar&, ChainOptions& o) { o.arrivals.crosstalk_db = -40.0; }},
       {"interference", [](Sonar&, ChainOptions& o) { o.artefacts.interference_db = 30.0; }},
-      {"gain steps", [](Sonar&, ChainOptions& o) { o.artefacts.gain_step_db = 3.0; }},
+      {"gain steps",
+       [](Sonar&, ChainOptions& o) {
+         o.artefacts.gain_step_db = 3.0;
+         o.artefacts.gain_step_s = 0.3;
+       }},
       {"automatic gain", [](Sonar&, ChainOptions& o) { o.artefacts.automatic_gain = 0.5; }},
       {"fish", [](Sonar&, ChainOptions& o) { o.artefacts.fish_per_hectare = 200.0; }},
       {"wake", [](Sonar&, ChainOptions& o) { o.artefacts.wake_db = -10.0; }},
@@ -172,23 +176,42 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
       EchoLine& line = lines[static_cast<std::size_t>(side)];
       line.side = side;
       line.bins.assign(7500);
+      const double outwards = side == Side::port ? -1.0 : 1.0;
+      line.walls = {{.middle = {outwards * 25.0, 0.0, -9.0},  // for the double bounce
+                     .normal = {-outwards, 0.0, 0.0},
+                     .length_m = 5.0,
+                     .height_m = 2.0,
+                     .reflected = 0.5}};
       for (std::size_t i = 1000; i < 7500; ++i) {  // a level bed 10 m down
         const double r = (static_cast<double>(i) + 0.5) * plain.bin_m();
         const double over_m = std::sqrt(r * r - 100.0);
         line.bins.intensity_mean[i] = 1e8f;
         line.bins.range_m[i] = static_cast<float>(r);
-        line.bins.x_m[i] = static_cast<float>(side == Side::port ? -over_m : over_m);
+        line.bins.x_m[i] = static_cast<float>(outwards * over_m);
         line.bins.z_m[i] = -20.0f;
         line.bins.region[i] = static_cast<std::uint32_t>(Region::seabed);
       }
     }
-    const auto turn = [&](const SignalChain& chain) {
-      for (int i = 0; i < pings; ++i)
-        chain.receive({.ping = static_cast<std::uint64_t>(i),
-                       .t_s = 0.1 * i,
-                       .array = {{0.0, 0.2 * i, -10.0}, {0.0, 1.0, 0.0}}},
-                      lines, scratch);
+    const auto receive = [&](const SignalChain& chain, int i) {
+      chain.receive({.ping = static_cast<std::uint64_t>(i),
+                     .t_s = 0.1 * i,
+                     .array = {{0.0, 0.2 * i, -10.0}, {0.0, 1.0, 0.0}}},
+                    lines, scratch);
     };
+    const auto turn = [&](const SignalChain& chain) {
+      for (int i = 0; i < pings; ++i) receive(chain, i);
+    };
+    const auto samples = [&](const SignalChain& chain) {
+      std::vector<std::uint32_t> all;
+      for (int i = 0; i < std::min(pings, 10); ++i) {
+        receive(chain, i);
+        for (const EchoLine& line : lines)
+          all.insert(all.end(), line.bins.sample.begin(), line.bins.sample.end());
+      }
+      return all;
+    };
+    if (samples(with) == samples(without))
+      throw std::logic_error(name + " changes nothing, so there is no cost to measure");
     results.push_back(in_turns(
         name, 0, rounds, [&] { turn(without); }, [&] { turn(with); }, pings));
   };

@@ -25,20 +25,21 @@ struct Cell {
   double prepare_s = 0.0;  ///< seafloor, analysis unless cached, trees; on all threads
   double first_ping_ms = 0.0;
   Spread ping_ms;
-  Spread speedup;  ///< over the best static Embree packets of this machine, pair by pair in one run
+  Spread speedup;  ///< over the fastest static Embree packets of this machine, turn by turn
   double surface_ms = 0.0, trace_ms = 0.0, echo_ms = 0.0;  ///< means over those pings
-  double stages_over_ping = 0.0;               ///< sum of the stages' times over the pings' time
-  double mesh_mb = 0.0, progressive_mb = 0.0;  ///< what the face source needs
-  double tree_mb = 0.0;  ///< growth of the process while the trees were built, without the mesh
+  double stages_over_ping = 0.0;  ///< sum of the stages' times over the pings' time
+  /// What the face source needs without trees: mesh and heights, or the mapped progressive mesh.
+  double mesh_mb = 0.0, progressive_mb = 0.0;
   // The comparison of one ping's rays with the exact reference.
   std::uint64_t checked_rays = 0;
   std::array<std::uint64_t, engine::verdict_names.size()> verdicts{};
+  std::uint64_t wrong_numbers = 0;  ///< hits whose index or run is of another face
   bool agrees() const;
 };
 
 /// What to measure.
 struct GridOptions {
-  std::string pattern;  ///< only cells whose name contains it, and the cell they are compared with
+  std::string pattern;  ///< only cells whose name contains it, and those they are compared with
   bool quick = false;   ///< small beds, few turns
   std::filesystem::path data, cache;
   std::function<void(std::string_view what)> progress;

@@ -8,13 +8,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/read_file.h>
 
 #include "compare.h"
 #include "html.h"
 #include "report.h"
+#include "temporary_folder.h"
 
 namespace {
 
@@ -114,8 +114,9 @@ int main(int argc, char** argv) try {
   app.add_option("--data", arguments.grid.data, "Folder with the wreck and the survey")
       ->type_name("DIR")
       ->envname("ENSONIFY_DATA");
-  arguments.grid.cache = engine::default_cache();
-  app.add_option("--cache", arguments.grid.cache, "Folder for analysed seafloors")
+  app.add_option("--cache", arguments.grid.cache,
+                 "Folder for analysed seafloors (default: a new one, so that preparing them is "
+                 "measured)")
       ->type_name("DIR")
       ->envname("ENSONIFY_CACHE");
   app.add_option("--rounds", arguments.rounds, "Rounds through the traces and costs")
@@ -150,6 +151,9 @@ int main(int argc, char** argv) try {
   }
   if (!quiet)
     arguments.grid.progress = [](std::string_view what) { fmt::print(stderr, "{}\n", what); };
+  if (!arguments.grid.cache.empty()) return measure_all(arguments);
+  const TemporaryFolder cache;
+  arguments.grid.cache = cache.path();
   return measure_all(arguments);
 } catch (const std::exception& error) {
   fmt::print(stderr, "ensonify-bench: {}\n", error.what());

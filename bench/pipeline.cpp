@@ -1,7 +1,5 @@
 #include "pipeline.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <stdexcept>
@@ -14,6 +12,7 @@
 #include <ensonify/refine/parallel_for.h>
 
 #include "scenes.h"
+#include "temporary_folder.h"
 
 namespace ensonify::bench {
 namespace {
@@ -52,9 +51,10 @@ PipelineMeasurement measure_dataset(const engine::Recipe& recipe, bool quick,
   for (std::size_t sample = 0; sample < report.made; ++sample)
     one.pings += static_cast<std::size_t>(recipe.sample(sample).scene.track.pings);
   for (const auto& [stage, seconds] : report.stages_s)
-    (stage == "ping"                        ? one.pings_s
-     : stage == "encode" || stage == "disk" ? one.files_s
-                                            : one.prepare_s) += seconds;
+    if (stage != "wait")  // for a seafloor that another thread makes
+      (stage == "ping"                        ? one.pings_s
+       : stage == "encode" || stage == "disk" ? one.files_s
+                                              : one.prepare_s) += seconds;
   one.pings_per_s = static_cast<double>(one.pings) / one.wall_s;
   one.samples_per_s = static_cast<double>(one.samples) / one.wall_s;
   return one;
@@ -94,7 +94,6 @@ std::vector<PipelineMeasurement> measure_pipeline(
 
   std::vector<int> thread_counts{1};
   if (const int all = refine::thread_count(0); all > 1) thread_counts.push_back(all);
-  const fs::path folder = fs::temp_directory_path() / fmt::format("ensonify-bench-{}", ::getpid());
   std::vector<PipelineMeasurement> all;
   for (const Case& one : cases) {
     const auto name_on = [&](int threads) { return fmt::format("{}/{}", one.name, threads); };
@@ -106,9 +105,8 @@ std::vector<PipelineMeasurement> measure_pipeline(
     std::vector<std::vector<PipelineMeasurement>> measured(thread_counts.size());
     for (int turn = 0; turn < turns; ++turn)
       for (std::size_t i = 0; i < thread_counts.size(); ++i) {
-        measured[i].push_back(one.measure(folder, thread_counts[i]));
-        std::error_code ignored;
-        fs::remove_all(folder, ignored);
+        const TemporaryFolder folder;
+        measured[i].push_back(one.measure(folder.path(), thread_counts[i]));
       }
     for (std::size_t i = 0; i < thread_counts.size(); ++i) {
       PipelineMeasurement& result = all.emplace_back(middle_of(measured[i]));

@@ -98,7 +98,7 @@ std::string csv(const Results& results) {
       "cell,bed,size,faces,surface,intersector,query_pings,instruction_set,rays,pings_per_s,ping_"
       "ms,"
       "ping_ms_low,ping_ms_high,speedup,speedup_low,speedup_high,surface_ms,trace_ms,echo_ms,"
-      "prepare_s,first_ping_ms,mesh_mb,progressive_mb,tree_mb,checked_rays";
+      "prepare_s,first_ping_ms,mesh_mb,progressive_mb,checked_rays";
   for (const std::string_view verdict : engine::verdict_names) text += fmt::format(",{}", verdict);
   text += ",threads,samples,pings,pings_s,files_s,wall_s,samples_per_s\n";
   for (const Cell& c : results.cells) {
@@ -111,14 +111,14 @@ std::string csv(const Results& results) {
                           c.echo_ms);
     else
       text += ",,,,,,,,,,";
-    text += fmt::format("{:.2f},{:.3f},{:.1f},{:.1f},{:.1f},{}", c.prepare_s, c.first_ping_ms,
-                        c.mesh_mb, c.progressive_mb, c.tree_mb, c.checked_rays);
+    text += fmt::format("{:.2f},{:.3f},{:.1f},{:.1f},{}", c.prepare_s, c.first_ping_ms, c.mesh_mb,
+                        c.progressive_mb, c.checked_rays);
     for (const std::uint64_t count : c.verdicts) text += fmt::format(",{}", count);
     text += ",1,,,,,,\n";
   }
   for (const PipelineMeasurement& m : results.runs) {
     text +=
-        fmt::format("{},,,,,,,,,{:.1f},,,,{:.3f},{:.3f},{:.3f},,,,{:.2f},,,,,", m.name,
+        fmt::format("{},,,,,,,,,{:.1f},,,,{:.3f},{:.3f},{:.3f},,,,{:.2f},,,,", m.name,
                     m.pings_per_s, m.speedup.median, m.speedup.low, m.speedup.high, m.prepare_s);
     text.append(engine::verdict_names.size(), ',');
     text +=
@@ -155,8 +155,7 @@ nlohmann::ordered_json to_json(const Results& results) {
                                 {"prepare_s", c.prepare_s},
                                 {"first_ping_ms", c.first_ping_ms},
                                 {"mesh_mb", c.mesh_mb},
-                                {"progressive_mb", c.progressive_mb},
-                                {"tree_mb", c.tree_mb}};
+                                {"progressive_mb", c.progressive_mb}};
     if (c.agrees())
       cell.update({{"pings_per_s", 1e3 / c.ping_ms.median},
                    {"rays_per_s", 1e3 * c.rays / c.ping_ms.median},

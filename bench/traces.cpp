@@ -13,6 +13,7 @@
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/trace/fan_scan/fan_scan.h>
 #include <ensonify/refine/footprint.h>
+#include <ensonify/refine/parallel_for.h>
 
 #include "bare_embree.h"
 #include "clock.h"
@@ -58,11 +59,19 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
   std::erase_if(wanted,
                 [&](const Row& row) { return (bed + row.name).find(filter) == std::string::npos; });
   if (wanted.empty()) return {};
+  if (Row bare = rows().front(); wanted.front().name != bare.name)
+    wanted.insert(wanted.begin(), std::move(bare));
   scene.track.pings = pings;
   scene.run.surface = "static";  // with a mesh of the bed
   engine::Simulator simulator(scene);
   const std::vector<engine::RayFan> fans = fans_over(simulator);
   std::vector<engine::Hit> hits(fans.front().grid->rays());
+  const auto rays_of = [](const engine::RayFan& fan) {
+    std::size_t rays = 0;
+    for (std::size_t plane = 0; plane < fan.planes(); ++plane)
+      for (std::size_t j = 0; j < fan.elevations(); ++j) rays += fan.grid->within_beam(plane, j);
+    return rays;
+  };
 
   const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
   std::shared_ptr<const refine::ProgressiveMesh> progressive;
@@ -73,7 +82,7 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
     tracers.push_back(row.make(row.options));
     const double start_s = wall_s();
     if (row.on_footprint) {
-      progressive = engine::make_progressive_mesh(mesh);
+      progressive = engine::make_progressive_mesh(mesh, refine::thread_count(0));
       footprint = std::make_unique<refine::Footprint>(*progressive);
     } else {
       tracers.back()->build(mesh);
@@ -81,7 +90,7 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
     results.push_back({.name = bed + row.name,
                        .code_path = std::string(tracers.back()->code_path()),
                        .faces = mesh.faces.size(),
-                       .rays = 2.0 * static_cast<double>(hits.size()),
+                       .rays = static_cast<double>(rays_of(fans[0]) + rays_of(fans[1])),
                        .build_ms = 1e3 * (wall_s() - start_s)});
     tracers.back()->intersect(fans.front(), hits);  // warms up
   }

@@ -16,14 +16,15 @@ struct TraceMeasurement {
   std::string name;  ///< trace/BED/SIZE/INTERSECTOR
   std::string code_path;
   std::size_t faces = 0;     ///< traced faces
-  double rays = 0.0;         ///< per pair of fans, port and starboard
+  double rays = 0.0;         ///< within the beam, of a pair of fans: port and starboard
   double build_ms = 0.0;     ///< to build the tree or the progressive mesh: once, on all threads
   Spread pair_us;            ///< per pair of fans
   Spread query_us, take_us;  ///< per pair: to find its faces, and to build over them
   double ratio = 0.0;        ///< of pair_us to that of Embree's bare loop, the median of all pairs
 };
 
-/// Times the tracing cases whose name contains `filter`, alternately, `pings` pairs of fans per
+/// Times the tracing cases whose name contains `filter`, and the bare loops over the same beds,
+/// alternately, `pings` pairs of fans per
 /// round; beds of more than 4 million faces only if the filter contains their size.
 std::vector<TraceMeasurement> measure_traces(std::string_view filter,
                                              const std::filesystem::path& data, int rounds,

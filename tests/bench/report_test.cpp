@@ -33,6 +33,7 @@ Results some_results() {
   cell.ping_ms = {0.5, 0.4, 0.6};
   cell.speedup = {3.0, 2.9, 3.1};
   cell.stages_over_ping = 0.99;
+  cell.checked_rays = 69120;
   results.runs.push_back({.name = "run/smooth/2M/2",
                           .threads = 2,
                           .pings = 960,
@@ -120,6 +121,12 @@ TEST_CASE("A speedup that fell by more than the noise is reported for cells, run
   }
   const Comparison same = compare(before, before);
   for (const Change& change : same.changes) CHECK_FALSE(change.fell());
+  // What the others are compared with cannot fall.
+  Results with_reference = some_results();
+  with_reference.runs.push_back(
+      {.name = "run/smooth/2M/1", .threads = 1, .speedup = {1.0, 1.0, 1.0}});
+  const nlohmann::ordered_json reference = to_json(with_reference);
+  CHECK(compare(reference, reference).changes.size() == 3);
   // A report from before these rows existed.
   nlohmann::ordered_json old = before;
   old.erase("runs");
