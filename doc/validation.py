@@ -36,7 +36,7 @@ class Law:
     text: str  # what is expected, with its source
     unit: str
     bound: float
-    worst: float  # the largest deviation from the law
+    worst: float  # the largest deviation from the law; not a number if something was not found
     draw: object  # draw(axes, axes below for the difference), or None
 
     @property
@@ -109,7 +109,7 @@ def sonar_equation():
                     + 20 * np.log10(np.sin(grazing)) + decibel(r * beam_rad * cell_m / np.cos(grazing)))
         measured = decibel(line["intensity_mean"][keep])
         series.append((f"{frequency_hz / 1e3:.0f} kHz", expected, measured))
-        worst = max(worst, np.abs(measured - expected).max())
+        worst = np.maximum(worst, np.abs(measured - expected).max())
     return Law("sonar_equation", "Level over range",
                "A flat bed by Lambert's law returns SL - 40 log r - 2 a r + S_b + 10 log A, where A is the "
                "range cell c/2B, over the cosine, times r times the two-way beam 2/3 λ/L. "
@@ -219,7 +219,7 @@ def shadow():
             dark = (line["region"] == 4) & (r < expected[-1] + 2)
             measured.append(r[dark].max() + 0.0125 if dark.any() else np.nan)
         series.append((f"{height_m} m tall", np.array(expected), np.array(measured)))
-        worst = max(worst, np.abs(np.array(measured) - expected).max())
+        worst = np.maximum(worst, np.abs(np.array(measured) - expected).max())
     return Law("shadow", "End of a shadow",
                "A wall of height h whose far edge is at ground distance d shades the bed as far as "
                "d H / (H - h), seen from the altitude H. The label `shadow` ends there, to two bins.",
@@ -303,7 +303,7 @@ def backscatter():
         strength = np.array([float(row["strength_db"]) for row in rows])
         measured = np.interp(handbook_deg, angle, strength)
         series.append((name, np.array(published), measured))
-        worst = max(worst, np.abs(measured - published).max())
+        worst = np.maximum(worst, np.abs(measured - published).max())
     return Law("backscatter", "Backscatter of the bottom",
                "Strength over the grazing angle at 30 kHz, against table 3 of APL-UW TR 9407 (1994), which is "
                "printed to 0.1 dB.",
@@ -323,7 +323,7 @@ def measured_beds():
                                   float(row["bound_db"])] for row in rows]).T
     for name, (at, low, high) in published.items():
         level = np.interp(at, *curves[name][:2])
-        worst = max(worst, low - level, level - high)
+        worst = np.max([worst, low - level, level - high])
 
     def draw(axes, below):
         for name, (angle, strength, bound) in curves.items():
@@ -363,7 +363,7 @@ def refraction():
             # The program's rows are dense: straight lines between them stay within 0.1 mm.
             measured = np.interp(at, x, z)
             series.append((f"launched at {launch_deg:+.0f} degrees", expected, measured))
-            worst = max(worst, np.abs(measured - expected).max())
+            worst = np.maximum(worst, np.abs(measured - expected).max())
 
     def draw(axes, below):
         compared(at, series, "range, m", "depth, m")(axes, below)

@@ -64,8 +64,8 @@ def crop_of(path, draw):
 def crops_of(sources, count, draw):
     """Crops with their sources' names, in turns."""
     found, names = [], sorted(sources)
-    for i in range(100 * count):
-        name = names[i % len(names)]
+    for _ in range(100 * count):
+        name = names[len(found) % len(names)]
         crop = crop_of(draw.choice(sources[name]), draw)
         if crop:
             found.append((name, crop))

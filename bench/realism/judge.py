@@ -63,7 +63,7 @@ def statistics(crop):
 
 
 def crops_of(path, most=24):
-    """Crops that show bed: neither dark nor saturated, without lettering or a water column."""
+    """Crops that show bed: neither dark nor saturated, without lettering, a water column or a blank panel."""
     picture = np.asarray(Image.open(path).convert("L"), dtype=float) / 255.0
     found = []
     for top in range(0, picture.shape[0] - SIDE + 1, SIDE):
@@ -71,7 +71,7 @@ def crops_of(path, most=24):
             crop = picture[top:top + SIDE, left:left + SIDE]
             blobs = crop.reshape(8, 8, 8, 8).mean((1, 3))
             even = blobs.min() > 0.3 * blobs.mean()
-            if crop.mean() > 0.08 and even and (crop > 0.99).mean() < 0.1:
+            if crop.mean() > 0.08 and crop.std() > 0.01 and even and (crop > 0.99).mean() < 0.1:
                 found.append(crop)
     step = max(1, len(found) // most)
     return found[::step][:most]

@@ -9,6 +9,7 @@ import subprocess
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 EXIT_CODES = {0, 1, 2, 3, 75}  # of the program; a signal ends it with another
+NOT_BEGUN = 127  # of the loader
 
 
 class Failed(Exception):
@@ -66,8 +67,8 @@ class Program:
     def check(self, *args, codes=EXIT_CODES, **how):
         """The exit code of a run that ends as the documentation says, and its output."""
         code, out, err = self.run(*args, **how)
-        if code == 127 and "error while loading shared libraries" in err:
-            return code, out  # it did not begin
+        if code == NOT_BEGUN and "error while loading shared libraries" in err:
+            return code, out
         if code not in codes:
             raise Failed(f"{' '.join(map(str, args[0]))}: exit code {code}; {err.strip()[-400:]}")
         if code not in (0, 75) and not err.strip():

@@ -7,7 +7,7 @@ from jobs import tiny_recipe
 
 
 class DamagedCache(Row):
-    title = "a cached seafloor cut short or with changed bytes: noticed, never used"
+    title = "a cached seafloor cut short or with changed bytes: never used"
 
     def trial(self, draw):
         job = draw.choice([j for j in self.jobs if j.name.startswith("run") and j.name != "run in parts"])
@@ -21,9 +21,13 @@ class DamagedCache(Row):
 
 
 def damage(file, draw):
-    """Cuts a file short, changes or inserts bytes, or repeats a part of it."""
-    data = bytearray(file.read_bytes())
-    for _ in range(draw.randint(1, 4)):
+    """Cuts a file short, changes or inserts bytes, or repeats a part of it, until it differs."""
+    whole = file.read_bytes()
+    data = bytearray(whole)
+    most = draw.randint(1, 4)
+    changes = 0
+    while changes < most or data == whole:
+        changes += 1
         at, size = draw.randrange(len(data) + 1), draw.choice([1, 2, 4, 8, 100])
         how = draw.randrange(6)
         if how == 0:

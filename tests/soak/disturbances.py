@@ -7,7 +7,7 @@ import shutil
 import signal
 import subprocess
 
-from attack import EXIT_CODES, Failed, Row, tree
+from attack import EXIT_CODES, NOT_BEGUN, Failed, Row, tree
 
 MB = 1 << 20
 
@@ -36,7 +36,7 @@ class Terminations(Row):
     def trial(self, draw):
         job = draw.choice([j for j in self.jobs if j.name != "stream"])
         job.clear()
-        code, _, err = self.program.run(job.args, job.folder, timeout_s=10 + job.seconds,
+        code, _, err = self.program.run(job.args, job.folder, timeout_s=10,
                                         stop=(signal.SIGTERM, draw.uniform(0, job.seconds)))
         if code not in (0, 75, -signal.SIGTERM, 128 + signal.SIGTERM):
             raise Failed(f"{job.name}: exit code {code}; {err.strip()[-400:]}")
@@ -85,7 +85,8 @@ class LittleMemory(Row):
         most = int(100 * MB * 40 ** draw.random())
         job.clear()
         try:
-            job.attempt(limits=[(resource.RLIMIT_AS, most)])
+            if job.attempt(limits=[(resource.RLIMIT_AS, most)]) == NOT_BEGUN:
+                return 0
             job.finish()
         except Failed as failed:
             raise Failed(f"{most >> 20} MB: {failed}") from None
@@ -129,6 +130,7 @@ class LittleDisk(Row):
 
 class Together(Row):
     title = "two or eight processes in one folder, with one cache"
+    unit = "processes"
 
     def trial(self, draw):
         job = draw.choice([j for j in self.jobs if j.name != "stream"])
@@ -146,11 +148,19 @@ class Together(Row):
 class SameBytes(Row):
     title = "the same bytes with any number of threads, locale, time zone, umask, jumping clock, " \
             "cold and warm cache"
+    locales = ("de_DE.UTF-8", "tr_TR.UTF-8")
+
+    def __init__(self, *args):
+        super().__init__(*args)
+        for name in self.locales:
+            if not (self.folder / name).exists():
+                subprocess.run(["localedef", "-i", name.split(".")[0], "-f", "UTF-8", self.folder / name],
+                               check=True)
 
     def trial(self, draw):
         job = draw.choice(self.jobs)
         job.clear()
-        env = {"LC_ALL": draw.choice(["C", "C.UTF-8", "de_DE.UTF-8", "tr_TR.UTF-8"]),
+        env = {"LC_ALL": draw.choice(["C", "C.UTF-8", *self.locales]), "LOCPATH": str(self.folder),
                "TZ": draw.choice(["UTC", "Asia/Kathmandu", "America/St_Johns", "Pacific/Kiritimati"]),
                "OMP_NUM_THREADS": str(draw.randint(1, 8))}
         fail = {"CLOCK_JUMP": draw.choice([0, 3600, 400000])}

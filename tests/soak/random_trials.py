@@ -100,7 +100,7 @@ def contents(folder):
             with zipfile.ZipFile(file) as layers:
                 hashes |= {f"{name}/{layer.filename}": layer.CRC for layer in layers.infolist()
                            if layer.filename != "attributes.npy"}
-        elif file.is_file() and (file.suffix in (".png", ".csv") or name.endswith("_targets.json")):
+        elif file.is_file() and (file.suffix in (".png", ".csv", ".xtf", ".jsf") or name.endswith("_targets.json")):
             hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
     return hashes
 
