@@ -58,10 +58,14 @@ bool matches(std::string_view text, std::string_view pattern) {
 const std::pair<const std::string, Distribution>* Distribution::entry_for(
     const std::string& value) const {
   auto entry = table.find(value);
+  std::ptrdiff_t most_given = -1;  // of the characters of a matching name
   if (entry == table.end())
-    entry = std::ranges::find_if(table, [&](const auto& e) {
-      return e.first.find('*') != std::string::npos && matches(value, e.first);
-    });
+    for (auto one = table.begin(); one != table.end(); ++one) {
+      const std::string& name = one->first;
+      const std::ptrdiff_t stars = std::ranges::count(name, '*');
+      const std::ptrdiff_t given = std::ssize(name) - stars;
+      if (stars > 0 && given > most_given && matches(value, name)) entry = one, most_given = given;
+    }
   if (entry == table.end()) entry = table.find("default");
   return entry == table.end() ? nullptr : &*entry;
 }

@@ -30,8 +30,9 @@ struct Distribution {
   /// Appends the possible words of its choices and its table's entries.
   void collect_values(std::vector<std::string>& values) const;
 
-  /// The entry of `table` for a value: the entry of that name, else the first entry whose name has
-  /// a * and matches the value, else the entry "default"; null if there is none.
+  /// The entry of `table` for a value: the entry of that name; else, of those whose names have a *
+  /// and match the value, the one with the most other characters; else the entry "default"; null if
+  /// there is none.
   const std::pair<const std::string, Distribution>* entry_for(const std::string& value) const;
 
   /// The value for two numbers in (0, 1]; only `normal` uses v.

@@ -216,9 +216,13 @@ class Products {
     const Waterfall& labels = line.labels;
     const std::size_t lowest = labels.rows() - part.row - part.rows;  // oldest ping
     double altitude_sum_m = 0.0;
+    int with_altitude = 0;
     std::size_t first = labels.pings[lowest].number, last = first;  // rows of beams may overlap
     for (std::size_t row = lowest; row < lowest + part.rows; ++row) {
-      altitude_sum_m += labels.sonar_altitude_m(row);
+      if (const double altitude_m = labels.sonar_altitude_m(row); !std::isnan(altitude_m)) {
+        altitude_sum_m += altitude_m;
+        ++with_altitude;
+      }
       first = std::min(first, labels.pings[row].number);
       last = std::max(last, labels.pings[row].number);
     }
@@ -234,7 +238,7 @@ class Products {
             .right_m = across_m(part.column + part.columns),
             .first_ping = first,
             .last_ping = last,
-            .altitude_m = altitude_sum_m / static_cast<double>(part.rows),
+            .altitude_m = altitude_sum_m / with_altitude,  // not a number over a hole alone
             .middle = labels.pings[lowest + part.rows / 2].pose};
   }
 

@@ -88,7 +88,7 @@ class SampleDraws {
       throw SceneError(fmt::format(
           "{}: the recipe gives no value to '{}', which is needed here: add it", asked_by, key));
     known_[key] = std::nullopt;
-    std::string drawn = draw(key, found->second);
+    std::string drawn = draw(key, found->second, key);
     return *(known_[key] = std::move(drawn));
   }
 
@@ -107,21 +107,17 @@ class SampleDraws {
     return *number;
   }
 
-  std::string draw(const std::string& key, const Distribution& d) {
-    using Kind = Distribution::Kind;
-    if (d.kind == Kind::table) {
+  /// A draw of a key. `stream_name` is its name, followed by the entries of the tables that led to
+  /// d.
+  std::string draw(const std::string& stream_name, const Distribution& d, const std::string& key) {
+    if (d.kind == Distribution::Kind::table) {
       const std::string by = plain_text(value(d.by, d.place));
       const auto* entry = d.entry_for(by);
       if (!entry)
         throw SceneError(fmt::format("{}: the table has no entry for {} = {}, and no default",
                                      d.place, d.by, by));
-      return adjusted(draw(key + "." + entry->first, entry->second, key), d);
+      return adjusted(draw(stream_name + "." + entry->first, entry->second, key), d);
     }
-    return draw(key, d, key);
-  }
-
-  std::string draw(const std::string& stream_name, const Distribution& d, const std::string& key) {
-    if (d.kind == Distribution::Kind::table) return draw(stream_name, d);
     const bool bed = text_.of_seafloor.contains(key);
     const std::size_t number = bed ? seafloor_ : sample_;
     const bool each_render = under(key, "display");
@@ -174,8 +170,10 @@ class SampleDraws {
 std::string split_of(std::uint64_t seed, const SplitOptions& split,
                      const std::vector<std::string>& values, std::uint64_t number, bool counted) {
   const auto has_one_of = [&](const std::vector<std::string>& held_out) {
-    return std::ranges::any_of(
-        values, [&](const auto& value) { return std::ranges::count(held_out, value) > 0; });
+    return std::ranges::any_of(values, [&](const auto& value) {
+      return std::ranges::any_of(held_out,
+                                 [&](const auto& pattern) { return matches(value, pattern); });
+    });
   };
   if (has_one_of(split.held_out_test)) return "test";
   if (has_one_of(split.held_out_val)) return "val";
@@ -218,9 +216,9 @@ auto first_that_is(std::size_t samples, const auto& make) {
     }
 }
 
-/// Labels are made in slant range. `places` are those of the text's keys.
-void check_slant_range(const RecipeText& text, const auto& places) {
-  const std::string key = "display.slant_range_correction";
+/// Refuses a key that has or may get this value. `places` are those of the text's keys.
+void refuse_value(const RecipeText& text, const auto& places, const std::string& key,
+                  const std::string& refused, std::string_view why) {
   std::vector<std::string> values;
   std::string place;
   if (const auto plain = text.values.find(key); plain != text.values.end()) {
@@ -231,11 +229,8 @@ void check_slant_range(const RecipeText& text, const auto& places) {
     drawn->second.collect_values(values);
     place = drawn->second.place;
   }
-  if (std::ranges::count(values, "true") > 0)
-    throw SceneError(fmt::format(
-        "{}: '{}' is true, but a dataset's labels are made in slant range: leave it out; "
-        "'dataset.ground_px_m' makes images and labels in ground range",
-        place, key));
+  if (std::ranges::count(values, refused) > 0)
+    throw SceneError(fmt::format("{}: '{}' is {}, but {}", place, key, refused, why));
 }
 
 /// Sets a key in place of the recipe's text, which may not have it.
@@ -270,20 +265,32 @@ void collect_object_labels(const RecipeText& text, std::span<const ObjectOptions
     values.push_back(value);
     return values;
   };
+  const auto may_be = [&](std::size_t number, std::string_view key, std::string_view value,
+                          const std::string& given) {
+    const auto plain = text.values.find(fmt::format("objects.{}.{}", number, key));
+    return std::ranges::count(possible(number, key, given), value) > 0 ||
+           (plain != text.values.end() && plain->second == value);
+  };
   const std::vector<std::size_t> bases = bases_of(objects);
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    const std::size_t base = bases[i];
-    const bool with_parts =
-        std::ranges::count(
-            possible(base, "part_classes", objects[base].part_classes ? "true" : "false"), "true") >
-        0;
+    std::vector<std::size_t>
+        may_be_bases;  // the first of its assembly, or the next if that is absent
+    for (std::size_t j = bases[i]; j <= i; ++j) {
+      if (bases[j] != bases[i]) continue;
+      may_be_bases.push_back(j);
+      if (!may_be(j, "present", "false", "true")) break;
+    }
+    const bool with_parts = std::ranges::any_of(may_be_bases, [&](std::size_t base) {
+      return may_be(base, "part_classes", "true", objects[base].part_classes ? "true" : "false");
+    });
+    const bool may_be_base = std::ranges::count(may_be_bases, i) > 0;
     for (const std::string& class_name : possible(i, "class", objects[i].class_name)) {
-      if (base == i) targets.insert(class_name);
+      if (may_be_base) targets.insert(class_name);
       for (const std::string& shape : possible(i, "shape", objects[i].shape)) {
         ObjectOptions one = objects[i];
         one.shape = shape;
         one.class_name = class_name;
-        one.part_classes = with_parts && base == i;
+        one.part_classes = with_parts && may_be_base;
         try {
           for (const ObjectPart& part : parts_of(one)) {
             materials.insert(part.material);
@@ -455,7 +462,12 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
     throw refuse(
         "'output.class_names' and 'output.sediment_names' are set by the dataset itself: leave "
         "them out");
-  check_slant_range(d, scene.places);
+  refuse_value(
+      d, scene.places, "display.slant_range_correction", "true",
+      "a dataset's labels are made in slant range: leave it out; 'dataset.ground_px_m' makes "
+      "images and labels in ground range");
+  refuse_value(d, scene.places, "output.png_bits", "16",
+               "a dataset's pictures have 8 bits: leave it out; 'output.npz' writes the samples");
   collect_files(d, scene, files_);
   auto [targets, grounds, materials] = possible_names(d, scene);
   for (const std::string& chosen : options_.chips.classes)

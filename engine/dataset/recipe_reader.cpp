@@ -93,7 +93,8 @@ class RecipeReader {
       else
         read_table(*table, path);
     } else if (const toml::array* array = node.as_array(); array && array->is_array_of_tables()) {
-      result_.lists[path] = array->size();
+      std::size_t& tables = result_.lists[path];  // an override may have fewer than the text
+      tables = std::max(tables, array->size());
       for (std::size_t i = 0; i < array->size(); ++i)
         read((*array)[i], fmt::format("{}.{}", path, i));
     } else if (path == "seed") {

@@ -211,6 +211,8 @@ samples = 12
 seafloors = 3
 [seafloor]
 depth_m = { uniform = [10, 30] }
+cell_m = { by = "seafloor.material", table = { "medium sand" = { by = "objects.0.shape", table = { box = { uniform = [0.3, 0.6] } } } } }
+material = "medium sand"
 [[objects]]
 shape = "box"
 east_m = { times = "sonar.main.range_m", uniform = [0.2, 0.6] }
@@ -225,6 +227,7 @@ bins = { int = [100, 200] }
     const SampleScene sample = recipe.sample(i), first = recipe.sample(i / 4 * 4);
     CHECK(sample.seafloor == i / 4);
     CHECK(sample.scene.seafloor.depth_m == first.scene.seafloor.depth_m);
+    CHECK(sample.scene.seafloor.cell_m == first.scene.seafloor.cell_m);  // of a table in a table
     CHECK(sample.scene.objects.front().east_m == first.scene.objects.front().east_m);
     CHECK(sample.scene.bed_seed() == first.scene.bed_seed());
     CHECK((i % 4 == 0 || sample.scene.seed != first.scene.seed));
@@ -249,7 +252,7 @@ TEST_CASE("splits have their shares, and held-out values are only in their set")
 samples = 60
 [dataset.split]
 by = "draw.site"
-held_out_test = ["harbour"]
+held_out_test = ["har*"]
 held_out_val = ["bay"]
 [draw]
 site = { choice = ["harbour", "bay", "fjord", "bank"] }
@@ -357,6 +360,9 @@ TEST_CASE("a table's entry is that of the value, then of a pattern, then the def
   CHECK(d.entry_for("ab")->first == "a*");
   CHECK(d.entry_for("bc")->first == "*c");
   CHECK(d.entry_for("b")->first == "default");
+  for (const char* name : {"x*", "x/u_*", "x/*"}) d.table[name];
+  CHECK(d.entry_for("x/u_1")->first == "x/u_*");  // the most characters, not the first
+  CHECK(d.entry_for("x/v_1")->first == "x/*");
   d.table.erase("default");
   CHECK(d.entry_for("b") == nullptr);
   CHECK(matches("x/a.stl", "x/*.stl"));
@@ -397,6 +403,12 @@ TEST_CASE("overrides change values and distributions, also of keys that the reci
   CHECK(with({"seed=5"}).sample(0).scene.seed != plain.sample(0).scene.seed);
   for (std::size_t i = 0; i < 8; ++i)
     CHECK(with({"objects.0.present=true"}).sample(i).scene.objects.size() == 2);
+  // An override of the list has fewer tables than the text: the others stay, also absent ones.
+  const Recipe absent(
+      "version = 1\n[dataset]\n[[objects]]\nshape = \"sphere\"\n[[objects]]\nshape = "
+      "\"box\"\npresent = false\n",
+      "r.toml", {}, {"objects=[{diameter_m=2}]"});
+  CHECK(absent.sample(0).scene.objects.size() == 1);
   const auto check_message = [&](const std::string& override_text, const std::string& message) {
     CHECK_THROWS_WITH(with({override_text}), Catch::Contains(message));
   };
@@ -516,10 +528,38 @@ TEST_CASE("what a dataset's labels cannot follow is refused with what to do inst
         "r.toml:4:26: 'display.slant_range_correction' is true, but a dataset's labels are "
         "made in slant range: leave it out; 'dataset.ground_px_m' makes");
   CHECK_NOTHROW(recipe_of("[dataset]\n[display]\nslant_range_correction = false\n"));
+  check_refused("[dataset]\n[output]\npng_bits = 16\n",
+                "r.toml:4:12: 'output.png_bits' is 16, but a dataset's pictures have 8 bits");
   check_refused("[dataset]\n[output]\nclass_names = [\"mine\"]\n", "leave them out");
   check_refused(
       "[dataset]\n[[objects]]\nshape = \"box\"\nclass = { choice = [\"mine\", \"none\"] }\n",
       "a class can be \"none\", which is the name of number 0");
+}
+
+TEST_CASE("an assembly's next object may become its base, and its class is then a target's") {
+  const Recipe recipe = recipe_of(R"(
+[dataset]
+samples = 8
+[[objects]]
+present = { choice = [true, false] }
+shape = "sphere"
+class = "mine"
+assembly = "mooring"
+[[objects]]
+shape = "box"
+class = "anchor"
+assembly = "mooring"
+[[objects]]
+shape = "box"
+class = "shackle"
+assembly = "mooring"
+)");
+  std::set<std::string> bases;
+  for (std::size_t i = 0; i < recipe.samples(); ++i)
+    bases.insert(recipe.sample(i).scene.objects.front().class_name);
+  CHECK(bases == std::set<std::string>{"anchor", "mine"});
+  CHECK(recipe.target_classes() == 2);  // the shackle is never the base
+  CHECK(recipe.class_names() == std::vector<std::string>{"anchor", "mine", "seabed"});
 }
 
 TEST_CASE("every sample's scene numbers its labels as the dataset does") {
