@@ -194,7 +194,8 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
   std::ranges::stable_sort(order, {}, [&](std::size_t row) { return along_m[row]; });
   const double start_m = along_m[order.front()], length_m = along_m[order.back()] - start_m;
   Sonar sonar = line.sonar;
-  sonar.bins = static_cast<int>(line.sonar.range_m / pixel_m);
+  // The factor keeps a whole number of pixels whole in spite of rounding.
+  sonar.bins = static_cast<int>(line.sonar.range_m / pixel_m * (1.0 + 1e-9));
   if (sonar.bins < 1)
     throw std::invalid_argument(fmt::format(
         "ground range: pixels of {} m are longer than the range of {} m; use smaller pixels",

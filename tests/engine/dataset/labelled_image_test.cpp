@@ -51,6 +51,7 @@ TEST_CASE(
   const LabelledImage ground = ground_view(slant, pixel_m);
   CHECK(ground.labels.rows() == 16);  // 3.9 m
   CHECK(ground.labels.columns() == 160);
+  CHECK(ground_view(sample_view(2, 100, 21.0, 0.1, height_m), 0.07).labels.columns() == 600);
   check_alike(ground);
   for (const std::size_t row : {0u, 6u, 14u})
     for (std::size_t from_nadir = 0; from_nadir < 80; ++from_nadir) {
