@@ -236,7 +236,12 @@ std::vector<Cell> measure_grid(const GridOptions& options) {
     for (const Bed& bed : beds()) {
       if (options.quick && size.faces > 1e6) continue;
       std::optional<Scene> scene = bed.scene(size.faces, options.data);
-      if (!scene) continue;
+      if (!scene) {
+        if (options.progress)
+          options.progress(fmt::format("ping/{}/{}: left out, its data are missing (--data)",
+                                       bed.name, size.name));
+        continue;
+      }
       scene->track.pings = 200;
       for (Cell& cell : BedMeasurement(bed, size, std::move(*scene), options).cells())
         all.push_back(std::move(cell));

@@ -30,7 +30,7 @@ FEW_SHAPES = {
 # What an image has that a plain rendering of the same geometry has not.
 NO_PHYSICS = {
     "speckle": "false", "texture": "false", "arrivals.surface": "false", "artefacts.lost": "0",
-    "artefacts.gain_step_db": "0", "sonar.sidescan.noise": "false",
+    "artefacts.gain_step_db": "0", "artefacts.automatic_gain": "0", "sonar.sidescan.noise": "false",
     "sonar.sidescan.output_noise_db": "{ unset = true }", "sonar.sidescan.focused": "true",
     "sonar.sidescan.array_length_m": "4", "sonar.sidescan.bandwidth_hz": "100e3",
     "motion.roll.wander_deg": "0", "motion.heading.wander_deg": "0", "motion.heave.wander_m": "0",
