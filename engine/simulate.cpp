@@ -155,13 +155,21 @@ void Simulator::set_sonar(std::size_t number, const Sonar& settings) {
   if (number >= own_->sonars.size())
     throw std::invalid_argument(
         fmt::format("Simulator: there is no sonar {} of {}", number, own_->sonars.size()));
+  ThreadState& own = *own_;
   Scene changed = shared_->scene;
-  changed.sonars = own_->sonars;
-  changed.sonars[number] = settings;
+  for (std::size_t i = 0; i < own.prepared.size(); ++i)
+    changed.sonars[i] = i == number ? settings : own.prepared[i]->settings;
   check_values(changed);
-  PreparedSonars sonars = own_->prepared;
-  sonars[number] = shared_->prepare(number, settings, own_->objects.materials(), own_->warnings);
-  own_->use(std::move(sonars), *shared_);
+  UsualPing usual = own.usual_ping;
+  if (changed.track.kind != TrackKind::file)
+    usual.interval_s = changed.ping_interval_s(sound_speed_mps());
+  PreparedSonars sonars = own.prepared;
+  for (std::size_t i = 0; i < sonars.size(); ++i)
+    if (i == number || usual.interval_s != own.usual_ping.interval_s)
+      sonars[i] =
+          shared_->prepare(i, changed.sonars[i], usual, own.objects.materials(), own.warnings);
+  own.usual_ping = usual;
+  own.use(std::move(sonars), *shared_);
 }
 
 std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
@@ -174,9 +182,13 @@ std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
   PreparedSonars sonars;
   if (new_material)
     for (std::size_t i = 0; i < own.sonars.size(); ++i)
-      sonars.push_back(shared_->prepare(i, own.sonars[i], materials, own.warnings));
+      sonars.push_back(
+          shared_->prepare(i, own.prepared[i]->settings, own.usual_ping, materials, own.warnings));
   const std::uint32_t instance = own.objects.add(std::move(object), pose);
-  if (new_material) own.use(std::move(sonars), *shared_);
+  if (new_material)
+    own.use(std::move(sonars), *shared_);
+  else
+    own.follow_objects(*shared_);
   return instance;
 }
 
@@ -184,9 +196,13 @@ std::uint32_t Simulator::next_instance() const { return own_->objects.next_insta
 
 void Simulator::move(std::uint32_t instance, const Pose& pose) {
   own_->objects.move(instance, pose);
+  own_->follow_objects(*shared_);
 }
 
-void Simulator::remove(std::uint32_t instance) { own_->objects.remove(instance); }
+void Simulator::remove(std::uint32_t instance) {
+  own_->objects.remove(instance);
+  own_->follow_objects(*shared_);
+}
 
 double Simulator::altitude_m(const Eigen::Vector3d& position) const {
   return position.z() - own_->bed.height_m(position.x(), position.y());

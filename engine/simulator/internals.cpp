@@ -138,7 +138,7 @@ std::span<const ObjectVisibility> SimulatorInternals::object_visibility(const Si
 
 Refraction SimulatorInternals::refraction(const Simulator& simulator) {
   const Simulator::SharedState& shared = *simulator.shared_;
-  return shared.refraction(*shared.sonars.front());
+  return shared.refraction(*shared.sonars.front(), simulator.own_->heights);
 }
 
 RefractionCounts SimulatorInternals::refraction_counts(const Simulator& simulator) {

@@ -214,6 +214,7 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
                                                    std::span<const double> bed_shares,
                                                    std::vector<std::string>& warnings) {
   const auto made = std::make_shared<PreparedSonar>();
+  made->settings = settings;
   Sonar& sonar = made->sonar;
   sonar = settings.sampled(water.sound_speed_mps());
   if (!sonar.vertical.file.path.empty())

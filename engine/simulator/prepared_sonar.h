@@ -20,7 +20,8 @@ namespace ensonify::engine {
 
 /// A sonar and all data that are the same for each of its pings. Threads share one object.
 struct PreparedSonar {
-  Sonar sonar;  ///< with the bins that its digitiser makes
+  Sonar settings;  ///< as given
+  Sonar sonar;     ///< with the bins that its digitiser makes
   /// The cast with absorption at the sonar's frequency; none if the scene has no cast.
   std::optional<scatter::SoundSpeedProfile> profile;
   Medium medium;                                           ///< may refer to the profile

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -76,7 +77,7 @@ void SessionObjects::check(const MovingObject& object, const Pose& pose) const {
         "Simulator: the object's class is \"{}\", expected a name other than \"{}\", that of "
         "number 0",
         object.class_name, name_of_number_0));
-  if (fixed_labels_ + faces_.bodies() >= max_labels)
+  if (fixed_labels_ + faces_.free_body() >= max_labels)
     throw std::invalid_argument(fmt::format(
         "Simulator: there are {} objects and other labels, and no room for more: remove one",
         max_labels));
@@ -131,6 +132,14 @@ std::size_t SessionObjects::body_of(std::uint32_t instance) const {
           : "",
       added.empty() ? "none is there that can be moved or removed: add one"
                     : fmt::format("those that can be moved or removed are {}", added)));
+}
+
+double SessionObjects::lowest_m() const {
+  double lowest_m = std::numeric_limits<double>::infinity();
+  for (const ObjectSurface& surface : surfaces_)
+    if (!surface.flat_parts.empty())
+      lowest_m = std::min(lowest_m, surface.middle.z() - surface.radius_m);
+  return lowest_m;
 }
 
 void SessionObjects::move(std::uint32_t instance, const Pose& pose) {

@@ -37,6 +37,11 @@ class SessionObjects {
   void move(std::uint32_t instance, const Pose& pose);
   void remove(std::uint32_t instance);
 
+  /// Whether an object is there.
+  bool any() const { return faces_.bodies() > 0; }
+  /// Below all of them; infinite if there is none.
+  double lowest_m() const;
+
   /// By body; class 0 where there is none.
   const std::vector<Label>& labels() const { return labels_; }
   /// By body, where they are now; without flat parts where there is none.

@@ -69,7 +69,7 @@ Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
   warnings.insert(warnings.end(), water.warnings().begin(), water.warnings().end());
   if (scene.track.kind == TrackKind::file) take_recorded_track();
   for (const Sonar& sonar : scene.sonars)
-    sonars.push_back(prepare(sonars.size(), sonar, seafloor.materials, warnings));
+    sonars.push_back(prepare(sonars.size(), sonar, usual_ping, seafloor.materials, warnings));
   objects = object_surfaces(seafloor, threads, report_tree);
   if (scene.seafloor.penetration_m > 0.0) find_buried();
 }
@@ -117,20 +117,30 @@ void Simulator::SharedState::find_buried() {
 }
 
 std::shared_ptr<const PreparedSonar> Simulator::SharedState::prepare(
-    std::size_t number, const Sonar& settings, const std::vector<std::string>& materials,
-    std::vector<std::string>& its_warnings) const {
+    std::size_t number, const Sonar& settings, const UsualPing& usual,
+    const std::vector<std::string>& materials, std::vector<std::string>& its_warnings) const {
   memory.require(
       threads * ray_bytes({&settings, 1}, "fan_scan"),
       fmt::format("the {:.2g} million rays of a ping of {}, for {} thread{},",
                   1e-6 * rays_of({&settings, 1}), settings.name, threads, threads > 1 ? "s" : ""),
       "take fewer elevations or planes");
-  return prepare_sonar(scene, water, usual_ping, number, settings, materials, bed_shares,
-                       its_warnings);
+  return prepare_sonar(scene, water, usual, number, settings, materials, bed_shares, its_warnings);
 }
 
-Refraction Simulator::SharedState::refraction(const PreparedSonar& sonar) const {
-  return {scene.sea.refraction, sonar.profile ? &*sonar.profile : nullptr, bounds.highest.z(),
-          -double(bounds.lowest.z()), intersector_kind(parts.intersector).takes_lists};
+HeightRange Simulator::SharedState::heights(const SessionObjects& added) const {
+  constexpr double deepest_sea_m = 12000.0;
+  HeightRange heights{double(bounds.highest.z()), double(bounds.lowest.z())};
+  if (added.any()) {  // which may swim
+    heights.highest_m = std::max(heights.highest_m, 0.0);
+    heights.lowest_m = std::min(heights.lowest_m, std::max(added.lowest_m(), -deepest_sea_m));
+  }
+  return heights;
+}
+
+Refraction Simulator::SharedState::refraction(const PreparedSonar& sonar,
+                                              const HeightRange& heights) const {
+  return {scene.sea.refraction, sonar.profile ? &*sonar.profile : nullptr, heights.highest_m,
+          -heights.lowest_m, intersector_kind(parts.intersector).takes_lists};
 }
 
 Simulator::ThreadState::ThreadState(const SharedState& shared)
@@ -138,12 +148,14 @@ Simulator::ThreadState::ThreadState(const SharedState& shared)
                   static_cast<std::uint32_t>(shared.seafloor.faces), shared.parts),
       bed(*shared.prepared),
       objects(shared.seafloor, face_source),
-      warnings(shared.warnings) {
+      warnings(shared.warnings),
+      usual_ping(shared.usual_ping) {
   use(shared.sonars, shared);
 }
 
 void Simulator::ThreadState::use(PreparedSonars others, const SharedState& shared) {
   prepared = std::move(others);
+  heights = shared.heights(objects);
   sonars.clear();
   beams.clear();
   lines.clear();
@@ -153,7 +165,7 @@ void Simulator::ThreadState::use(PreparedSonars others, const SharedState& share
       beams.push_back({.sonar = sonars.size(),
                        .mounting = sonar.mounting.ahead(sonar.beam_offset_m(beam)),
                        .tracer = {sonar, its->medium, shared.seafloor, its->material_tables,
-                                  shared.refraction(*its), &objects.labels(),
+                                  shared.refraction(*its, heights), &objects.labels(),
                                   ObjectSurfaces{.fixed = &shared.objects,
                                                  .moving = &objects.surfaces(),
                                                  .smooth_specular = its->smooth_specular,
@@ -164,6 +176,11 @@ void Simulator::ThreadState::use(PreparedSonars others, const SharedState& share
     sonars.push_back(sonar);
   }
   if (!visibility_counters.empty()) count_object_visibility(shared);
+}
+
+void Simulator::ThreadState::follow_objects(const SharedState& shared) {
+  const bool bent = shared.scene.sea.refraction == RefractionMode::full;
+  if (bent && heights != shared.heights(objects)) use(PreparedSonars(prepared), shared);
 }
 
 void Simulator::ThreadState::count_object_visibility(const SharedState& shared) {

@@ -25,6 +25,12 @@ namespace ensonify::engine {
 
 using PreparedSonars = std::vector<std::shared_ptr<const PreparedSonar>>;
 
+/// Heights between which everything lies that rays can hit.
+struct HeightRange {
+  double highest_m = 0.0, lowest_m = 0.0;
+  bool operator==(const HeightRange&) const = default;
+};
+
 /// What all threads share.
 struct Simulator::SharedState {
   SharedState(const Scene& of, const Preparation& how);
@@ -32,9 +38,11 @@ struct Simulator::SharedState {
   /// One of the scene's sonars with these settings; see prepare_sonar(). Throws MemoryError for
   /// more rays than fit.
   std::shared_ptr<const PreparedSonar> prepare(std::size_t number, const Sonar& settings,
+                                               const UsualPing& usual,
                                                const std::vector<std::string>& materials,
                                                std::vector<std::string>& its_warnings) const;
-  Refraction refraction(const PreparedSonar& sonar) const;
+  HeightRange heights(const SessionObjects& added) const;
+  Refraction refraction(const PreparedSonar& sonar, const HeightRange& heights) const;
   /// The scene's track over this bed. Throws SceneError.
   TrackPoses track_over(BedHeight& bed) const;
   /// Throws if the caller wants to stop.
@@ -74,6 +82,8 @@ struct Simulator::ThreadState {
 
   /// Pings with these sonars from now on.
   void use(PreparedSonars others, const SharedState& shared);
+  /// Makes ready for the places where the added objects now are.
+  void follow_objects(const SharedState& shared);
   void count_object_visibility(const SharedState& shared);
   void make_lines();
   /// The faces of the fans that `aim` has, as its beams need them.
@@ -84,6 +94,8 @@ struct Simulator::ThreadState {
   SessionObjects objects;
   std::vector<std::string> warnings;
   bool warned_of_distance = false;
+  UsualPing usual_ping;
+  HeightRange heights;
   PreparedSonars prepared;
   std::vector<Sonar> sonars;  // of `prepared`
   struct BeamTracer {

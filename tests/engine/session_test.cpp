@@ -17,6 +17,7 @@
 
 #include "support/beds.h"
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/refine/mesh_reader.h>
@@ -138,6 +139,133 @@ TEST_CASE("after an object is removed, the bed echoes as before, wherever the so
     session.remove(session.add({.mesh = cube(1.0f)}, {.position = {10, 0, -5}}));
     CHECK(numbers(session.ping_numbered(pose, 0)) == before);
   }
+}
+
+TEST_CASE("removing one of several objects leaves the lines of those that stay") {
+  for (const char* surface : {"static", "refined", "footprint"})
+    for (const bool first : {true, false}) {
+      CAPTURE(surface, first);
+      Scene scene = bare_scene();
+      scene.run.surface = surface;
+      const Pose port{.position = {-10, 0, -14}}, starboard{.position = {10, 0, -14}};
+      const MovingObject object{.mesh = cube(1.0f)};
+      Simulator session(scene), fresh(scene);
+      const std::uint32_t one = session.add(object, port), other = session.add(object, starboard);
+      session.ping_numbered(beside, 0);
+      session.remove(first ? one : other);
+      const std::uint32_t stays = fresh.add(object, first ? starboard : port);
+      // The other one has its own instance, and is where it was.
+      const std::span<const EchoLine> lines = session.ping_numbered(beside, 0);
+      CHECK(bins_of(lines, first ? one : other) == 0);
+      CHECK(bins_of(lines, first ? other : one) > 0);
+      if (first) continue;
+      CHECK(stays == one);
+      CHECK(numbers(lines) == numbers(fresh.ping_numbered(beside, 0)));
+    }
+}
+
+TEST_CASE("an added box echoes as the box of a scene does, without an echo from its inside") {
+  const tests::TemporaryFolder folder;
+  Scene scene = bare_scene();
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  scene.speckle = scene.texture = false;
+  Scene with = scene;
+  with.objects.push_back({.shape = "box", .material = "steel", .east_m = 12.0, .north_m = 0.0});
+  Simulator of_scene(with), session(scene);
+  const refine::TriangleMesh box = object_of(of_scene);
+  session.add({.mesh = box, .material = "steel", .class_name = "object"}, {});
+  const Pose abeam{.position = {0.0, 0.0, -7.0}};
+  const EchoLine expected = of_scene.ping_numbered(abeam, 0)[1];
+  const EchoLine& line = session.ping_numbered(abeam, 0)[1];
+  REQUIRE(std::ranges::count(expected.bins.instance, 1u) > 0);
+  for (std::size_t i = 0; i < line.bins.region.size(); ++i)
+    if (line.bins.region[i] == static_cast<std::uint32_t>(Region::shadow)) {
+      CAPTURE(i);
+      CHECK(line.bins.intensity_mean[i] <= 1.01f * expected.bins.intensity_mean[i] + 1e-6f);
+    }
+}
+
+TEST_CASE("bent rays meet an added object as one of the scene, at any height") {
+  const tests::TemporaryFolder folder;
+  tests::write_text(folder / "cast.csv",
+                    "depth_m,soundspeed_mps\n0,1510\n6,1505\n9,1490\n15,1488\n");
+  Scene scene = bare_scene();
+  scene.sea.profile = {"cast.csv", folder / "cast.csv"};
+  scene.sea.refraction = RefractionMode::full;
+  scene.speckle = scene.texture = false;
+  for (const double height_m : {0.0, 3.0, 5.0, 7.0}) {
+    CAPTURE(height_m);
+    Scene with = scene;
+    with.objects.push_back({.shape = "sphere",
+                            .size = {.diameter_m = 2.0},
+                            .material = "steel",
+                            .east_m = 10.0,
+                            .north_m = 0.0,
+                            .height_m = height_m});
+    Simulator of_scene(with), session(scene);
+    const std::uint32_t added =
+        session.add({.mesh = object_of(of_scene), .material = "steel", .class_name = "ball"}, {});
+    const Pose pose{.position = {0.0, 0.0, -7.0}};
+    const auto bins = [&](Simulator& simulator) {
+      std::size_t body = 0, shadow = 0;
+      for (const EchoLine& line : simulator.ping_numbered(pose, 0))
+        for (std::size_t i = 0; i < line.bins.region.size(); ++i) {
+          body += line.bins.instance[i] == added;
+          shadow += line.bins.shadow_instance[i] == added;
+        }
+      return std::pair(body, shadow);
+    };
+    const auto expected = bins(of_scene), found = bins(session);
+    REQUIRE(expected.first + expected.second > 0);
+    CHECK(double(found.first) == Approx(double(expected.first)).margin(2.0));
+    CHECK(double(found.second) == Approx(double(expected.second)).margin(2.0));
+    session.remove(added);
+    CHECK(numbers(session.ping_numbered(pose, 0)) ==
+          numbers(Simulator(scene).ping_numbered(pose, 0)));
+  }
+}
+
+TEST_CASE("a plate of kilometres is met by bent rays without memory for all of it") {
+  const tests::TemporaryFolder folder;
+  tests::write_text(folder / "cast.csv",
+                    "depth_m,soundspeed_mps\n0,1510\n6,1505\n9,1490\n15,1488\n");
+  Scene scene = bare_scene();
+  scene.sea.profile = {"cast.csv", folder / "cast.csv"};
+  scene.sea.refraction = RefractionMode::full;
+  scene.sonars.front().elevations = 40;
+  Simulator session(scene);
+  const float half_m = 50e3f;
+  const refine::TriangleMesh plate{.positions = {{-half_m, -half_m, 0},
+                                                 {half_m, -half_m, 0},
+                                                 {half_m, half_m, 0},
+                                                 {-half_m, half_m, 0}},
+                                   .faces = {{0, 1, 2}, {0, 2, 3}}};
+  const std::uint32_t added = session.add({.mesh = plate}, {.position = {0, 0, -12}});
+  CHECK(bins_of(session.ping_numbered({.position = {0, 0, -7}}, 0), added) > 0);
+}
+
+TEST_CASE("a longer range changes the echoes of earlier pings as in a scene that has it") {
+  Scene scene = bare_scene();
+  scene.arrivals.second_time_around = true;
+  Scene longer = scene;
+  longer.sonars.front().range_m = 40.0;
+  Simulator session(scene), expected(longer);
+  session.ping_numbered(beside, 0);
+  session.set_sonar(0, longer.sonars.front());
+  CHECK(numbers(session.ping_numbered(beside, 0)) == numbers(expected.ping_numbered(beside, 0)));
+}
+
+TEST_CASE("a sonar can be set while another one's sampled range is longer than a scene may have") {
+  Scene scene = bare_scene();
+  Sonar& far = scene.sonars.emplace_back(scene.sonars.front());
+  far.name = "far";
+  far.range_m = 20000.0;
+  far.sample_rate_hz = 77.0;
+  Simulator session(scene);
+  REQUIRE(session.sonars()[1].range_m > 20000.0);
+  Sonar changed = scene.sonars.front();
+  changed.range_m = 20.0;
+  CHECK_NOTHROW(session.set_sonar(0, changed));
 }
 
 TEST_CASE("an object is seen where it was moved to") {

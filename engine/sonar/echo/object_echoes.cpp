@@ -215,6 +215,13 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   const double width_m =
       2.0 * std::min(double(corner.one_m) * sine_one, double(corner.other_m) * sine_other);
   const Vector3d place = to + offset;
+  // A corner inside a body is seen only where the body is open towards the sonar.
+  const auto sees_flat_part = [&](const Eigen::Vector3f& from_edge, float reach_m) {
+    return sight_of(place + 0.5 * double(reach_m) * from_edge.cast<double>()).has_value();
+  };
+  if (!corner.open &&
+      !(sees_flat_part(corner.one, corner.one_m) && sees_flat_part(corner.other, corner.other_m)))
+    return;
   // The corner's own flat parts are nearer than its edge.
   const std::optional<Sight> sight =
       sight_of(place, double(std::max(corner.one_m, corner.other_m)));

@@ -79,7 +79,7 @@ void FacesWithBodies::move(std::size_t body, const Eigen::Isometry3d& place) {
 void FacesWithBodies::remove(std::size_t body) {
   bodies_[body] = {};
   while (!bodies_.empty() && bodies_.back().mesh.faces.empty()) bodies_.pop_back();
-  std::erase(in_tree_, body);
+  in_tree_.clear();  // the tree still has its faces
 }
 
 TracedFaces FacesWithBodies::prepare(std::span<const RayFan> fans) {
@@ -128,6 +128,7 @@ TracedFaces FacesWithBodies::with_bodies(TracedFaces fixed) {
 
 /// Moves the wanted bodies' faces to their places, and builds their tree.
 void FacesWithBodies::gather() {
+  in_tree_.clear();  // until the tree is built
   seen_.positions.clear();
   seen_.faces.clear();
   seen_numbers_.clear();

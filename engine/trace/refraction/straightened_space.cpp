@@ -19,6 +19,7 @@ using Eigen::Vector3f;
 
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t most_points_of_fan = 2'000'000;  // of a fan's faces: some 300 MB
 
 /// A fan's beam as a wedge about its broadside plane, to test boxes: for flat boxes a tighter test
 /// than that of the balls around them.
@@ -124,8 +125,8 @@ std::uint32_t StraightenedSpace::point_of(std::uint32_t vertex) {
 }
 
 /// Adds a face, cut along its edges until all of them are straight enough. Faces that share an edge
-/// cut it at the same points.
-void StraightenedSpace::add_face(const refine::Face& whole, std::uint32_t place) {
+/// cut it at the same points. Returns false for more points than fit.
+bool StraightenedSpace::add_face(const refine::Face& whole, std::uint32_t place) {
   const auto bows = [&](const Straightening::RayToPoint& a, const Straightening::RayToPoint& b,
                         const Vector3d& edge) {
     return a.cotangent != inf && b.cotangent != inf &&
@@ -133,6 +134,7 @@ void StraightenedSpace::add_face(const refine::Face& whole, std::uint32_t place)
   };
   open_.assign(1, whole);
   while (!open_.empty()) {
+    if (points_.size() > most_points_of_fan) return false;
     const refine::Face face = open_.back();
     open_.pop_back();
     std::size_t longest = 0;
@@ -163,9 +165,10 @@ void StraightenedSpace::add_face(const refine::Face& whole, std::uint32_t place)
       face_place_.push_back(place);
     }
   }
+  return true;
 }
 
-/// Straightens the collected faces; false where one of them stands too high.
+/// Straightens the collected faces; false where one of them stands too high, or is too large.
 bool StraightenedSpace::straighten_faces() {
   point_slots_.assign(std::bit_ceil(4 * collected_.size() + 16), {none, none});
   points_.clear();
@@ -179,8 +182,7 @@ bool StraightenedSpace::straighten_faces() {
   for (const std::uint32_t place : collected_) {
     refine::Face face;
     for (std::size_t k = 0; k < 3; ++k) face[k] = point_of(triangles_.faces[place][k]);
-    if (stands_high_) return false;
-    add_face(face, place);
+    if (stands_high_ || !add_face(face, place)) return false;
   }
   return true;
 }

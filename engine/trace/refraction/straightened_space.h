@@ -56,7 +56,7 @@ class StraightenedSpace {
   void collect_faces();
   std::uint32_t add_point(const Eigen::Vector3d& point);
   std::uint32_t point_of(std::uint32_t vertex);
-  void add_face(const refine::Face& whole, std::uint32_t place);
+  bool add_face(const refine::Face& whole, std::uint32_t place);
   bool straighten_faces();
 
   Straightening* straightening_;
