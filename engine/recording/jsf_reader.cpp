@@ -3,6 +3,7 @@
 
 #include <ensonify/engine/recording/formats.h>
 #include <ensonify/engine/recording/line_builder.h>
+#include <ensonify/engine/recording/packets.h>
 #include <ensonify/engine/recording/recording_bytes.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/sea_water.h>
@@ -12,6 +13,14 @@ namespace {
 
 constexpr std::size_t message_header = 16, sonar_header = 240;
 constexpr std::uint16_t jsf_magic = 0x1601;
+
+/// The size that a message at the beginning of these bytes states; 0: no message begins there.
+std::size_t message_size(const RecordingBytes& bytes) {
+  const auto data_bytes = bytes.at<std::int32_t>(12);
+  return bytes.at<std::uint16_t>(0) == jsf_magic && data_bytes >= 0
+             ? message_header + static_cast<std::size_t>(data_bytes)
+             : 0;
+}
 
 /// Bits of the field that states which others are valid.
 enum Valid : unsigned {
@@ -131,21 +140,9 @@ bool is_jsf(std::span<const std::byte> begin) {
 std::vector<RecordedLine> parse_jsf(std::span<const std::byte> bytes, std::string_view name) {
   const RecordingBytes file(bytes);
   LineBuilder lines("JSF");
-  for (std::size_t place = 0; file.has(place, 1);) {
-    const RecordingBytes rest = file.part(place);
-    if (rest.at<std::uint16_t>(0) != jsf_magic || rest.at<std::int32_t>(12) < 0) {
-      lines.skipped(1);
-      ++place;
-      continue;
-    }
-    const std::size_t size = message_header + rest.at<std::uint32_t>(12);
-    if (size > rest.size()) {
-      lines.cut_off();
-      break;
-    }
-    read_message(file.part(place, size), lines);
-    place += size;
-  }
+  over_packets(
+      file, 0, &message_size, [&](const RecordingBytes& message) { read_message(message, lines); },
+      lines);
   return lines.finish(name);
 }
 

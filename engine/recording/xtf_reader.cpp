@@ -8,6 +8,7 @@
 
 #include <ensonify/engine/recording/formats.h>
 #include <ensonify/engine/recording/line_builder.h>
+#include <ensonify/engine/recording/packets.h>
 #include <ensonify/engine/recording/recording_bytes.h>
 #include <ensonify/engine/units.h>
 
@@ -43,6 +44,13 @@ struct Channel {
   double frequency_hz = 0.0;
   double beamwidth_rad = 0.0, vertical_beamwidth_rad = 0.0, tilt_rad = 0.0;
 };
+
+/// The size that a packet at the beginning of these bytes states; 0: no packet begins there.
+std::size_t packet_size(const RecordingBytes& bytes) {
+  constexpr std::size_t packet_header = 14;
+  const std::size_t size = bytes.at<std::uint32_t>(10);
+  return bytes.at<std::uint16_t>(0) == xtf_magic && size >= packet_header ? size : 0;
+}
 
 /// An angle of CHANINFO in radians; 0 if it is no beam's.
 double beam_rad(const RecordingBytes& info, std::size_t offset) {
@@ -184,23 +192,16 @@ class XtfReader {
 
   std::vector<RecordedLine> read(std::string_view name) {
     const bool geographic = file_.at<std::uint16_t>(164) == 3;
-    for (std::size_t place = file_header; file_.has(place, 1);) {
-      const RecordingBytes rest = file_.part(place);
-      const std::size_t size = rest.at<std::uint32_t>(10);
-      if (rest.at<std::uint16_t>(0) != xtf_magic || size < 14) {
-        if (place >= header_end()) lines_.skipped(1);
-        ++place;
-        continue;
-      }
-      if (size > rest.size()) {
-        lines_.cut_off();
-        break;
-      }
-      constexpr std::uint8_t sonar_packet = 0;
-      if (rest.at<std::uint8_t>(2) == sonar_packet && size >= ping_header)
-        read_ping(file_.part(place, size), geographic);
-      place += size;
-    }
+    // The header of some files is 1024 bytes although they have more than 6 channels.
+    const std::size_t begin = packet_size(file_.part(file_header)) > 0 ? file_header : header_end();
+    over_packets(
+        file_, begin, &packet_size,
+        [&](const RecordingBytes& packet) {
+          constexpr std::uint8_t sonar_packet = 0;
+          if (packet.at<std::uint8_t>(2) == sonar_packet && packet.size() >= ping_header)
+            read_ping(packet, geographic);
+        },
+        lines_);
     std::vector<RecordedLine> lines = lines_.finish(name);
     for (RecordedLine& line : lines)
       if (looks_geographic(line)) take_as_degrees(line, name);

@@ -415,6 +415,70 @@ TEST_CASE("damaged packets are left out, with a warning") {
   CHECK(line.warnings == std::vector<std::string>{"r: its last packet is cut off; left out"});
 }
 
+TEST_CASE("a packet that states a wrong size loses itself alone") {
+  Recording written = tests::small_recording();
+  written.starboard = false;  // a JSF message is a ping
+  for (const bool jsf : {false, true}) {
+    const std::string file =
+        tests::as_text(jsf ? encode_jsf({&written, 1}) : encode_xtf({&written, 1}));
+    const std::size_t header = jsf ? 0 : 1024, packet = (file.size() - header) / 3;
+    const RecordedLine sound = parse(file).front();
+    REQUIRE(sound.pings.size() == 3);
+    const auto expect_without = [&](std::string bytes, std::size_t ping, std::size_t skipped) {
+      CAPTURE(ping);
+      const RecordedLine line = parse(bytes).front();
+      REQUIRE(line.pings.size() == 2);
+      for (std::size_t i = 0; i < 2; ++i) {
+        const std::size_t same = i + (i >= ping);
+        CHECK(line.pings[i].number == sound.pings[same].number);
+        CHECK(std::ranges::equal(line.row(Side::port, i), sound.row(Side::port, same)));
+      }
+      CHECK(line.warnings ==
+            std::vector{
+                fmt::format("r: {} bytes between its packets are no packet; skipped", skipped)});
+    };
+    for (const std::size_t ping : {0u, 1u})
+      // Beyond the end of the file; into the middle of the last packet.
+      for (const std::size_t size : {std::size_t{1} << 30, (2 - ping) * packet + packet / 2}) {
+        CAPTURE(jsf, size);
+        std::string bytes = file;
+        const std::size_t at = header + ping * packet;
+        put(bytes, at + (jsf ? 12 : 10), static_cast<std::uint32_t>(size));
+        expect_without(bytes, ping, packet);
+        // Its samples may look like packets, with a size that is too large or leads nowhere.
+        for (const std::uint32_t false_size : {0x7fffffffu, std::uint32_t(packet) - 9}) {
+          CAPTURE(false_size);
+          std::string samples(16, '\0');
+          put<std::uint16_t>(samples, 0, jsf ? 0x1601 : 0xFACE);
+          put(samples, jsf ? 12 : 10, false_size);
+          std::string longer = bytes;
+          longer.insert(at + packet, samples);
+          expect_without(longer, ping, packet + samples.size());
+        }
+      }
+    // None follows the last one: it is cut off.
+    std::string bytes = file;
+    put(bytes, header + 2 * packet + (jsf ? 12 : 10), std::uint32_t{1} << 30);
+    const RecordedLine line = parse(bytes).front();
+    CHECK(line.pings.size() == 2);
+    CHECK(line.warnings == std::vector<std::string>{"r: its last packet is cut off; left out"});
+  }
+}
+
+TEST_CASE("bytes that all look like packets take a time in proportion to their number") {
+  // As many beginnings of packets as there is room for, none of which ends well.
+  constexpr std::size_t step = 16, packets = 300000;
+  const std::string header = xtf_of(std::vector<std::uint8_t>{1}, 8);
+  std::string bytes = header + std::string(step * packets, '\0');
+  for (std::size_t i = 0; i < packets; ++i) {
+    const std::size_t at = header.size() + i * step;
+    put<std::uint16_t>(bytes, at, 0xFACE);
+    put(bytes, at + 10,
+        static_cast<std::uint32_t>(i % 2 == 0 ? bytes.size() : bytes.size() / 2 + 1));
+  }
+  CHECK(parse(bytes).front().pings.size() == 1);
+}
+
 TEST_CASE("a ping that claims too many samples does not fill the memory") {
   // One ping of 3 million samples, and 3000 of one sample: their rows would take 9e9 values.
   std::string bytes = xtf_of(std::vector<std::uint8_t>(3000000), 8);
