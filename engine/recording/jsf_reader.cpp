@@ -43,8 +43,9 @@ void set_place(const RecordingBytes& header, RecordedPing& ping) {
   constexpr double unit = degree / 60.0 * 1e-4;  // 1e-4 arc minutes
   switch (header.at<std::int16_t>(88)) {
     case 1: ping.place_m = Eigen::Vector2d(1e-3 * x, 1e-3 * y); break;  // millimetres
-    case 2:  // a longitude of 32 bits is within 360 degrees
-      if (std::abs(y * unit) <= 90.0 * degree) ping.place = GeographicPlace{y * unit, x * unit};
+    case 2:
+      if (std::abs(y * unit) <= 90.0 * degree && std::abs(x * unit) <= 360.0 * degree)
+        ping.place = GeographicPlace{y * unit, x * unit};
       break;
     case 3: ping.place_m = Eigen::Vector2d(0.1 * x, 0.1 * y); break;    // decimetres
     case 4: ping.place_m = Eigen::Vector2d(0.01 * x, 0.01 * y); break;  // centimetres

@@ -299,14 +299,19 @@ TEST_CASE("a JSF's pulse length and speed have their smallest digits in one word
   CHECK(line.pings.front().speed_mps.value() == Approx(4.39 * 1852.0 / 3600.0));
 }
 
-TEST_CASE("a latitude beyond the poles is no place") {
+TEST_CASE("a latitude beyond the poles and a longitude beyond a full turn are no place") {
   const Recording written = tests::small_recording();
   std::string jsf = tests::as_text(encode_jsf({&written, 1}));
   put<std::int32_t>(jsf, 16 + 84, 100 * 600000);  // 1e-4 arc minutes
   std::string xtf = tests::as_text(encode_xtf({&written, 1}));
   put<double>(xtf, 1024 + 160, 100.0);
   put<double>(xtf, 1024 + 128, 100.0);
-  for (const std::string* file : {&jsf, &xtf}) {
+  std::string far_jsf = tests::as_text(encode_jsf({&written, 1}));
+  put<std::int32_t>(far_jsf, 16 + 80, 361 * 600000);
+  std::string far_xtf = tests::as_text(encode_xtf({&written, 1}));
+  put<double>(far_xtf, 1024 + 168, 361.0);
+  put<double>(far_xtf, 1024 + 136, 361.0);
+  for (const std::string* file : {&jsf, &xtf, &far_jsf, &far_xtf}) {
     const RecordedLine line = parse(*file).front();
     CHECK_FALSE(line.pings[0].place);
     CHECK(line.pings[1].place);
