@@ -10,6 +10,7 @@
 #include <ensonify/engine/mosaic/recorded_run.h>
 #include <ensonify/engine/number_in.h>
 #include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/engine/scene/scene.h>
 
 namespace ensonify::engine {
@@ -28,7 +29,9 @@ RecordedLine line_of_recording(const fs::path& file, const std::string& sonar) {
         sonar.empty() ? fmt::format("has {} lines", lines.size())
                       : fmt::format("has no line '{}'", sonar),
         lines.size()));
-  return std::move(lines[number - 1]);
+  auto [line, left_out] = alike_pings(std::move(lines[number - 1]));
+  if (!left_out.empty()) line.warnings.push_back(fmt::format("{}: {}", file.string(), left_out));
+  return std::move(line);
 }
 
 /// Rows of a run's image are port far to near, then starboard near to far.

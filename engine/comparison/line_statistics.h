@@ -26,8 +26,8 @@ struct LineStatistic {
 };
 
 /// The statistics of pings [first, end) of a line, always the same names in the same order. They
-/// do not depend on the recorder's scale. A row is one side of a ping. Amplitudes are as recorded;
-/// levels are 20 log10 of them.
+/// do not depend on the recorder's scale. A row is one side of a ping; all are of one range and
+/// length (alike_pings()). Amplitudes are as recorded; levels are 20 log10 of them.
 ///
 /// The bed begins, in each ping of each side, where find_bed() has it. Grazing angles are those of
 /// a level bed there: asin(range of the first return / range). Blocks are 8 pings x 16 samples of

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/quantile.h>
 #include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/sonar/instrument/shading.h>
 #include <ensonify/engine/units.h>
@@ -25,39 +27,27 @@ constexpr int rounds = 10;
 
 /// The middle of the line, of pings of one range. Throws RecordingError.
 RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unknown) {
-  std::vector<double> ranges;
-  for (const RecordedPing& ping : line.pings)
-    if (ping.range_m > 0.0) ranges.push_back(ping.range_m);
-  if (2 * ranges.size() < line.pings.size() || ranges.empty())
+  auto [alike, left_out] = alike_pings(line);
+  const std::size_t pings = alike.pings.size();
+  if (pings == 0 || !(alike.pings.front().range_m > 0.0))
     throw RecordingError(
         "the recording does not state the range of its pings, which an imitation needs");
-  const double range_m = median(std::move(ranges));
   constexpr double longest_m = 20e3;  // the limit of a scene's sonars
-  if (range_m > longest_m)
+  if (const double range_m = alike.pings.front().range_m; range_m > longest_m)
     throw RecordingError(fmt::format(
         "the pings state a range of {:.3g} m, expected at most {:.3g} m; is the recording damaged?",
         range_m, longest_m));
-  std::vector<std::size_t> usable;
-  for (std::size_t i = 0; i < line.pings.size(); ++i)
-    if (std::abs(line.pings[i].range_m / range_m - 1.0) < 0.005 &&
-        line.pings[i].samples == line.samples)
-      usable.push_back(i);
-  if (usable.size() < fewest_pings)
-    throw RecordingError(
-        fmt::format("the recording has {} pings of one range and length, and an imitation needs {}",
-                    usable.size(), fewest_pings));
-  if (usable.size() < line.pings.size())
-    unknown.push_back(
-        fmt::format("{} of {} pings have another range or length than most and are left out",
-                    line.pings.size() - usable.size(), line.pings.size()));
-  if (usable.size() > max_pings) {
-    unknown.push_back(fmt::format("the line has {} pings; the {} in its middle are imitated",
-                                  usable.size(), max_pings));
-    const std::size_t first = (usable.size() - max_pings) / 2;
-    usable = {usable.begin() + static_cast<std::ptrdiff_t>(first),
-              usable.begin() + static_cast<std::ptrdiff_t>(first + max_pings)};
-  }
-  return some_pings(line, usable);
+  if (pings < fewest_pings)
+    throw RecordingError(fmt::format(
+        "the recording has {} ping{} of one range and length, and an imitation needs {}", pings,
+        pings == 1 ? "" : "s", fewest_pings));
+  if (!left_out.empty()) unknown.push_back(left_out);
+  if (pings <= max_pings) return std::move(alike);
+  unknown.push_back(
+      fmt::format("the line has {} pings; the {} in its middle are imitated", pings, max_pings));
+  std::vector<std::size_t> middle(max_pings);
+  std::iota(middle.begin(), middle.end(), (pings - max_pings) / 2);
+  return some_pings(alike, middle);
 }
 
 /// Leaves out a side whose samples are all 0 in nearly all pings, if the other has echoes. One that

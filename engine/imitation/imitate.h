@@ -34,9 +34,9 @@ struct Imitation {
 
 /// Finds a scene whose images look like a recorded line. The recording's pings are divided into
 /// blocks of 32; numbers are fitted to every second block and judged on the others. At most 3000
-/// pings, from the middle of a longer line. `folder` gets the scene's files scene.toml,
-/// navigation.csv and beam.csv. Throws RecordingError for a line that shows no bed or does not
-/// state its range, Stopped, and as Simulator.
+/// of the alike_pings(), from the middle of a longer line. `folder` gets the scene's files
+/// scene.toml, navigation.csv and beam.csv. Throws RecordingError for a line that shows no bed or
+/// does not state its range, Stopped, and as Simulator.
 Imitation imitate(const RecordedLine& recording, const std::filesystem::path& folder,
                   const ImitationControl& control);
 

@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/comparison/comparison_page.h>
 #include <ensonify/engine/comparison/find_bed.h>
+#include <ensonify/engine/recording/some_pings.h>
 
 namespace ensonify::engine {
 namespace {

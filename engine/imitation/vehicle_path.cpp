@@ -379,21 +379,4 @@ VehiclePath some_pings(const VehiclePath& path, const std::vector<std::size_t>& 
   return some;
 }
 
-RecordedLine some_pings(const RecordedLine& line, const std::vector<std::size_t>& indices) {
-  RecordedLine some = line;
-  some.pings.clear();
-  some.port.clear();
-  some.starboard.clear();
-  for (const std::size_t i : indices) {
-    some.pings.push_back(line.pings[i]);
-    for (const Side side : {Side::port, Side::starboard}) {
-      if (line.side(side).empty()) continue;
-      const std::span<const float> row = line.row(side, i);
-      std::vector<float>& rows = side == Side::port ? some.port : some.starboard;
-      rows.insert(rows.end(), row.begin(), row.end());
-    }
-  }
-  return some;
-}
-
 }  // namespace ensonify::engine

@@ -53,8 +53,7 @@ std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side);
 /// between the legs of a survey do not count.
 Oscillation oscillation_of(const std::vector<double>& t_s, const std::vector<double>& values);
 
-/// The pings `indices` of a path or of a line, as one.
+/// The pings `indices` of a path, as one.
 VehiclePath some_pings(const VehiclePath& path, const std::vector<std::size_t>& indices);
-RecordedLine some_pings(const RecordedLine& line, const std::vector<std::size_t>& indices);
 
 }  // namespace ensonify::engine

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/recording/formats.h>
+#include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -63,20 +64,9 @@ void warn_of_times(RecordedLine& line, std::string_view name) {
 }
 
 void append(RecordedLine& line, RecordedLine next) {
-  const auto widen = [](RecordedLine& one, std::size_t samples) {
-    for (std::vector<float>* side : {&one.port, &one.starboard}) {
-      if (side->empty() || one.samples == samples) continue;
-      std::vector<float> wide(one.pings.size() * samples, 0.0f);
-      for (std::size_t ping = 0; ping < one.pings.size(); ++ping)
-        std::copy_n(side->begin() + static_cast<std::ptrdiff_t>(ping * one.samples), one.samples,
-                    wide.begin() + static_cast<std::ptrdiff_t>(ping * samples));
-      *side = std::move(wide);
-    }
-    one.samples = samples;
-  };
   const std::size_t samples = std::max(line.samples, next.samples);
-  widen(line, samples);
-  widen(next, samples);
+  set_samples(line, samples);
+  set_samples(next, samples);
   const auto join = [&](std::vector<float>& to, const std::vector<float>& more) {
     if (to.empty() && more.empty()) return;
     to.resize(line.pings.size() * samples, 0.0f);

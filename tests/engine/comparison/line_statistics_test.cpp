@@ -6,10 +6,15 @@
 
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/files.h"
+#include "support/small_recording.h"
+#include "support/temporary_folder.h"
 
 #include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/line_source.h>
 #include <ensonify/engine/comparison/line_statistics.h>
+#include <ensonify/engine/output/xtf.h>
+#include <ensonify/engine/recording/some_pings.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -93,6 +98,47 @@ TEST_CASE("statistics of a level bed with speckle are those of Rayleigh's distri
   CHECK(found.at("first_return_wander_m") < 0.1);
   CHECK(found.at("port_over_starboard_db") == Approx(0.0).margin(0.1));
   CHECK(found.at("silent_share") == 0.0);
+}
+
+TEST_CASE("a recording whose range was changed has the statistics of the range that it has most") {
+  const auto xtf_of = [](const RecordedLine& line, double range_m, std::size_t count) {
+    Recording written = tests::small_recording(line.samples);
+    written.range_m = range_m;
+    const NavPing first = written.pings.front();
+    written.pings.clear();
+    written.samples.clear();
+    written.gain_db.resize(count);
+    for (std::size_t row = 0; row < count; ++row) {
+      NavPing& ping = written.pings.emplace_back(first);
+      ping.row = ping.number = row;
+      ping.unix_ms += static_cast<std::int64_t>(250 * row);
+      const auto port = line.row(Side::port, row), starboard = line.row(Side::starboard, row);
+      for (auto sample = port.rbegin(); sample != port.rend(); ++sample)
+        written.samples.push_back(static_cast<std::uint16_t>(*sample));
+      for (const float sample : starboard)
+        written.samples.push_back(static_cast<std::uint16_t>(sample));
+    }
+    return tests::as_text(encode_xtf({&written, 1}));
+  };
+  const RecordedLine line = speckled_line();
+  RecordedLine longer = line;
+  set_samples(longer, 2 * samples);
+  const tests::TemporaryFolder folder;
+  const std::string most = xtf_of(line, 60.0, 200);
+  tests::write_text(folder / "most.xtf", most);
+  constexpr std::size_t xtf_header = 1024;
+  tests::write_text(folder / "mixed.xtf", xtf_of(longer, 120.0, 60) + most.substr(xtf_header));
+  const RecordedLine mixed = read_line(folder / "mixed.xtf", "");
+  CHECK(mixed.warnings.back() ==
+        (folder / "mixed.xtf").string() +
+            ": 60 of 260 pings have another range or length than most and are left out");
+  const std::map<std::string, double> expected = numbers_of(read_line(folder / "most.xtf", ""));
+  for (const auto& [name, value] : numbers_of(mixed)) {
+    CAPTURE(name);
+    CHECK(std::isnan(value) == std::isnan(expected.at(name)));
+    if (!std::isnan(value)) CHECK(value == expected.at(name));
+  }
+  CHECK(expected.at("first_return_m") == Approx(0.1 * 55.0).margin(0.3));
 }
 
 TEST_CASE("a weaker side and silent pings are seen") {

@@ -21,6 +21,7 @@
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/material.h>
@@ -175,6 +176,36 @@ TEST_CASE("a range that no sonar has is named") {
   } catch (const RecordingError& error) {
     CHECK(std::string(error.what()).starts_with("the pings state a range of 1e+09 m"));
   }
+}
+
+TEST_CASE("pings of the most frequent range are imitated, however long the others are") {
+  const auto outcome = [](std::size_t pings, std::size_t others) {
+    RecordedLine line = made_line({.pings = pings});
+    set_samples(line, 2 * samples);
+    for (std::size_t i = 0; i < others; ++i) {
+      RecordedPing ping = line.pings.back();
+      ping.number = pings + i;
+      ping.range_m = (2.0 + 0.1 * static_cast<double>(i)) * range_m;
+      ping.samples = 2 * samples;
+      line.pings.push_back(ping);
+      line.port.resize(line.pings.size() * line.samples, 100.0f);
+      line.starboard.resize(line.pings.size() * line.samples, 100.0f);
+    }
+    const tests::TemporaryFolder folder;
+    try {
+      imitate(line, folder.path(), {.progress = [](auto, auto, auto) { return false; }});
+    } catch (const Stopped&) {
+      return std::string("begins");
+    } catch (const RecordingError& error) {
+      return std::string(error.what());
+    }
+    return std::string("ends");
+  };
+  CHECK(outcome(200, 60) == "begins");
+  CHECK(outcome(1, 60) ==
+        "the recording has 1 ping of one range and length, and an imitation needs 64");
+  CHECK(outcome(63, 60) ==
+        "the recording has 63 pings of one range and length, and an imitation needs 64");
 }
 
 TEST_CASE("a roll or a pitch that no sonar has is unknown") {
