@@ -71,12 +71,13 @@ bool is_sonar_key(std::string_view key) {
   return dot != key.npos && bare(key.substr(0, dot)) && bare(key.substr(dot + 1));
 }
 
-std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const KeyValue> changes) {
-  std::vector<std::size_t> changed;
+std::vector<std::pair<std::size_t, Sonar>> changed_sonars(const Scene& scene,
+                                                          std::span<const KeyValue> changes) {
+  std::vector<std::pair<std::size_t, Sonar>> changed;
   for (std::size_t i = 0; i < scene.sonars.size(); ++i) {
     const std::string prefix = "sonar." + scene.sonars[i].name + ".";
     if (std::ranges::any_of(changes, [&](const KeyValue& c) { return c.key.starts_with(prefix); }))
-      changed.push_back(i);
+      changed.emplace_back(i, scene.sonars[i]);
   }
   return changed;
 }
@@ -88,9 +89,7 @@ void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyVa
           fmt::format("'{}' cannot be set while the scene runs, expected a sonar's key, as "
                       "sonar.NAME.range_m, without quotes and spaces",
                       change.key));
-  const Scene changed = scene.with(changes);
-  for (const std::size_t i : changed_sonars(changed, changes))
-    simulator.set_sonar(i, changed.sonars[i]);
+  simulator.set_sonars(changed_sonars(scene.with(changes), changes));
   scene.keep(changes);
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <ensonify/engine/scene/reader.h>
@@ -58,11 +59,12 @@ class SessionScene {
 /// to write a sonar's key: with quotes, spaces or a table as the value.
 bool is_sonar_key(std::string_view key);
 
-/// The numbers of the scene's sonars that any of these keys (`sonar.NAME.key`) changes.
-std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const KeyValue> changes);
+/// The scene's sonars that any of these keys (`sonar.NAME.key`) changes, with their numbers.
+std::vector<std::pair<std::size_t, Sonar>> changed_sonars(const Scene& scene,
+                                                          std::span<const KeyValue> changes);
 
 /// Changes keys of a simulator's sonars, and keeps them. Throws SceneError for a key without
-/// is_sonar_key() and for a value that a scene refuses; then nothing is kept.
+/// is_sonar_key() and for a value that a scene refuses; then nothing is changed.
 void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyValue> changes);
 
 /// The object that keys of a scene's [[objects]] describe: its form, material and class. Its

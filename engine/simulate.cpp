@@ -152,24 +152,35 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose) {
 std::vector<EchoLine> Simulator::take_lines() { return std::exchange(own_->lines, {}); }
 
 void Simulator::set_sonar(std::size_t number, const Sonar& settings) {
-  if (number >= own_->sonars.size())
-    throw std::invalid_argument(
-        fmt::format("Simulator: there is no sonar {} of {}", number, own_->sonars.size()));
+  const std::pair one{number, settings};
+  set_sonars({&one, 1});
+}
+
+void Simulator::set_sonars(std::span<const std::pair<std::size_t, Sonar>> settings) {
   ThreadState& own = *own_;
   Scene changed = shared_->scene;
   for (std::size_t i = 0; i < own.prepared.size(); ++i)
-    changed.sonars[i] = i == number ? settings : own.prepared[i]->settings;
+    changed.sonars[i] = own.prepared[i]->settings;
+  std::vector<bool> prepare_again(own.prepared.size(), false);
+  for (const auto& [number, sonar] : settings) {
+    if (number >= changed.sonars.size())
+      throw std::invalid_argument(
+          fmt::format("Simulator: there is no sonar {} of {}", number, changed.sonars.size()));
+    changed.sonars[number] = sonar;
+    prepare_again[number] = true;
+  }
   check_values(changed);
   UsualPing usual = own.usual_ping;
   if (changed.track.kind != TrackKind::file)
     usual.interval_s = changed.ping_interval_s(sound_speed_mps());
   PreparedSonars sonars = own.prepared;
+  std::vector<std::string> warnings = own.warnings;
   for (std::size_t i = 0; i < sonars.size(); ++i)
-    if (i == number || usual.interval_s != own.usual_ping.interval_s)
-      sonars[i] =
-          shared_->prepare(i, changed.sonars[i], usual, own.objects.materials(), own.warnings);
-  own.usual_ping = usual;
+    if (prepare_again[i] || usual.interval_s != own.usual_ping.interval_s)
+      sonars[i] = shared_->prepare(i, changed.sonars[i], usual, own.objects.materials(), warnings);
   own.use(std::move(sonars), *shared_);
+  own.usual_ping = usual;
+  own.warnings = std::move(warnings);
 }
 
 std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {

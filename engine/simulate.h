@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -67,6 +68,8 @@ class Simulator {
   /// Other settings for a sonar of the scene, from the next ping on. Throws SceneError for settings
   /// that a scene's check refuses, std::invalid_argument for a number that no sonar has.
   void set_sonar(std::size_t number, const Sonar& settings);
+  /// The same for several sonars, by their numbers: all of them change, or none.
+  void set_sonars(std::span<const std::pair<std::size_t, Sonar>> settings);
 
   /// Adds an object to the scene; y of its mesh points along the heading of the pose. Returns its
   /// instance, the number in the layers: the lowest one that no other object has. altitude_m()

@@ -54,9 +54,7 @@ SceneChange scene_change(const Json& keys, const SessionScene& now, const Vehicl
   if (keys.contains(altitude_key)) to.vehicle.altitude_m = checked.track.altitude_m;
   if (keys.contains(speed_key)) to.vehicle.speed_mps = checked.track.speed_mps;
   to.scene = with_session_surface(now.with(to.keys));
-  if (!to.seabed)
-    for (const std::size_t i : changed_sonars(to.scene, to.keys))
-      to.sonars.emplace_back(i, to.scene.sonars[i]);
+  if (!to.seabed) to.sonars = changed_sonars(to.scene, to.keys);
   if (display) to.display = to.scene.display;
   return to;
 }

@@ -31,7 +31,7 @@ struct SceneChange {
   SessionScene before;         ///< the session's scene without them
   Scene scene;
   Vehicle vehicle;
-  std::vector<std::pair<std::size_t, Sonar>> sonars;  ///< the changed ones, with their indices
+  std::vector<std::pair<std::size_t, Sonar>> sonars;  ///< the changed ones, with their numbers
   std::optional<Display> display;
   bool seabed = false;  ///< other keys change too: the scene must be made ready again
 };

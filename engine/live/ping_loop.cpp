@@ -119,17 +119,10 @@ void PingLoop::replace_scene(std::shared_ptr<LiveScene> live_scene) {
   ring_.post(LatestFrame::bed, live_scene_->bed);
 }
 
-/// All sonars of a change, or none.
 void PingLoop::set_sonars(const SceneChange& change) {
-  Simulator& simulator = live_scene_->simulator;
-  const std::vector<Sonar> before(simulator.sonars().begin(), simulator.sonars().end());
-  std::size_t changed = 0;
   try {
-    for (; changed < change.sonars.size(); ++changed)
-      simulator.set_sonar(change.sonars[changed].first, change.sonars[changed].second);
+    live_scene_->simulator.set_sonars(change.sonars);
   } catch (const std::exception& error) {
-    for (std::size_t k = 0; k < changed; ++k)
-      simulator.set_sonar(change.sonars[k].first, before[change.sonars[k].first]);
     mailbox_.refuse(change, error.what());
   }
 }

@@ -1,5 +1,6 @@
 #include <ensonify/engine/session_keys.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -81,6 +82,27 @@ TEST_CASE("a session sets its sonars' keys and no others") {
         Catch::StartsWith("'" + odd.key + "' cannot be set") && Catch::Contains("quotes"));
   CHECK(simulator.sonars().front().range_m == 12.0);
   CHECK(range_m(session.with()) == 12.0);
+}
+
+TEST_CASE("keys of two sonars are set together, or neither") {
+  const tests::TemporaryFolder folder;
+  tests::write_text(folder / "bad.csv", "garbage");
+  SessionScene session(tests::tiny_scene + "\n[sonar.other]\nrange_m = 15\nbins = 100\n", "two", {},
+                       {.scene_folder = folder.path()});
+  Simulator simulator(session.with());
+  const std::vector<std::string> warnings(simulator.warnings().begin(), simulator.warnings().end());
+  // 17 elevations are warned of, and a table that cannot be read is found only after that.
+  const std::vector<KeyValue> bad{{range_key, "10"},
+                                  {"sonar.left-right.elevations", "17"},
+                                  {"sonar.other.vertical_pattern", "\"bad.csv\""}};
+  CHECK_THROWS_AS(set_sonars(simulator, session, bad), Error);
+  CHECK(simulator.sonars()[0].range_m == 15.0);
+  CHECK(range_m(session.with()) == 15.0);
+  CHECK(std::ranges::equal(simulator.warnings(), warnings));
+  set_sonars(simulator, session,
+             std::vector<KeyValue>{{range_key, "10"}, {"sonar.other.range_m", "11"}});
+  CHECK(simulator.sonars()[0].range_m == 10.0);
+  CHECK(simulator.sonars()[1].range_m == 11.0);
 }
 
 TEST_CASE("an error of a session's key does not speak of the command line") {
