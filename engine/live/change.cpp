@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -35,27 +36,20 @@ bool truth_in(const Json& value, std::string_view what) {
   return value.get<bool>();
 }
 
-SceneChange scene_change(const Json& keys, const SessionScene& now, const Vehicle& vehicle) {
-  if (!keys.is_object() || keys.empty())
+SceneChange asked_scene(const Json& set, const SessionScene& now) {
+  if (!set.is_object() || set.empty())
     throw std::invalid_argument(
         R"('set' names no key, expected as in {"set": {"track.altitude_m": 6}})");
-  SceneChange to{.before = now, .vehicle = vehicle};
-  std::vector<KeyValue> all;
-  bool display = false;
-  for (const auto& [key, value] : keys.items()) {
+  std::vector<KeyValue> all, of_scene;
+  for (const auto& [key, value] : set.items()) {
     all.push_back({key, toml_text(key, value)});
-    const bool flies = key == altitude_key || key == speed_key;
     // Altitude and speed change the vehicle, not the scene's track.
-    if (!flies) to.keys.push_back(all.back());
-    display = display || key.starts_with("display.");
-    to.seabed = to.seabed || !(flies || is_sonar_key(key) || key.starts_with("display."));
+    if (key != altitude_key && key != speed_key) of_scene.push_back(all.back());
   }
   const Scene checked = now.with(all);
-  if (keys.contains(altitude_key)) to.vehicle.altitude_m = checked.track.altitude_m;
-  if (keys.contains(speed_key)) to.vehicle.speed_mps = checked.track.speed_mps;
-  to.scene = with_session_surface(now.with(to.keys));
-  if (!to.seabed) to.sonars = changed_sonars(to.scene, to.keys);
-  if (display) to.display = to.scene.display;
+  SceneChange to = scene_change(std::move(of_scene), now);
+  if (set.contains(altitude_key)) to.vehicle.altitude_m = checked.track.altitude_m;
+  if (set.contains(speed_key)) to.vehicle.speed_mps = checked.track.speed_mps;
   return to;
 }
 
@@ -78,8 +72,18 @@ AddedObject added_object(const Json& object, const SessionScene& now, std::uint3
 
 }  // namespace
 
-LiveChange read_change(std::string_view json, const SessionScene& now, const Vehicle& vehicle,
-                       std::uint32_t objects) {
+SceneChange scene_change(std::vector<KeyValue> keys, const SessionScene& before) {
+  const auto is_display_key = [](const KeyValue& of) { return of.key.starts_with("display."); };
+  SceneChange to{.keys = std::move(keys), .before = before};
+  to.scene = with_session_surface(before.with(to.keys));
+  to.seabed = !std::ranges::all_of(
+      to.keys, [&](const KeyValue& of) { return is_sonar_key(of.key) || is_display_key(of); });
+  if (!to.seabed) to.sonars = changed_sonars(to.scene, to.keys);
+  if (std::ranges::any_of(to.keys, is_display_key)) to.display = to.scene.display;
+  return to;
+}
+
+LiveChange read_change(std::string_view json, const SessionScene& now, std::uint32_t objects) {
   require_shallow_json(json);
   const Json request = Json::parse(json, nullptr, false);
   if (request.is_discarded())
@@ -100,7 +104,7 @@ LiveChange read_change(std::string_view json, const SessionScene& now, const Veh
     if (!rate->is_null()) *change.pings_per_s = number_in(*rate, "pings_per_s", 0.0, 10000.0);
   }
   if (request.contains("add")) change.add = added_object(request["add"], now, objects);
-  if (request.contains("set")) change.set = scene_change(request["set"], now, vehicle);
+  if (request.contains("set")) change.set = asked_scene(request["set"], now);
   return change;
 }
 

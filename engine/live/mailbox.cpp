@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -33,32 +34,42 @@ Mailbox::Mailbox(SessionScene source, std::optional<double> pings_per_s, bool ho
   status_.control = {.vehicle = {}, .pings_per_s = pings_per_s, .hold = hold};
 }
 
-std::pair<SessionScene, Vehicle> Mailbox::present() const {
+SessionScene Mailbox::present() const {
   const std::lock_guard lock(lock_);
-  return {source_, status_.control.vehicle};
+  return source_;
 }
 
 void Mailbox::accept(const LiveChange& change) {
   const std::lock_guard lock(lock_);
-  if (change.add && pending_.objects.size() >= max_waiting)
+  if (change.add && pending_.objects.size() + pending_.objects_after_again.size() >= max_waiting)
     throw std::invalid_argument(
         fmt::format("{} objects wait to be added; try again after that", max_waiting));
   Control& control = status_.control;
-  if (change.set) {
-    if (change.set->seabed && std::exchange(status_.preparing, true))
+  if (change.set && change.set->seabed) {
+    if (std::exchange(status_.preparing, true))
       throw std::invalid_argument("another seabed is being made ready; try again after that");
-    source_.keep(change.set->keys);
-    control.vehicle = change.set->vehicle;
-    if (!change.set->sonars.empty()) {
-      add_to(pending_.sonars, *change.set);
-      if (status_.preparing) meanwhile_.push_back(*change.set);
+    keys_meanwhile_.clear();
+    vehicle_meanwhile_ = {};
+  } else if (change.set) {
+    const SceneChange& set = *change.set;
+    source_.keep(set.keys);
+    control.vehicle = set.vehicle.applied_to(control.vehicle);
+    if (!set.sonars.empty()) add_to(pending_.sonars, set);
+    if (set.display) pending_.display = set.display;
+    if (status_.preparing) {
+      keys_meanwhile_.insert(keys_meanwhile_.end(), set.keys.begin(), set.keys.end());
+      vehicle_meanwhile_ = vehicle_meanwhile_.then(set.vehicle);
     }
-    if (change.set->display) pending_.display = change.set->display;
   }
   if (change.hold) control.hold = *change.hold;
   if (change.pings_per_s) control.pings_per_s = *change.pings_per_s;
-  if (change.add) pending_.objects.push_back(*change.add);
-  pending_.clear = pending_.clear || change.clear;
+  if (change.clear) {
+    pending_.clear = true;
+    pending_.objects.clear();
+    pending_.objects_after_again.clear();
+  }
+  if (change.add)
+    (pending_.again ? pending_.objects_after_again : pending_.objects).push_back(*change.add);
   pending_.again = pending_.again || change.again;
   changed_ = true;
   woken_.notify_all();
@@ -76,27 +87,37 @@ void Mailbox::page_closed(bool mesh) {
   if (mesh) --status_.control.mesh_pages;
 }
 
-void Mailbox::deliver(std::shared_ptr<LiveScene> live_scene) {
+void Mailbox::deliver(std::shared_ptr<LiveScene> live_scene, const SceneChange& change) {
   const std::lock_guard lock(lock_);
   status_.preparing = false;
   pending_.live_scene = std::move(live_scene);
   pending_.sonars.reset();
-  for (const SceneChange& change : std::exchange(meanwhile_, {})) add_to(pending_.sonars, change);
+  pending_.display = change.scene.display;
+  Vehicle& vehicle = status_.control.vehicle;
+  vehicle = change.vehicle.then(vehicle_meanwhile_).applied_to(vehicle);
+  source_ = change.before;
+  source_.keep(change.keys);
+  try {
+    const SceneChange later = scene_change(keys_meanwhile_, source_);
+    source_.keep(later.keys);
+    if (!later.sonars.empty()) pending_.sonars = later;
+    pending_.display = later.scene.display;
+  } catch (const std::exception& error) {
+    note_trouble(
+        fmt::format("changes that do not fit the new seabed are undone: {}", error.what()));
+  }
   changed_ = true;
   woken_.notify_all();
 }
 
-void Mailbox::give_up(const SceneChange& change, const std::string& trouble) {
+void Mailbox::give_up(const std::string& trouble) {
   const std::lock_guard lock(lock_);
   status_.preparing = false;
-  meanwhile_.clear();
-  take_back(change.keys, change, trouble);
+  note_trouble(trouble);
 }
 
-void Mailbox::take_back(std::span<const KeyValue> keys, const SceneChange& change,
-                        const std::string& trouble) {
-  source_.take_back(keys, change.before);
-  status_.trouble = trouble;
+void Mailbox::note_trouble(const std::string& what) {
+  status_.trouble = what;
   ++status_.trouble_number;
 }
 
@@ -134,13 +155,13 @@ void Mailbox::wait_until(Clock::time_point due) {
 
 void Mailbox::refuse(const SceneChange& change, const std::string& trouble) {
   const std::lock_guard lock(lock_);
-  std::erase_if(meanwhile_, [&](const SceneChange& kept) {
-    return std::ranges::all_of(
-        kept.keys, [&](const KeyValue& key) { return std::ranges::count(change.keys, key) > 0; });
-  });
   std::vector<KeyValue> sonar_keys;
   std::ranges::copy_if(change.keys, std::back_inserter(sonar_keys), &is_sonar_key, &KeyValue::key);
-  take_back(sonar_keys, change, trouble);
+  std::erase_if(keys_meanwhile_, [&](const KeyValue& kept) {
+    return std::ranges::find(sonar_keys, kept) != sonar_keys.end();
+  });
+  source_.take_back(sonar_keys, change.before);
+  note_trouble(trouble);
 }
 
 void Mailbox::fail(std::exception_ptr fault) {
@@ -150,8 +171,7 @@ void Mailbox::fail(std::exception_ptr fault) {
 
 void Mailbox::report_trouble(const std::string& what) {
   const std::lock_guard lock(lock_);
-  status_.trouble = what;
-  ++status_.trouble_number;
+  note_trouble(what);
 }
 
 void Mailbox::stop() {

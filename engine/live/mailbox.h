@@ -8,9 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <ensonify/engine/clock.h>
@@ -20,7 +18,7 @@
 namespace ensonify::engine {
 
 /// Changes that pages requested and that the ping loop has not applied yet. A new scene comes
-/// first, then the others in the order of the members.
+/// first, then the others in the order of the members, which gives the same as the pages' order.
 struct PendingChanges {
   std::shared_ptr<LiveScene> live_scene;
   std::optional<SceneChange> sonars;  ///< all changes of sonars, as one
@@ -28,6 +26,7 @@ struct PendingChanges {
   bool clear = false;
   std::vector<AddedObject> objects;
   bool again = false;
+  std::vector<AddedObject> objects_after_again;
 };
 
 /// How the vehicle is to continue, and which pages are open.
@@ -55,20 +54,22 @@ class Mailbox {
 
   // Pages.
 
-  /// The session's scene with all changes so far, and where its vehicle is to be.
-  std::pair<SessionScene, Vehicle> present() const;
-  /// Passes a change on to the ping loop. One that changes the seabed also begins a preparation,
-  /// which ends with deliver() or give_up(). Throws std::invalid_argument, and changes nothing, if
-  /// one has begun already, or if too many objects wait to be added.
+  /// The session's scene with all changes so far, except of a seabed that is being prepared.
+  SessionScene present() const;
+  /// Passes a change on to the ping loop. One of the seabed begins a preparation instead, which
+  /// ends with deliver() or give_up(). Throws std::invalid_argument, and changes nothing, if one
+  /// has begun already, or if too many objects wait to be added.
   void accept(const LiveChange& change);
   void page_opened(bool mesh);
   void page_closed(bool mesh);
 
   // The preparation of a changed scene.
 
-  void deliver(std::shared_ptr<LiveScene> live_scene);
-  /// The scene of this change cannot be made: later changes do not repeat its values.
-  void give_up(const SceneChange& change, const std::string& trouble);
+  /// The scene of this change is ready: the change is made, and after it once more those that came
+  /// meanwhile.
+  void deliver(std::shared_ptr<LiveScene> live_scene, const SceneChange& change);
+  /// The scene cannot be made: nothing of its change is.
+  void give_up(const std::string& trouble);
 
   // The ping loop.
 
@@ -95,13 +96,13 @@ class Mailbox {
   std::exception_ptr fault() const;
 
  private:
-  void take_back(std::span<const KeyValue> keys, const SceneChange& change,
-                 const std::string& trouble);
+  void note_trouble(const std::string& what);
 
   mutable std::mutex lock_;  // of all members
   std::condition_variable woken_;
   SessionScene source_;
-  std::vector<SceneChange> meanwhile_;  // of sonars, while a scene is made ready
+  std::vector<KeyValue> keys_meanwhile_;  // that changed while a scene is made ready
+  VehicleChange vehicle_meanwhile_;
   PendingChanges pending_;
   bool changed_ = false, stopping_ = false;
   SessionStatus status_;

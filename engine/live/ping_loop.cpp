@@ -85,23 +85,22 @@ double PingLoop::wanted_rate(const Control& control) const {
 
 void PingLoop::apply(PendingChanges changes) {
   const bool new_setting = changes.live_scene || changes.sonars || changes.display ||
-                           !changes.objects.empty();  // objects may add classes and materials
+                           // Objects may add classes and materials.
+                           !changes.objects.empty() || !changes.objects_after_again.empty();
   if (changes.live_scene) replace_scene(std::move(changes.live_scene));
   if (changes.sonars) set_sonars(*changes.sonars);
   if (changes.display) display_ = *changes.display;
   if (changes.clear)
-    for (const std::uint32_t instance : std::exchange(added_, {}))
-      live_scene_->simulator.remove(instance);
-  for (AddedObject& added : changes.objects) {
-    if (mailbox_.stopping()) return;
-    put(added);
-  }
+    for (const ObjectOnBed& added : std::exchange(added_, {}))
+      live_scene_->simulator.remove(added.instance);
+  for (AddedObject& added : changes.objects) put(added);
   if (changes.again) {
     along_ = 0.0;
     pings_ = 0;
     climbed_m_ = mailbox_.control().vehicle.altitude_m - planned_.altitude_m;
     on_track_ = climbed_m_ == 0.0;
   }
+  for (AddedObject& added : changes.objects_after_again) put(added);
   if (new_setting) {
     take_setting();
     report_new_warnings();
@@ -114,7 +113,8 @@ void PingLoop::replace_scene(std::shared_ptr<LiveScene> live_scene) {
   live_scene_ = std::move(live_scene);
   along_ = share * static_cast<double>(live_scene_->track.count());
   if (!at_begin) on_track_ = false;
-  added_.clear();
+  for (ObjectOnBed& added : std::exchange(added_, {}))
+    set_down(std::move(added.object), added.place);
   stages_before_ = {};
   ring_.post(LatestFrame::bed, live_scene_->bed);
 }
@@ -134,6 +134,13 @@ void PingLoop::put(AddedObject& added) {
   Pose place{.heading_rad = pose.heading_rad};
   place.position = {pose.position.x() + sine * added.ahead_m + cosine * added.starboard_m,
                     pose.position.y() + cosine * added.ahead_m - sine * added.starboard_m, 0.0};
+  set_down(std::move(added.object), place);
+}
+
+/// Adds an object at the height of the bed. It is kept, to lie on the next bed too.
+void PingLoop::set_down(MovingObject object, Pose place) {
+  if (mailbox_.stopping()) return;
+  place.position.z() = 0.0;
   const double depth_m = live_scene_->simulator.altitude_m(place.position);
   if (!std::isfinite(depth_m)) {
     mailbox_.report_trouble("the object cannot be added: there is no seafloor at its position");
@@ -141,7 +148,8 @@ void PingLoop::put(AddedObject& added) {
   }
   place.position.z() = -depth_m;
   try {
-    added_.push_back(live_scene_->simulator.add(std::move(added.object), place));
+    const std::uint32_t instance = live_scene_->simulator.add(object, place);
+    added_.push_back({std::move(object), place, instance});
   } catch (const std::exception& error) {
     mailbox_.report_trouble(error.what());
   }

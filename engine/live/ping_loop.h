@@ -33,11 +33,18 @@ class PingLoop {
   const LiveScene& live_scene() const { return *live_scene_; }
 
  private:
+  struct ObjectOnBed {
+    MovingObject object;
+    Pose place;
+    std::uint32_t instance;
+  };
+
   bool at_end() const;
   void apply(PendingChanges changes);
   void replace_scene(std::shared_ptr<LiveScene> live_scene);
   void set_sonars(const SceneChange& change);
   void put(AddedObject& added);
+  void set_down(MovingObject object, Pose place);
   void take_setting();
   void report_new_warnings();
 
@@ -62,7 +69,7 @@ class PingLoop {
   std::shared_ptr<const std::vector<std::string>> classes_, materials_;
 
   std::vector<std::string> warnings_;  // that pages or the program's user have
-  std::vector<std::uint32_t> added_;   // instances
+  std::vector<ObjectOnBed> added_;     // objects of pages
   double along_ = 0.0;                 // in pings of the track
   double climbed_m_ = 0.0;
   bool on_track_ = true;  // all pings so far are those that a run makes

@@ -44,8 +44,7 @@ struct LiveSession::Inner {
 
   void change(std::string_view json) {
     const std::lock_guard one_at_a_time(change_lock);
-    const auto [source, vehicle] = mailbox.present();
-    const LiveChange asked = read_change(json, source, vehicle, objects);
+    const LiveChange asked = read_change(json, mailbox.present(), objects);
     mailbox.accept(asked);
     if (asked.add) ++objects;
     if (asked.set && asked.set->seabed) prepare(*asked.set);
@@ -56,13 +55,16 @@ struct LiveSession::Inner {
     if (prepare_thread.joinable()) prepare_thread.join();
     prepare_thread = std::thread([this, set] {
       try {
-        mailbox.deliver(std::make_shared<LiveScene>(
+        auto live_scene = std::make_shared<LiveScene>(
             set.scene, Preparation{.threads = 1,
                                    .progress = [this](auto) { stop_check(); },
                                    .stop_check = [this] { stop_check(); },
-                                   .memory = memory}));
+                                   .memory = memory});
+        // Not between the reading of a change and its acceptance.
+        const std::lock_guard one_at_a_time(change_lock);
+        mailbox.deliver(std::move(live_scene), set);
       } catch (const std::exception& error) {
-        mailbox.give_up(set, error.what());
+        mailbox.give_up(error.what());
       }
     });
   }

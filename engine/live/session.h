@@ -55,10 +55,11 @@ class LiveSession {
 
   LineRing& ring();
 
-  /// Makes the changes of a JSON object. "set": {"a scene's key": value, ...}; "hold": true stops
-  /// the vehicle, false lets it continue; "pings_per_s": 0 for as fast as possible, null for the
-  /// scene's rate; "again": true returns to the track's beginning; "add": an object's keys, with
-  /// "ahead_m" and "starboard_m" relative to the vehicle; "clear": true removes added objects.
+  /// Makes the changes of a JSON object. "set": {"a scene's key": value, ...}, where all keys wait
+  /// for the new seabed if one of them changes it; "hold": true stops the vehicle, false lets it
+  /// continue; "pings_per_s": 0 for as fast as possible, null for the scene's rate; "again": true
+  /// returns to the track's beginning; "add": an object's keys, with "ahead_m" and "starboard_m"
+  /// relative to the vehicle; "clear": true removes added objects.
   /// Throws std::invalid_argument or SceneError before anything is changed.
   void change(std::string_view json);
 

@@ -12,7 +12,7 @@ using namespace ensonify;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const engine::SessionScene scene = tests::session_scene();
   try {
-    engine::read_change(tests::text(data, size), scene, {.altitude_m = 5.0, .speed_mps = 2.0});
+    engine::read_change(tests::text(data, size), scene);
   } catch (const engine::SceneError&) {
   } catch (const refine::MeshError&) {
   } catch (const std::invalid_argument&) {
