@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -86,7 +87,12 @@ void set_times(const RecordedLine& line, VehiclePath& path) {
     Values steps;
     for (std::size_t i = 1; i < path.t_s.size(); ++i)
       steps.push_back(path.t_s[i] - path.t_s[i - 1]);
-    path.ping_interval_s = median(std::move(steps));
+    // Times may be rounded, as those of an XTF to hundredths of a second, so their mean is taken;
+    // without pauses.
+    const double usual_s = median(steps);
+    std::erase_if(steps, [&](double step_s) { return step_s > 2.0 * usual_s; });
+    path.ping_interval_s =
+        std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
     path.time = {Confidence::stated, "times of the pings"};
     return;
   }

@@ -29,6 +29,12 @@ class TrackBuilder {
 
   TrackPoses build_track() {
     flight_.middle = given_origin(track_);
+    if (flight_.middle && ground_.frame.is_on_earth()) {
+      flight_.middle.reset();
+      flight_.warnings.emplace_back(
+          "track.origin_lat_deg and track.origin_lon_deg are not used: the survey has a coordinate "
+          "reference system of its own, which places it on Earth");
+    }
     if (track_.kind == TrackKind::file)
       read();
     else

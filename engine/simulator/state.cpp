@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/quantile.h>
+#include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/ball_tree.h>
@@ -82,7 +83,8 @@ TrackPoses Simulator::SharedState::track_over(BedHeight& bed) const {
                       .frame = {.world_origin = seafloor.mesh.world_origin,
                                 .has_world = scene.seafloor.kind != SeafloorKind::fractal &&
                                              !seafloor.mesh.world_origin.isZero(),
-                                .utm_zone = seafloor.utm_zone}},
+                                .utm_zone = seafloor.utm_zone,
+                                .reference = world_reference(scene, {}, std::nullopt)}},
                      water.sound_speed_mps());
 }
 

@@ -343,6 +343,10 @@ TEST_CASE("rays and vertices that are not finite, or huge, are refused") {
         Ray origin{{0.25, 0.25, 1}, {0, 0, -1}}, direction = origin;
         origin.origin[axis] = bad, direction.direction[axis] = bad;
         CHECK_THROWS_AS(shoot(tracer, origin), std::invalid_argument);
+        RayFan fan = fan_of({{0.25, 0.25, 1}, {0, 0, -1}});
+        fan.origin[axis] = bad;
+        std::vector<Hit> hits(fan.grid->rays());
+        CHECK_THROWS_AS(tracer.intersect(fan, hits), std::invalid_argument);
         CHECK_THROWS_AS(shoot(tracer, direction), std::invalid_argument);
         CHECK_THROWS_AS(shoot(tracer, {{0, 0, 0}, {0, 0, 1}, bad, inf}), std::invalid_argument);
       }

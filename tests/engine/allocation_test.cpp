@@ -69,7 +69,7 @@ Scene small_scene() {
 
 TEST_CASE("a steady ping allocates nothing") {
   Scene scene = small_scene();
-  SECTION("with Embree's tree over all faces") {}
+  SECTION("with Embree's tree over all faces") { scene.run.intersector = "embree"; }
   SECTION("with a scan of the fan's own faces") {
     scene.run.intersector = "fan_scan";
     scene.run.surface = "footprint";

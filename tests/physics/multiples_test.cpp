@@ -52,8 +52,6 @@ TEST_CASE("multiples have the ranges of image sources, from below and from the s
     for (std::size_t i = 0; i < all.size(); ++i)
       if (!explained[i]) REQUIRE(all[i] < 1e3);
   }
-  // Their times, straight below: 2 (h + d) / c, 2 (h + 2 d) / c and (4 h + 2 d) / c.
-  CHECK(0.5 * (altitude_m + (altitude_m + 2.0 * depth_m)) == altitude_m + depth_m);
 }
 
 TEST_CASE("a multiple by the surface keeps the energy of its legs' spreading") {

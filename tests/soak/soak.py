@@ -83,7 +83,10 @@ def main():
         row = ROWS[name](program, jobs, folder / name)
         start = time.monotonic()
         failures = 0
-        while (spent := time.monotonic() - start) < options.seconds:
+        before = result["tried"]
+        # Longer if no trial succeeded or failed yet: some draws make nothing to try.
+        while (spent := time.monotonic() - start) < options.seconds or \
+                (result["tried"] == before and not failures and spent < options.seconds + 300):
             trial, result["trials"] = result["trials"], result["trials"] + 1
             try:
                 result["tried"] += row.trial(random.Random(f"{name} {trial}"))
@@ -92,6 +95,9 @@ def main():
                 result["failures"].append({"trial": trial, "problem": str(problem)})
                 print(f"{name}, trial {trial}: {problem}", file=sys.stderr)
         result["seconds"] += spent
+        if result["tried"] == before:
+            failures += 1
+            print(f"{name}: no trial made anything to try", file=sys.stderr)
         print(f"{name}: {result['tried']:,} {row.unit}, {failures} of this call failed", flush=True)
         failed = failed or failures > 0
         report_file.write_text(json.dumps(report, indent=1))

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/output/exr.h>
+#include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/pings_csv.h>
 
 #include "support/sample_waterfall.h"
@@ -32,7 +33,10 @@ struct SmallRun {
     table = engine::pings_csv(waterfall);
     manifest =
         nlohmann::json{{"scene", "version = 1\n[sonar.left-right]\nbins = 8\nrange_m = 16.5\n"},
-                       {"files", {{{"name", "left-right.exr"}, {"size_bytes", image.size()}}}}}
+                       {"files",
+                        {{{"name", "left-right.exr"},
+                          {"size_bytes", image.size()},
+                          {"xxh128", engine::xxh128(std::string_view(image))}}}}}
             .dump();
   }
 };

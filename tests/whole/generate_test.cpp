@@ -439,7 +439,7 @@ TEST_CASE("memory does not grow over two hundred samples", "[.soak]") {
   CHECK(most(3 * quarter, resident_mb.size()) < most(quarter, 2 * quarter) + 8.0);
 }
 
-TEST_CASE("labels fit their pictures: boxes enclose the masks' instances, whole and cut") {
+TEST_CASE("labels fit their pictures, whole and cut: boxes lie inside, and areas fit into boxes") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
   generate_whole(folder.path(), "set");
@@ -558,5 +558,5 @@ TEST_CASE("a preview that is stopped keeps the samples that are finished, or say
   } else {
     CHECK(outcome.err.find("nothing was written") != std::string::npos);
   }
-  CHECK(!fs::exists(folder / "sheet.png.0.tmp"));
+  CHECK(!fs::exists(folder / ".sheet.png.0.tmp"));
 }

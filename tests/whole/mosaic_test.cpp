@@ -354,11 +354,14 @@ TEST_CASE("Lost pings and a slow navigation leave no gaps in the mosaic of sever
   for (const Positions positions : {Positions::truth, Positions::navigation}) {
     const Picture picture =
         mosaic_of(folder, {"run"}, {.pixel_m = 0.1, .positions = positions, .layer = "region"});
-    std::size_t holes = 0;
+    std::size_t inside = 0, holes = 0;
     picture.for_each([&](const Vector2d& place, double value) {
-      if (std::abs(place.y()) < 10.0 && std::abs(place.x()) < 28.5 && std::isnan(value)) ++holes;
+      if (std::abs(place.y()) >= 10.0 || std::abs(place.x()) >= 28.5) return;
+      ++inside;
+      if (std::isnan(value)) ++holes;
     });
     CAPTURE(static_cast<int>(positions));
+    CHECK(inside == 200 * 570);
     CHECK(holes == 0);
   }
 }
@@ -373,13 +376,16 @@ TEST_CASE("A vehicle that waits for most of its pings has a mosaic of the way th
   for (const Positions positions : {Positions::truth, Positions::navigation}) {
     const Picture picture =
         mosaic_of(folder, {"run"}, {.pixel_m = 0.1, .positions = positions, .layer = "region"});
-    std::size_t holes = 0, outside = 0;
+    std::size_t inside = 0, holes = 0, outside = 0;
     picture.for_each([&](const Vector2d& place, double value) {
       // Reports come up to 0.3 s, or 0.6 m, late.
-      if (std::abs(place.y()) < 5.0 && std::abs(place.x()) < 28.5 && std::isnan(value)) ++holes;
       if (std::abs(place.y()) > 7.0 && !std::isnan(value)) ++outside;
+      if (std::abs(place.y()) >= 5.0 || std::abs(place.x()) >= 28.5) return;
+      ++inside;
+      if (std::isnan(value)) ++holes;
     });
     CAPTURE(static_cast<int>(positions));
+    CHECK(inside == 100 * 570);
     CHECK(holes == 0);
     CHECK(outside == 0);
   }

@@ -316,10 +316,10 @@ const std::vector<Section<Scene>>& scene_sections() {
             "positions; 0: not smoothed.",
             at(&Scene::track, &TrackOptions::smooth_s)},
            {"origin_lat_deg", "degrees", {-90, 90},
-            "Latitude of the seabed's middle, for a file with lat_deg and lon_deg; unset: from the "
-            "survey's UTM zone, or such that the track is in the middle of a generated seabed. "
-            "Recordings are placed by it; unset: by the survey's coordinate reference system, by "
-            "the middle of such a track, or in the North Sea.",
+            "Latitude of the seabed's middle, for a file with lat_deg and lon_deg, and for "
+            "recordings; not used where the survey has a coordinate reference system. Unset: such "
+            "that the track of such a file is in the middle of the seabed, else in the North "
+            "Sea.",
             at(&Scene::track, &TrackOptions::origin_latitude_rad)},
            {"origin_lon_deg", "degrees", {-360, 360}, "Longitude of the seabed's middle.",
             at(&Scene::track, &TrackOptions::origin_longitude_rad)},

@@ -13,6 +13,7 @@
 #include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
+#include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
@@ -84,17 +85,26 @@ CsvTable navigation_table(const std::filesystem::path& file, std::vector<std::st
   };
   std::vector<Beams> pings;
   std::vector<int> numbers;
+  std::size_t same_time = 0;
   for (std::size_t i = 0; i < line.pings.size(); ++i) {
     const RecordedPing& ping = line.pings[i];
     if (!ping.t_s || !(ping.place || ping.place_m)) continue;
     if (!pings.empty() && !(*ping.t_s > *pings.back().front->t_s)) {
       RecordedPing const*& front = pings.back().front;
-      if (*ping.t_s == *front->t_s && ping.beam > front->beam) front = &ping;
+      if (*ping.t_s == *front->t_s && ping.beam > front->beam)
+        front = &ping;
+      else
+        ++same_time;
       continue;
     }
     pings.push_back({&ping, &ping});
     numbers.push_back(static_cast<int>(i + 1));
   }
+  if (same_time > 0)
+    warnings.push_back(
+        fmt::format("{}: {} of its {} pings are left out, because their times are not after those "
+                    "before (an XTF has hundredths of a second)",
+                    file.string(), same_time, line.pings.size()));
   if (pings.empty())
     throw SceneError(fmt::format(
         "{}: none of its {} pings has a time and a position, so it is no track; give a CSV file",
@@ -270,18 +280,23 @@ class TrackReader {
 
   std::function<MapPlace(const GeographicPlace&)> map_for(
       const std::vector<double>& latitude_deg, const std::vector<double>& longitude_deg) {
-    if (track_.origin_latitude_rad && track_.origin_longitude_rad)
-      return tangent_plane({*track_.origin_latitude_rad, *track_.origin_longitude_rad});
+    MapOfPlace onto_world = map_of_reference(frame_.reference);
     if (frame_.utm_zone != 0)
-      return [this](const GeographicPlace& where) {
-        MapPlace map = utm_place(where, frame_.utm_zone);
+      onto_world = [zone = frame_.utm_zone](const GeographicPlace& where) {
+        return utm_place(where, zone);
+      };
+    if (onto_world)
+      return [this, onto_world](const GeographicPlace& where) {
+        MapPlace map = onto_world(where);
         map.place -= frame_.world_origin.head<2>();
         return map;
       };
+    if (track_.origin_latitude_rad && track_.origin_longitude_rad)
+      return tangent_plane({*track_.origin_latitude_rad, *track_.origin_longitude_rad});
     if (frame_.has_world)
       fail(
-          "lat_deg and lon_deg cannot be put onto this seabed, whose file gives no UTM zone for "
-          "its metres (on WGS 84 or near it): give easting_m,northing_m, or the "
+          "lat_deg and lon_deg cannot be put onto this seabed, whose file gives no coordinate "
+          "reference system for its metres: give easting_m,northing_m, or the "
           "place of the seabed's middle as track.origin_lat_deg and track.origin_lon_deg");
     const auto middle_rad = [](const std::vector<double>& values) {
       const auto [low, high] = std::ranges::minmax(values);

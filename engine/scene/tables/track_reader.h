@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include <Eigen/Core>
@@ -14,8 +15,10 @@ namespace ensonify::engine {
 /// The frame of a track's positions: local metres have their origin at the seabed's middle.
 struct LocalFrame {
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
-  bool has_world = false;  ///< whether the origin is in a survey's or a mesh's world
-  int utm_zone = 0;        ///< of that world, southern ones negative; 0: unknown
+  bool has_world = false;      ///< whether the origin is in a survey's or a mesh's world
+  int utm_zone = 0;            ///< of that world, southern ones negative; 0: unknown
+  std::string reference = {};  ///< of that world, as WKT; empty: unknown
+  bool is_on_earth() const { return utm_zone != 0 || !reference.empty(); }
 };
 
 /// Reads a recorded track from CSV (see CsvTable): one pose per row, from the columns
@@ -32,11 +35,12 @@ struct LocalFrame {
 /// for each column whose name resembles a height or an angle but is not listed here. In messages
 /// about a recording the number after the file's name is the ping's.
 ///
-/// Latitudes and longitudes are projected onto the tangent plane about the origin of the track
-/// options, if they have one, which lies at the seabed's middle; else into the seabed's UTM zone,
-/// if it is known; else, over a generated seabed, onto the tangent plane about the middle of the
-/// track's extent. Then all positions are moved by middle_east_m and middle_north_m. Throws
-/// SceneError with `file:line: what is wrong, what was expected`.
+/// Latitudes and longitudes are projected onto the seabed's map, if its UTM zone or coordinate
+/// reference system is known; else onto the tangent plane about the origin of the track options, if
+/// they have one, which lies at the seabed's middle; else, over a generated seabed, onto the
+/// tangent plane about the middle of the track's extent. Then all positions are moved by
+/// middle_east_m and middle_north_m. Throws SceneError with `file:line: what is wrong, what was
+/// expected`.
 NavigationLog read_track(const TrackOptions& track, const LocalFrame& frame);
 
 /// The same from text; `name` stands for the file in messages.

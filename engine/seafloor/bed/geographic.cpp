@@ -1,10 +1,14 @@
 #include <ensonify/engine/seafloor/bed/geographic.h>
 
+#include <cmath>
+#include <cstdlib>
 #include <stdexcept>
+
+#include <fmt/format.h>
 
 #ifdef ENSONIFY_GEOGRAPHICLIB
 #include <GeographicLib/LocalCartesian.hpp>
-#include <GeographicLib/UTMUPS.hpp>
+#include <GeographicLib/TransverseMercator.hpp>
 
 #include <ensonify/engine/units.h>
 #endif
@@ -14,6 +18,12 @@ namespace ensonify::engine {
 #ifdef ENSONIFY_GEOGRAPHICLIB
 
 namespace {
+
+constexpr double most_from_middle_deg = 30.0;  // the series is exact to nanometres there
+
+double middle_of_zone_deg(int zone) { return 6.0 * std::abs(zone) - 183.0; }
+
+Eigen::Vector2d false_origin_m(int zone) { return {500e3, zone > 0 ? 0.0 : 10e6}; }
 
 void check(const GeographicPlace& where) {
   if (!(where.latitude_rad >= -90.0 * degree && where.latitude_rad <= 90.0 * degree &&
@@ -25,23 +35,25 @@ void check(const GeographicPlace& where) {
 
 }  // namespace
 
+// Of UTM's zones without their limits: surveys of a whole country may use one.
 MapPlace utm_place(const GeographicPlace& where, int zone) {
   check(where);
-  constexpr double southern_m = 10e6;  // added to northings in the south
-  try {
-    int its_zone = 0;
-    bool north = true;
-    double convergence_deg = 0.0, scale = 1.0;
-    MapPlace map;
-    GeographicLib::UTMUPS::Forward(where.latitude_rad / degree, where.longitude_rad / degree,
-                                   its_zone, north, map.place.x(), map.place.y(), convergence_deg,
-                                   scale, zone < 0 ? -zone : zone);
-    if (north != (zone > 0)) map.place.y() += zone > 0 ? -southern_m : southern_m;
-    map.convergence_rad = convergence_deg * degree;
-    return map;
-  } catch (const GeographicLib::GeographicErr& error) {
-    throw std::invalid_argument(error.what());
-  }
+  const double from_middle_deg =
+      std::remainder(where.longitude_rad / degree - middle_of_zone_deg(zone), 360.0);
+  if (std::abs(from_middle_deg) > most_from_middle_deg)
+    throw std::invalid_argument(
+        fmt::format("longitude {:g} is {:.0f} degrees from the middle of UTM zone {}, expected at "
+                    "most {:g}",
+                    where.longitude_rad / degree, std::abs(from_middle_deg), std::abs(zone),
+                    most_from_middle_deg));
+  double convergence_deg = 0.0, scale = 1.0;
+  MapPlace map;
+  GeographicLib::TransverseMercator::UTM().Forward(
+      middle_of_zone_deg(zone), where.latitude_rad / degree, where.longitude_rad / degree,
+      map.place.x(), map.place.y(), convergence_deg, scale);
+  map.place += false_origin_m(zone);
+  map.convergence_rad = convergence_deg * degree;
+  return map;
 }
 
 MapPlace tangent_place(const GeographicPlace& where, const GeographicPlace& origin) {
@@ -57,14 +69,17 @@ MapPlace tangent_place(const GeographicPlace& where, const GeographicPlace& orig
 }
 
 PlaceOnEarth place_of_utm(const Eigen::Vector2d& place, int zone) {
-  try {
-    double latitude_deg = 0.0, longitude_deg = 0.0, convergence_deg = 0.0, scale = 1.0;
-    GeographicLib::UTMUPS::Reverse(zone < 0 ? -zone : zone, zone > 0, place.x(), place.y(),
-                                   latitude_deg, longitude_deg, convergence_deg, scale);
-    return {{latitude_deg * degree, longitude_deg * degree}, convergence_deg * degree};
-  } catch (const GeographicLib::GeographicErr& error) {
-    throw std::invalid_argument(error.what());
-  }
+  constexpr double farthest_m = 3.5e6;  // some most_from_middle_deg at the equator
+  const Eigen::Vector2d from_middle = place - false_origin_m(zone);
+  if (!(std::abs(from_middle.x()) <= farthest_m && std::abs(from_middle.y()) <= 10e6))
+    throw std::invalid_argument(
+        fmt::format("{:.0f} m east and {:.0f} m north lie outside UTM zone {}", place.x(),
+                    place.y(), std::abs(zone)));
+  double latitude_deg = 0.0, longitude_deg = 0.0, convergence_deg = 0.0, scale = 1.0;
+  GeographicLib::TransverseMercator::UTM().Reverse(middle_of_zone_deg(zone), from_middle.x(),
+                                                   from_middle.y(), latitude_deg, longitude_deg,
+                                                   convergence_deg, scale);
+  return {{latitude_deg * degree, longitude_deg * degree}, convergence_deg * degree};
 }
 
 PlaceOnEarth place_of_tangent(const Eigen::Vector2d& place, const GeographicPlace& origin) {

@@ -17,17 +17,25 @@ namespace {
 
 using GeographicOfMap = std::function<GeographicPlace(double east_m, double north_m)>;
 
-/// Empty where place_of_reference() is.
-GeographicOfMap geographic_of(const std::string& reference) {
+using Transformation = std::shared_ptr<OGRCoordinateTransformation>;
+
+/// From the system to WGS 84, or back; east or longitude first. Null where place_of_reference() is
+/// empty.
+Transformation transformation_of(const std::string& reference, bool to_earth) {
   const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
   OGRSpatialReference map, earth;
   if (map.importFromWkt(reference.c_str()) != OGRERR_NONE) return {};
   map.StripVertical();
   earth.SetWellKnownGeogCS("WGS84");
-  for (OGRSpatialReference* system : {&map, &earth})  // east or longitude first
+  for (OGRSpatialReference* system : {&map, &earth})
     system->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  const std::shared_ptr<OGRCoordinateTransformation> to_earth(
-      OGRCreateCoordinateTransformation(&map, &earth));
+  return Transformation(to_earth ? OGRCreateCoordinateTransformation(&map, &earth)
+                                 : OGRCreateCoordinateTransformation(&earth, &map));
+}
+
+/// Empty where place_of_reference() is.
+GeographicOfMap geographic_of(const std::string& reference) {
+  const Transformation to_earth = transformation_of(reference, true);
   if (!to_earth) return {};
   return [to_earth](double east_m, double north_m) {
     double longitude_deg = east_m, latitude_deg = north_m;
@@ -51,6 +59,21 @@ PlaceOfMap place_of_reference(const std::string& reference) {
     const GeographicPlace here = where(place.x(), place.y());
     const Eigen::Vector2d north = tangent_place(where(place.x(), place.y() + step_m), here).place;
     return PlaceOnEarth{here, std::atan2(north.x(), north.y())};
+  };
+}
+
+MapOfPlace map_of_reference(const std::string& reference) {
+  const PlaceOfMap back = place_of_reference(reference);
+  const Transformation to_map = transformation_of(reference, false);
+  if (!back || !to_map) return {};
+  return [back, to_map](const GeographicPlace& where) {
+    double east_m = where.longitude_rad / degree, north_m = where.latitude_rad / degree;
+    const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
+    if (!to_map->Transform(1, &east_m, &north_m))
+      throw std::invalid_argument(
+          "this place is off the map of the survey's coordinate reference system");
+    const Eigen::Vector2d place(east_m, north_m);
+    return MapPlace{place, back(place).convergence_rad};
   };
 }
 

@@ -17,6 +17,10 @@ using PlaceOfMap = std::function<PlaceOnEarth(const Eigen::Vector2d& place)>;
 /// time. Throws std::invalid_argument for a place that is off the system's map, and in a build
 /// without GeographicLib.
 PlaceOfMap place_of_reference(const std::string& reference);
+using MapOfPlace = std::function<MapPlace(const GeographicPlace& where)>;
+/// The inverse of place_of_reference().
+MapOfPlace map_of_reference(const std::string& reference);
+
 /// Metres on Earth per metre of the system at a place, along the system's north, within 1 %. In a
 /// Mercator map it is below 1 away from the equator. None if the system or the place is not on
 /// Earth.

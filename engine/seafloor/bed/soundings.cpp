@@ -90,7 +90,8 @@ bool has_decimal_commas(std::string_view line) {
   return clear ? with > 0 : with == 3;
 }
 
-/// What a header calls x, y or z, without its unit of metres; 3: degrees; unset: another name.
+/// What a header calls x, y or z, without its unit of metres; 3: degrees; 4: one of these in
+/// another unit of length; unset: another name.
 std::optional<std::size_t> meaning_of(std::string_view word) {
   std::string name(word);
   std::erase_if(name, [](char c) { return c == '"' || c == '\''; });
@@ -99,7 +100,11 @@ std::optional<std::size_t> meaning_of(std::string_view word) {
   std::string unit = name.substr(end);
   std::erase_if(unit,
                 [](char c) { return std::string_view(" _()[]").find(c) != std::string::npos; });
-  if (!is_metre(unit) && !unit.starts_with("deg")) return std::nullopt;
+  constexpr std::array<std::string_view, 8> others{"ft",   "feet",   "foot", "us",
+                                                   "yard", "fathom", "km",   "cm"};
+  const bool other_length =
+      std::ranges::any_of(others, [&](std::string_view other) { return unit.starts_with(other); });
+  if (!is_metre(unit) && !unit.starts_with("deg") && !other_length) return std::nullopt;
   constexpr std::array<std::array<std::string_view, 7>, 4> names{
       {{"x", "east", "easting"},
        {"y", "north", "northing"},
@@ -107,18 +112,19 @@ std::optional<std::size_t> meaning_of(std::string_view word) {
        {"lon", "long", "longitude", "lat", "latitude"}}};
   name.resize(end);
   for (std::size_t i = 0; i < names.size() && !name.empty(); ++i)
-    if (std::ranges::find(names[i], name) != names[i].end()) return i;
+    if (std::ranges::find(names[i], name) != names[i].end()) return other_length ? 4 : i;
   return std::nullopt;
 }
 
-/// The columns that a header names; unset if it names other things, so that their order is unknown.
+/// The columns that a header names; unset if it names other things, so that their order is unknown,
+/// or other units.
 /// Three or fewer names, none of which stands in another's place, are x, y and z.
 std::optional<Columns> columns_of(std::string_view header) {
   Columns columns;
   for (const char separator : {';', '\t', ','})
     if (!columns.separator && header.find(separator) != header.npos) columns.separator = separator;
   const std::vector<std::string_view> words = fields_of(header, columns.separator);
-  std::array<std::optional<std::size_t>, 4> found;
+  std::array<std::optional<std::size_t>, 5> found;
   for (std::size_t i = 0; i < words.size(); ++i)
     if (const auto meaning = meaning_of(words[i]); meaning && !found[*meaning]) found[*meaning] = i;
   if (found[0] && found[1] && found[2]) {
@@ -127,7 +133,7 @@ std::optional<Columns> columns_of(std::string_view header) {
   }
   for (std::size_t i = 0; i < 3; ++i)
     if (found[i] && *found[i] != i) return std::nullopt;
-  if (found[3] || words.size() > 3) return std::nullopt;
+  if (found[3] || found[4] || words.size() > 3) return std::nullopt;
   return Columns{};
 }
 

@@ -90,6 +90,13 @@ std::string fault_of_reference(GDALDataset& dataset, GDALRasterBand& band,
         "seems to be in degrees, with cells of {}; {}. If they are metres, declare that with "
         "gdal_translate -a_srs",
         east_step, cure);
+  if (const char* unit = nullptr;
+      reference && reference->IsCompound() &&
+      std::abs(reference->GetTargetLinearUnits("VERT_CS", &unit) - 1.0) > 1e-9)
+    return fmt::format(
+        "has heights in '{}' by its reference system; convert them to metres with "
+        "gdal_calc.py",
+        unit ? unit : "another unit");
   const std::string unit = band.GetUnitType();
   if (!is_metre(unit))
     return fmt::format("has heights in '{}'; convert them to metres with gdal_calc.py", unit);

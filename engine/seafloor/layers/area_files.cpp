@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include <Eigen/Geometry>
 #include <cpl_conv.h>
 #include <cpl_error.h>
 #include <fmt/format.h>
@@ -43,9 +44,8 @@ std::unique_ptr<GDALDataset> open(const std::filesystem::path& file, unsigned ki
   return dataset;
 }
 
-/// Refuses a map in metres whose coordinates have other places on Earth than those of the grid. A
-/// map in degrees does not overlap the grid; GDAL also reports degrees if a GeoJSON file states
-/// nothing.
+/// Refuses a map in metres whose coordinates have other places on Earth than those of the grid.
+/// GDAL also reports degrees if a GeoJSON file states nothing.
 void require_reference(const std::filesystem::path& file, const OGRSpatialReference* its,
                        const Heightfield& grid, const char* tool) {
   if (!its || its->IsGeographic() || grid.reference.empty()) return;
@@ -184,6 +184,13 @@ std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
     }
   }
   if (outlines.empty()) fail(file, "holds no polygon");
+  Eigen::AlignedBox2d all;
+  for (const PolygonWithHoles& outline : outlines)
+    for (const Eigen::Vector2d& point : outline.border) all.extend(point);
+  if (all.sizes().maxCoeff() < std::min(grid.cell_east_m, grid.cell_north_m))
+    fail(file,
+         "is smaller than a cell of the seabed, so it seems to be in degrees; put it into the "
+         "seabed's metres");
   return outlines;
 }
 

@@ -122,6 +122,13 @@ TEST_CASE("the bottom line and the navigation give the vehicle's path") {
   CHECK(path.bed_depth_m == Approx(20.0).margin(0.1));
   CHECK(path.depth.how == Confidence::stated);
   CHECK(path.ping_interval_s == Approx(0.1).epsilon(1e-3));
+  for (const double interval_s : {0.01477, 0.0151, 0.02685, 0.034}) {
+    RecordedLine rounded = line;  // as an XTF has times, with a pause
+    for (std::size_t ping = 0; ping < rounded.pings.size(); ++ping)
+      rounded.pings[ping].t_s =
+          std::floor(100.0 * interval_s * double(ping) + (ping < 200 ? 0.0 : 3000.0)) / 100.0;
+    CHECK(vehicle_path(rounded).ping_interval_s == Approx(interval_s).epsilon(0.01));
+  }
   // 3e-8 rad of latitude at 55 degrees: the meridian's radius of curvature is 6378 km (WGS 84).
   CHECK(path.speed_mps == Approx(10.0 * 3e-8 * 6378.2e3).epsilon(2e-3));
   CHECK(path.origin.value().latitude_rad ==

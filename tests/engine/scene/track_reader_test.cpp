@@ -14,6 +14,8 @@
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
+#include <ensonify/engine/seafloor/bed/reference_map.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/units.h>
 
 using namespace ensonify;
@@ -95,6 +97,24 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
   CHECK(grid.y_m[0] == Approx(-3.0).margin(1e-6));
   CHECK(grid.heading_rad[0] == Approx(-map.convergence_rad));
 
+  // A survey's own reference system places it, whatever origin is given: five degrees east of that
+  // system's middle its north is four degrees off, and back on Earth the places are those given.
+  const std::string reference = reference_about({54.0 * degree, 0.0}, Eigen::Vector3d::Zero());
+  const MapPlace middle = map_of_reference(reference)({55.0 * degree, 5.0 * degree});
+  LocalFrame mapped{{middle.place.x(), middle.place.y(), 0.0}, true};
+  mapped.reference = reference;
+  const NavigationLog placed = parsed(
+      "t_s,lat_deg,lon_deg,heading_deg\n0,55,5,0\n1,55.002,5.003,0\n",
+      {.origin_latitude_rad = 10.0 * degree, .origin_longitude_rad = 100.0 * degree}, mapped);
+  const PlaceOfMap back = place_of_reference(reference);
+  for (const std::size_t row : {0u, 1u}) {
+    const GeographicPlace where =
+        back(middle.place + Eigen::Vector2d(placed.x_m[row], placed.y_m[row])).where;
+    CHECK(where.latitude_rad / degree == Approx(row == 0 ? 55.0 : 55.002).epsilon(1e-12));
+    CHECK(where.longitude_rad / degree == Approx(row == 0 ? 5.0 : 5.003).epsilon(1e-12));
+  }
+  CHECK(placed.heading_rad[0] / degree == Approx(-5.0 * std::sin(55.0 * degree)).margin(0.02));
+
   CHECK(error_of(text, survey).starts_with("t.csv: lat_deg and lon_deg cannot be put onto this"));
 }
 
@@ -162,8 +182,9 @@ TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {
   tests::write_text(folder / "line", back);
   const NavigationLog log =
       read_track({.kind = TrackKind::file, .file = {"line", folder / "line"}}, {});
-  REQUIRE(log.warnings.size() == 1);
-  CHECK_THAT(log.warnings.front(), Catch::Contains("1 of 3 pings have times before"));
+  REQUIRE(log.warnings.size() == 2);
+  CHECK_THAT(log.warnings[0], Catch::Contains("1 of 3 pings have times before"));
+  CHECK_THAT(log.warnings[1], Catch::Contains("line: 2 of its 3 pings are left out"));
   for (NavPing& ping : recording.pings) ping.place = {};
   tests::write_text(folder / "line", tests::as_text(encode_xtf({&recording, 1})));
   try {

@@ -40,6 +40,24 @@ TEST_CASE("a place in UTM and its convergence are the published ones") {
   CHECK_THROWS_AS(utm_place({2.0, 0.0}, 31), std::invalid_argument);
 }
 
+TEST_CASE("a zone's map continues beyond it: a country's surveys may use one") {
+  if (missing_library()) return;
+  for (const double longitude_deg : {5.2, 10.0, 31.0}) {  // Norway in zone 33
+    CAPTURE(longitude_deg);
+    const GeographicPlace where{60.4 * degree, longitude_deg * degree};
+    const MapPlace map = utm_place(where, 33);
+    // To third order, of a sphere, within the ellipsoid's difference from it.
+    const double off_rad = (longitude_deg - 15.0) * degree, cosine = std::cos(where.latitude_rad);
+    const double east_m = 0.9996 * 6387e3 * std::atanh(cosine * std::sin(off_rad));
+    CHECK(map.place.x() - 500e3 == Approx(east_m).epsilon(2e-3));
+    const PlaceOnEarth back = place_of_utm(map.place, 33);
+    CHECK(back.where.latitude_rad == Approx(where.latitude_rad).epsilon(1e-12));
+    CHECK(back.where.longitude_rad == Approx(where.longitude_rad).epsilon(1e-12));
+    CHECK(back.convergence_rad == Approx(map.convergence_rad));
+  }
+  CHECK(utm_place({60.4 * degree, 5.2 * degree}, 33).place.x() < 0.0);
+}
+
 TEST_CASE("UTM coordinates continue across the equator in the hemisphere of the zone") {
   if (missing_library()) return;
   const double north_m = utm_place({1e-6, 3.0 * degree}, 31).place.y();

@@ -336,13 +336,16 @@ TEST_CASE("Ripples lie on the sediment and not on the rock") {
   bed.seabed.bedforms.resize(1);
   bed.seabed.bedforms[0].relief.wavelength_m = 1.5;
   const Heightfield both = make_heightfield(bed, 5);
-  int high = 0;
-  for (std::size_t i = 0; i < rock.z_m.size(); ++i)
+  int high = 0, rippled = 0;
+  for (std::size_t i = 0; i < rock.z_m.size(); ++i) {
     if (rock.z_m[i] > -14.7) {
       ++high;
       REQUIRE(both.z_m[i] == rock.z_m[i]);
     }
+    rippled += rock.z_m[i] <= -14.99 && both.z_m[i] != rock.z_m[i];
+  }
   CHECK(high > 1000);
+  CHECK(rippled > 1000);
 }
 
 TEST_CASE("Features that lie between the grid's points are warned of") {
@@ -413,6 +416,11 @@ TEST_CASE("An outline in GeoJSON lies in world coordinates, and its holes are ho
 [[[1000,2000],[1006,2000],[1006,2006],[1000,2006],[1000,2000]]],
 [[[1003,2003],[1009,2003],[1009,2009],[1003,2009],[1003,2003]]]]})");
   CHECK(share(mask_of(area, grid)) * 201 * 201 * 0.01 == Approx(63.0).epsilon(0.02));
+  write_text(
+      folder / "area.geojson",
+      R"({"type":"Polygon","coordinates":[[[3.5,54.5],[3.51,54.5],[3.51,54.51],[3.5,54.5]]]})");
+  CHECK_THROWS_WITH(mask_of(area, flat(201, 201, 0.1, 0.1)),
+                    Catch::Contains("seems to be in degrees"));
   write_text(folder / "area.geojson", "{ nothing }");
   CHECK_THROWS_WITH(mask_of(area, grid), Catch::Contains("area.geojson"));
 }

@@ -100,6 +100,8 @@ TEST_CASE("the first line of soundings names their columns, in any order") {
   for (const char* const header :
        {"id,east,north", "a,b,c,d", "lon,lat,depth", "x,y,depth_ft,z_ft"})
     fault(header + std::string("\n0,0,-5,1\n3,0,-6,1\n0,5,-7,1\n"), "line 1: '");
+  for (const char* const header : {"x_ft,y_ft,z_ft", "x,y,z (feet)", "east,north,depth_fathoms"})
+    fault(header + std::string("\n0,0,-5\n3,0,-6\n0,5,-7\n"), "line 1: '");
   fault("x;y;z\n0,5;0;-5\n", "line 2: has commas inside its fields");
   fault("0,5 1,5 -5,5\n3 0 -6\n", "line 1: has commas inside its fields");
   fault("x,y,z\n0,0,-5\n3,,-6\n", "line 3: '3,,-6' has no numbers x y z where the first line");
