@@ -41,6 +41,16 @@ Scene bare_scene() {
   return scene;
 }
 
+/// The same under a thermocline that bends its rays.
+Scene bent_scene(const tests::TemporaryFolder& folder) {
+  tests::write_text(folder / "cast.csv",
+                    "depth_m,soundspeed_mps\n0,1510\n6,1505\n9,1490\n15,1488\n");
+  Scene scene = bare_scene();
+  scene.sea.profile = {"cast.csv", folder / "cast.csv"};
+  scene.sea.refraction = RefractionMode::full;
+  return scene;
+}
+
 Scene with_box(Scene scene, const tests::TemporaryFolder& folder) {
   Seafloor holder;
   tests::add_box(holder, {0, 0, 0}, {4, 2, 3});
@@ -187,11 +197,7 @@ TEST_CASE("an added box echoes as the box of a scene does, without an echo from 
 
 TEST_CASE("bent rays meet an added object as one of the scene, at any height") {
   const tests::TemporaryFolder folder;
-  tests::write_text(folder / "cast.csv",
-                    "depth_m,soundspeed_mps\n0,1510\n6,1505\n9,1490\n15,1488\n");
-  Scene scene = bare_scene();
-  scene.sea.profile = {"cast.csv", folder / "cast.csv"};
-  scene.sea.refraction = RefractionMode::full;
+  Scene scene = bent_scene(folder);
   scene.speckle = scene.texture = false;
   for (const double height_m : {0.0, 3.0, 5.0, 7.0}) {
     CAPTURE(height_m);
@@ -227,11 +233,7 @@ TEST_CASE("bent rays meet an added object as one of the scene, at any height") {
 
 TEST_CASE("a plate of kilometres is met by bent rays without memory for all of it") {
   const tests::TemporaryFolder folder;
-  tests::write_text(folder / "cast.csv",
-                    "depth_m,soundspeed_mps\n0,1510\n6,1505\n9,1490\n15,1488\n");
-  Scene scene = bare_scene();
-  scene.sea.profile = {"cast.csv", folder / "cast.csv"};
-  scene.sea.refraction = RefractionMode::full;
+  Scene scene = bent_scene(folder);
   scene.sonars.front().elevations = 40;
   Simulator session(scene);
   const float half_m = 50e3f;
