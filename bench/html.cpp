@@ -241,7 +241,7 @@ std::string memory_table(const Grid& grid) {
   for (const std::string& bed : grid.beds)
     for (const std::string& size : grid.sizes) {
       std::string memory, time;
-      for (const char* scheme : {"static/embree", "footprint/fan_scan", "refined/embree"}) {
+      for (const char* scheme : {"static · embree", "footprint · fan_scan", "refined · embree"}) {
         const Json* cell = grid.at(bed, size, scheme);
         const auto add = [&](std::string& row, double value) {
           row += fmt::format("<td class=\"n\">{}</td>", cell ? number(value) : "");
@@ -284,8 +284,8 @@ std::string verdict_on(const Grid& grid, const std::string& bed, const std::stri
   }
   if (!best) return "";
   std::string tree;
-  const Json *fixed = grid.timed(bed, size, "static/embree"),
-             *rebuilt = grid.timed(bed, size, "refined/embree");
+  const Json *fixed = grid.timed(bed, size, "static · embree"),
+             *rebuilt = grid.timed(bed, size, "refined · embree");
   if (fixed && rebuilt)
     tree = fmt::format(
         " A tree rebuilt for every ping is {} times as fast as a static one.",

@@ -107,8 +107,7 @@ class SampleDraws {
     return *number;
   }
 
-  /// A draw of a key. `stream_name` is its name, followed by the entries of the tables that led to
-  /// d.
+  /// A draw of a key. `stream_name` is its name, and the entries of the tables that led to d.
   std::string draw(const std::string& stream_name, const Distribution& d, const std::string& key) {
     if (d.kind == Distribution::Kind::table) {
       const std::string by = plain_text(value(d.by, d.place));
@@ -273,8 +272,8 @@ void collect_object_labels(const RecipeText& text, std::span<const ObjectOptions
   };
   const std::vector<std::size_t> bases = bases_of(objects);
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    std::vector<std::size_t>
-        may_be_bases;  // the first of its assembly, or the next if that is absent
+    // The first object of its assembly, or the next one if that is absent.
+    std::vector<std::size_t> may_be_bases;
     for (std::size_t j = bases[i]; j <= i; ++j) {
       if (bases[j] != bases[i]) continue;
       may_be_bases.push_back(j);

@@ -34,6 +34,7 @@ Results some_results() {
   cell.speedup = {3.0, 2.9, 3.1};
   cell.stages_over_ping = 0.99;
   cell.checked_rays = 69120;
+  cell.mesh_mb = 24.5;
   results.runs.push_back({.name = "run/smooth/2M/2",
                           .threads = 2,
                           .pings = 960,
@@ -99,6 +100,8 @@ TEST_CASE(
     CHECK(count(text, name) == 1);
   }
   CHECK(count(page, words(*results.harness)) == 1);
+  CHECK(count(page, "<td>smooth</td><td>2M</td><td class=\"n\"></td><td class=\"n\">24.5</td>") ==
+        1);
   for (const std::string element : {"table", "tr", "td", "figure", "p", "svg", "ul"})
     CHECK(count(page, "<" + element + ">") + count(page, "<" + element + " ") ==
           count(page, "</" + element + ">"));
