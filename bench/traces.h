@@ -24,8 +24,8 @@ struct TraceMeasurement {
 };
 
 /// Times the tracing cases whose name contains `filter`, and the bare loops over the same beds,
-/// alternately, `pings` pairs of fans per
-/// round; beds of more than 4 million faces only if the filter contains their size.
+/// alternately, `pings` pairs of fans per round; beds of more than 4 million faces only if the
+/// filter contains their size.
 std::vector<TraceMeasurement> measure_traces(std::string_view filter,
                                              const std::filesystem::path& data, int rounds,
                                              int pings);

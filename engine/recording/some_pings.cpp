@@ -48,8 +48,8 @@ AlikePings alike_pings(RecordedLine line) {
     if (states_range(pings[i]) == most_state) sorted.push_back(i);
   std::ranges::sort(
       sorted, {}, [&](std::size_t i) { return std::tuple(pings[i].samples, pings[i].range_m, i); });
-  constexpr double one_range =
-      1.01;  // a range that is computed follows the sound speed of its ping
+  // A range that is computed follows the sound speed of its ping.
+  constexpr double one_range = 1.01;
   std::span<const std::size_t> most;
   for (auto first = sorted.begin(), end = first; first != sorted.end(); ++first) {
     while (end != sorted.end() && pings[*end].samples == pings[*first].samples &&

@@ -132,7 +132,7 @@ std::shared_ptr<const PreparedSonar> Simulator::SharedState::prepare(
 HeightRange Simulator::SharedState::heights(const SessionObjects& added) const {
   constexpr double deepest_sea_m = 12000.0;
   HeightRange heights{double(bounds.highest.z()), double(bounds.lowest.z())};
-  if (added.any()) {  // which may swim
+  if (added.any()) {  // anywhere in the water
     heights.highest_m = std::max(heights.highest_m, 0.0);
     heights.lowest_m = std::min(heights.lowest_m, std::max(added.lowest_m(), -deepest_sea_m));
   }

@@ -41,10 +41,10 @@ Scene bare_scene() {
   return scene;
 }
 
-/// The same under a thermocline that bends its rays.
+/// The same, where sound is faster near the bed.
 Scene bent_scene(const tests::TemporaryFolder& folder) {
   tests::write_text(folder / "cast.csv",
-                    "depth_m,soundspeed_mps\n0,1510\n6,1505\n9,1490\n15,1488\n");
+                    "depth_m,soundspeed_mps\n0,1504\n4,1505\n18,1510\n33,1511\n");
   Scene scene = bare_scene();
   scene.sea.profile = {"cast.csv", folder / "cast.csv"};
   scene.sea.refraction = RefractionMode::full;
@@ -178,13 +178,21 @@ TEST_CASE("an added box echoes as the box of a scene does, without an echo from 
   const tests::TemporaryFolder folder;
   Scene scene = bare_scene();
   scene.seafloor.fractal.height_at_1m_m = 0.0;
+  scene.seafloor.depth_m = 20.0;
+  scene.sonars.front().range_m = 30.0;
+  scene.sonars.front().bins = 1200;
+  scene.sonars.front().elevations = 2048;
   scene.speckle = scene.texture = false;
   Scene with = scene;
-  with.objects.push_back({.shape = "box", .material = "steel", .east_m = 12.0, .north_m = 0.0});
+  with.objects.push_back({.shape = "box",
+                          .size = {.length_m = 2.0, .width_m = 2.0},
+                          .material = "steel",
+                          .east_m = 15.0,
+                          .north_m = 0.0});
   Simulator of_scene(with), session(scene);
   const refine::TriangleMesh box = object_of(of_scene);
   session.add({.mesh = box, .material = "steel", .class_name = "object"}, {});
-  const Pose abeam{.position = {0.0, 0.0, -7.0}};
+  const Pose abeam{.position = {0.0, 0.0, -10.0}};
   const EchoLine expected = of_scene.ping_numbered(abeam, 0)[1];
   const EchoLine& line = session.ping_numbered(abeam, 0)[1];
   REQUIRE(std::ranges::count(expected.bins.instance, 1u) > 0);
@@ -198,20 +206,25 @@ TEST_CASE("an added box echoes as the box of a scene does, without an echo from 
 TEST_CASE("bent rays meet an added object as one of the scene, at any height") {
   const tests::TemporaryFolder folder;
   Scene scene = bent_scene(folder);
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  scene.seafloor.depth_m = 20.0;
+  scene.sonars.front().range_m = 30.0;
+  scene.sonars.front().bins = 1200;
+  scene.sonars.front().elevations = 2048;
   scene.speckle = scene.texture = false;
-  for (const double height_m : {0.0, 3.0, 5.0, 7.0}) {
+  for (const double height_m : {0.0, 3.0, 5.0, 8.0}) {
     CAPTURE(height_m);
     Scene with = scene;
-    with.objects.push_back({.shape = "sphere",
-                            .size = {.diameter_m = 2.0},
+    with.objects.push_back({.shape = "box",
+                            .size = {.length_m = 2.0, .width_m = 2.0},
                             .material = "steel",
-                            .east_m = 10.0,
+                            .east_m = 15.0,
                             .north_m = 0.0,
                             .height_m = height_m});
     Simulator of_scene(with), session(scene);
     const std::uint32_t added =
         session.add({.mesh = object_of(of_scene), .material = "steel", .class_name = "ball"}, {});
-    const Pose pose{.position = {0.0, 0.0, -7.0}};
+    const Pose pose{.position = {0.0, 0.0, -10.0}};
     const auto bins = [&](Simulator& simulator) {
       std::size_t body = 0, shadow = 0;
       for (const EchoLine& line : simulator.ping_numbered(pose, 0))

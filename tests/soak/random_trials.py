@@ -100,7 +100,8 @@ def contents(folder):
             with zipfile.ZipFile(file) as layers:
                 hashes |= {f"{name}/{layer.filename}": layer.CRC for layer in layers.infolist()
                            if layer.filename != "attributes.npy"}
-        elif file.is_file() and (file.suffix in (".png", ".csv", ".xtf", ".jsf") or name.endswith("_targets.json")):
+        elif file.is_file() and (file.suffix in (".png", ".csv", ".xtf", ".jsf") or
+                                 name.endswith("_targets.json")):
             hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
     return hashes
 
@@ -130,8 +131,8 @@ class RandomSessions(RandomRow):
                 *({"move": 1 + i} | place for i, place in enumerate(places)), ping]
         calm = [ping, ping, ping, {"set": changed}, {"set": range_m},
                 *(one | place for one, place in zip(stay, places)), ping]
-        # Instances of the scene's own objects and features come first.
         surfaces = SURFACES if "embree" not in scene["run"].get("intersector", "") else ("static",)
+        # Instances of the scene's own objects and features come first.
         first = self.first_instance(ping)
         last = []
         for requests in (busy, calm):
@@ -181,7 +182,6 @@ class RandomDatasets(RandomRow):
 
     def trial(self, draw):
         scene = self.recipe(draw)
-        shutil.rmtree(self.folder / "whole", ignore_errors=True)
 
         def make():
             shutil.rmtree(self.folder / "whole", ignore_errors=True)

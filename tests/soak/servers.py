@@ -84,8 +84,9 @@ class LivePage(Row):
                 raise Failed("a valid change is refused after other requests")
             lines = self.ask("GET", "/lines", token)
             deadline = time.monotonic() + 30
-            while (kind := struct.unpack("<II", lines.read(8))) and kind[0] != 2:  # 2: a line
-                lines.read(kind[1])
+            line = 2  # the kind of a frame
+            while (frame := struct.unpack("<II", lines.read(8)))[0] != line:
+                lines.read(frame[1])
                 if time.monotonic() > deadline:
                     raise Failed("no ping for 30 s after other requests")
         except (OSError, http.client.HTTPException, struct.error, TypeError) as problem:
@@ -126,11 +127,10 @@ class LivePage(Row):
     @staticmethod
     def change(draw):
         number = draw.choice([0, -1, 1, 0.5, 7, 1e9, 1e308, "x", None, [], {}, True])
-        keys = {"track.altitude_m": number, "track.speed_mps": number, "sonar.left-right.range_m": number,
-                "sonar.left-right.bins": number, "sonar.left-right.tilt_deg": number, "display.gamma": number,
-                "seed": number, "seafloor.depth_m": number, "x\n=1": number}
-        key = draw.choice(list(keys))
-        whole = draw.choice([{"set": {key: keys[key]}}, {"set": number}, {"hold": number},
+        key = draw.choice(["track.altitude_m", "track.speed_mps", "sonar.left-right.range_m",
+                           "sonar.left-right.bins", "sonar.left-right.tilt_deg", "display.gamma", "seed",
+                           "seafloor.depth_m", "x\n=1"])
+        whole = draw.choice([{"set": {key: number}}, {"set": number}, {"hold": number},
                              {"pings_per_s": number}, {"clear": number}, {"again": True},
                              {"add": {"shape": draw.choice(["box", "wreck", "x"]), "ahead_m": number}},
                              {"add": {"shape": "sphere", "scale": number}}, {"unknown": 1}, number])

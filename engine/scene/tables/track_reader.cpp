@@ -85,7 +85,7 @@ CsvTable navigation_table(const std::filesystem::path& file, std::vector<std::st
   };
   std::vector<Beams> pings;
   std::vector<int> numbers;
-  std::size_t same_time = 0;
+  std::size_t not_after = 0;
   for (std::size_t i = 0; i < line.pings.size(); ++i) {
     const RecordedPing& ping = line.pings[i];
     if (!ping.t_s || !(ping.place || ping.place_m)) continue;
@@ -94,17 +94,17 @@ CsvTable navigation_table(const std::filesystem::path& file, std::vector<std::st
       if (*ping.t_s == *front->t_s && ping.beam > front->beam)
         front = &ping;
       else
-        ++same_time;
+        ++not_after;
       continue;
     }
     pings.push_back({&ping, &ping});
     numbers.push_back(static_cast<int>(i + 1));
   }
-  if (same_time > 0)
+  if (not_after > 0)
     warnings.push_back(
         fmt::format("{}: {} of its {} pings are left out, because their times are not after those "
                     "before (an XTF has hundredths of a second)",
-                    file.string(), same_time, line.pings.size()));
+                    file.string(), not_after, line.pings.size()));
   if (pings.empty())
     throw SceneError(fmt::format(
         "{}: none of its {} pings has a time and a position, so it is no track; give a CSV file",
@@ -280,11 +280,10 @@ class TrackReader {
 
   std::function<MapPlace(const GeographicPlace&)> map_for(
       const std::vector<double>& latitude_deg, const std::vector<double>& longitude_deg) {
-    MapOfPlace onto_world = map_of_reference(frame_.reference);
-    if (frame_.utm_zone != 0)
-      onto_world = [zone = frame_.utm_zone](const GeographicPlace& where) {
-        return utm_place(where, zone);
-      };
+    const MapOfPlace onto_world =
+        frame_.utm_zone != 0 ? [zone = frame_.utm_zone](
+                                   const GeographicPlace& where) { return utm_place(where, zone); }
+                             : map_of_reference(frame_.reference);
     if (onto_world)
       return [this, onto_world](const GeographicPlace& where) {
         MapPlace map = onto_world(where);

@@ -117,8 +117,7 @@ std::optional<std::size_t> meaning_of(std::string_view word) {
 }
 
 /// The columns that a header names; unset if it names other things, so that their order is unknown,
-/// or other units.
-/// Three or fewer names, none of which stands in another's place, are x, y and z.
+/// or other units. Three or fewer names, none of which stands in another's place, are x, y and z.
 std::optional<Columns> columns_of(std::string_view header) {
   Columns columns;
   for (const char separator : {';', '\t', ','})

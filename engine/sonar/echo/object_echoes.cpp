@@ -42,7 +42,7 @@ void ObjectEchoes::find(const SideView& view, const FaceLabels& labels, const Fi
   for (const std::vector<ObjectSurface>* objects : {surfaces_.fixed, surfaces_.moving})
     if (objects)
       for (const ObjectSurface& object : *objects) {
-        if (object.flat_parts.empty()) continue;  // removed: its label is none of an object
+        if (object.flat_parts.empty()) continue;  // removed: it has no label
         look_at(object);
         find_walls(object);
       }
