@@ -99,8 +99,8 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
 
 void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const ReceiverMotion& motion,
                       refine::Triangles triangles, const FanRuns& runs, EchoLine& line) {
-  begin({line.side, &beam_, &fan, &layout, &motion, triangles}, line);
-  objects_.find(view_, labels_, {.runs = &runs});
+  begin({line.side, &beam_, &fan, &layout, &motion, triangles, &labels_}, line);
+  objects_.find(view_, {.runs = &runs});
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     cut_runs(runs, plane);
     compute(plane, line);
@@ -113,8 +113,8 @@ void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const Receiver
 void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const ReceiverMotion& motion,
                       refine::Triangles triangles, std::span<const Hit> hits,
                       IncidenceSource& incidences, EchoLine& line) {
-  begin({line.side, &beam_, &fan, &layout, &motion, triangles}, line);
-  objects_.find(view_, labels_, {.hits = hits, .rays = &incidences});
+  begin({line.side, &beam_, &fan, &layout, &motion, triangles, &labels_}, line);
+  objects_.find(view_, {.hits = hits, .rays = &incidences});
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     cut_hits(hits, incidences, plane);
     compute(plane, line);

@@ -30,9 +30,9 @@ ObjectEchoes::ObjectEchoes(const Sonar& sonar, const Medium& medium,
       by_material_(material_tables),
       surfaces_(surfaces) {}
 
-void ObjectEchoes::find(const SideView& view, const FaceLabels& labels, const FirstHits& first) {
+void ObjectEchoes::find(const SideView& view, const FirstHits& first) {
   view_ = &view;
-  labels_ = &labels;
+  labels_ = view.labels;
   first_ = first;
   glints_.clear();
   facets_.clear();

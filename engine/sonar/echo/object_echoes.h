@@ -91,7 +91,7 @@ class ObjectEchoes {
                const ObjectSurfaces& surfaces);
 
   /// Finds the echoes of one side of a ping.
-  void find(const SideView& view, const FaceLabels& labels, const FirstHits& first);
+  void find(const SideView& view, const FirstHits& first);
   std::span<const ObjectEcho> glints() const { return glints_; }
   std::span<const ObjectEcho> facets() const { return facets_; }
   std::span<const WallFacet> walls() const { return walls_; }

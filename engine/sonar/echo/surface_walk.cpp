@@ -13,7 +13,9 @@ void SurfaceWalk::walk(const SideView& view, std::size_t plane, PieceTable& piec
   plane_ = plane;
   pieces_ = &pieces;
   stretches_ = view.layout->within[plane];
-  caster_ = none;
+  caster_ = crest_ = none;
+  seen_ = 0;
+  last_bed_m_ = 0.0;
   shadows_.clear();
   const std::size_t count = pieces.count;  // the walk may add some behind
   if (count == 0) return;
@@ -25,11 +27,11 @@ void SurfaceWalk::walk(const SideView& view, std::size_t plane, PieceTable& piec
       end_surface(piece - 1, piece);
     }
     for (; pieces.begin[piece] >= stretches_.front().until; stretches_ = stretches_.subspan(1))
-      caster_ = none;
+      caster_ = crest_ = none;
     if (pieces.answers[piece])
       begin_surface(piece);
     else
-      caster_ = none;  // a back: the surface's hole, not its shadow
+      caster_ = crest_ = none;  // a back: the surface's hole, not its shadow
   }
   end_plane(count - 1);
 }
@@ -106,9 +108,8 @@ void SurfaceWalk::end_surface(std::size_t last, std::size_t next) {
     pieces.until_m[last] = pieces.range_m[last] + half_m(last);
     caster_ = last;
     if (pieces.answers[next])
-      shadows_.push_back({pieces.last_ray_m(last), pieces.first_ray_m(next),
-                          pieces.beam_weight[next], pieces.label[last],
-                          pieces.end[last] - std::size_t{1}});
+      shadows_.push_back({hides_from_m(last), pieces.first_ray_m(next), pieces.beam_weight[next],
+                          pieces.label[last], pieces.end[last] - std::size_t{1}});
   } else if (pieces.end[last] < stretches_.front().until) {
     end_in_water(last);
   } else {  // with its stretch of rays
@@ -119,6 +120,25 @@ void SurfaceWalk::end_surface(std::size_t last, std::size_t next) {
 void SurfaceWalk::begin_surface(std::size_t piece) {
   pieces_->from_m[piece] = pieces_->range_m[piece] - half_m(piece);
   pieces_->starts_surface[piece] = 1;
+  if (!is_object(piece)) crest_ = none;
+}
+
+bool SurfaceWalk::is_object(std::size_t piece) const {
+  const Label& label = (*view_->labels)[pieces_->label[piece]];
+  return label.instance != 0 && !label.feature;
+}
+
+// The range from which a surface that ends hides others.
+double SurfaceWalk::hides_from_m(std::size_t caster) {
+  const double caster_m = pieces_->last_ray_m(caster);
+  if (!is_object(caster)) return caster_m;
+  for (std::size_t i = caster; i-- > seen_;)
+    if (pieces_->answers[i] && !is_object(i)) {
+      last_bed_m_ = pieces_->until_m[i];
+      break;
+    }
+  seen_ = caster;
+  return std::max(caster_m, last_bed_m_);
 }
 
 // The next ray met nothing, perhaps because its hit is beyond the range: then the surface continues
@@ -131,6 +151,7 @@ void SurfaceWalk::end_in_water(std::size_t piece) {
   } else {
     pieces_->until_m[piece] = pieces_->range_m[piece] + half_m(piece);
     caster_ = piece;
+    if (!is_object(piece)) crest_ = piece;
   }
 }
 
@@ -147,6 +168,7 @@ void SurfaceWalk::end_plane(std::size_t last) {
   if (stretches_.size() > 1) return;  // there are rays above, which met nothing
   // A surface at the upper edge of a fan that looks down hides nothing.
   if (at_edge) caster_ = last_ray(last).z() >= 0.0 ? last : none;
+  if (crest_ != none) caster_ = crest_;
   if (caster_ != none) shade_beyond(caster_);
 }
 
@@ -215,7 +237,7 @@ void SurfaceWalk::shade_beyond(std::size_t caster) {
     const double border = speed > 0.0 ? highest_[axis] : lowest_[axis];
     leaves_m = std::min(leaves_m, (border - fan.origin[axis]) / speed);
   }
-  const double begins_m = pieces_->last_ray_m(caster);
+  const double begins_m = hides_from_m(caster);
   if (!(leaves_m > begins_m)) return;
   const double weight = view_->beam->two_way(view_->side, view_->layout->samples_of(plane_),
                                              fan.grid->cos_elevation[pieces_->end[caster] - 1],

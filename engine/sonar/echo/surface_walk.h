@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/piece_table.h>
 #include <ensonify/engine/sonar/echo/range_bins.h>
@@ -24,6 +25,7 @@ struct SideView {
   const RayLayout* layout;  ///< the fan's
   const ReceiverMotion* motion;
   refine::Triangles triangles;
+  const FaceLabels* labels;
 };
 
 /// Walks over the pieces of a plane in the order of elevation, from the lowest ray upwards, and
@@ -36,6 +38,10 @@ struct SideView {
 /// leaves the seafloor. So does one that the fan's upper edge meets, if that edge is level or looks
 /// up. Where a surface turns its back there is a hole in it, and no shadow. Facets may be so small
 /// that rays step over them; then the bed continues between two that lie in one plane.
+///
+/// An object hides the bed from where the rays below it saw it last: between a floating object and
+/// that place there is water. Nor does an object take the place of a crest of the bed, if only
+/// water is seen between the two: what lies behind is hidden by the crest.
 class SurfaceWalk {
  public:
   /// lowest and highest are the seafloor's bounds in x and y, local metres.
@@ -59,6 +65,8 @@ class SurfaceWalk {
   bool has_in_plane(std::size_t piece, std::size_t other, double apart_m) const;
   void end_surface(std::size_t last, std::size_t next);
   void begin_surface(std::size_t piece);
+  bool is_object(std::size_t piece) const;
+  double hides_from_m(std::size_t caster);
   void end_in_water(std::size_t piece);
   void end_plane(std::size_t last);
   Eigen::Vector3d last_ray(std::size_t piece) const;
@@ -79,6 +87,9 @@ class SurfaceWalk {
   PieceTable* pieces_ = nullptr;
   std::span<const RayLayout::Stretch> stretches_;  // the present one, and those to come
   std::size_t caster_ = none;  // the last surface that ended and hides what is behind
+  std::size_t crest_ = none;   // the bed's last piece, if it ended in the water
+  std::size_t seen_ = 0;       // pieces before it are known to last_bed_m_
+  double last_bed_m_ = 0.0;    // range to which the bed was seen last
 };
 
 }  // namespace ensonify::engine

@@ -1,5 +1,6 @@
 #include <ensonify/engine/sonar/echo/surface_walk.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "support/beds.h"
@@ -23,7 +24,8 @@ struct Hand {
 };
 
 /// The middle plane of a fan 10 m above a seafloor, and pieces made by hand. A piece lies on the
-/// face with the number of its label: those below 5 are 2 cm long, the others 15 cm.
+/// face with the number of its label: those below 5 are 2 cm long, the others 15 cm. Label 4 is an
+/// object's.
 class Plane {
  public:
   explicit Plane(double sector_low_rad = -0.1, int elevations = tests::plain_sonar().elevations)
@@ -38,6 +40,7 @@ class Plane {
       const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
       mesh_.positions.insert(mesh_.positions.end(), {{0, 0, 0}, {edge_m, 0, 0}, {0, edge_m, 0}});
       mesh_.faces.push_back({first, first + 1, first + 2});
+      seafloor_.labels.push_back({1, 1, static_cast<std::uint16_t>(i == 4)});
     }
   }
 
@@ -98,7 +101,9 @@ class Plane {
   }
   std::vector<Shadow> walk(double east_m = 100.0) {
     SurfaceWalk walk({-100.0, -100.0}, {east_m, 100.0}, bin_m);
-    walk.walk({Side::starboard, &beam_, &fan_, &layout_, &motion_, mesh_}, number_, pieces);
+    const FaceLabels labels(seafloor_);
+    walk.walk({Side::starboard, &beam_, &fan_, &layout_, &motion_, mesh_, &labels}, number_,
+              pieces);
     return {walk.shadows().begin(), walk.shadows().end()};
   }
   std::vector<Shadow> walk(const std::vector<Hand>& hands) {
@@ -121,6 +126,7 @@ class Plane {
   RayFan fan_;
   ReceiverMotion motion_;
   refine::TriangleMesh mesh_;
+  Seafloor seafloor_;
   Beam beam_{tests::plain_sonar(), 0.00375};
   std::size_t number_;
 };
@@ -231,6 +237,30 @@ TEST_CASE("the last surface that ends in the water hides what is behind, not tho
   CHECK(shadows[0].label == 2);
   CHECK(plane.pieces.until_m[0] == Approx(12.1));
   CHECK(plane.pieces.starts_surface[1] == 1);
+}
+
+TEST_CASE("a crest of the bed hides what is behind, not an object that floats above it") {
+  const double object_m = GENERATE(8.0, 20.0);
+  Plane plane;  // no ray from 110 to 115 hits anything
+  const auto shadows = plane.walk({{100, 110, 12.0, 1}, {115, 120, object_m, 4}});
+  REQUIRE(shadows.size() == 1);
+  CHECK(shadows[0].label == 1);
+  CHECK(shadows[0].from_m == Approx(12.08));
+  CHECK(shadows[0].until_m == Approx(range_m));
+}
+
+TEST_CASE("a floating object hides the bed from where it was seen last") {
+  Plane plane;
+  const auto shadows = plane.walk(
+      {{100, 110, 20.0, 1}, {110, 112, 8.0, 4}, {113, 115, 9.0, 4}, {115, 120, 30.0, 1}});
+  const auto hidden = std::ranges::find_if(
+      shadows, [](const Shadow& shadow) { return shadow.from_m < shadow.until_m; });
+  REQUIRE(hidden != shadows.end());
+  CHECK(hidden->label == 4);
+  CHECK(hidden->from_m == Approx(20.1));
+  CHECK(hidden->until_m == Approx(29.92));
+  CHECK(std::none_of(hidden + 1, shadows.end(),
+                     [](const Shadow& shadow) { return shadow.until_m < 29.0; }));
 }
 
 TEST_CASE("a surface's back is a hole in it, and nothing casts a shadow there") {
