@@ -32,10 +32,6 @@ struct Box {
   }
   std::size_t columns() const { return high[0] - low[0]; }
   std::size_t rows() const { return high[1] - low[1]; }
-  bool overlaps(const Rectangle& part) const {
-    return part.column < high[0] && low[0] < part.column + part.columns && part.row < high[1] &&
-           low[1] < part.row + part.rows;
-  }
 };
 
 /// What resembles a target: a target of another class, or connected pixels of the bed.
@@ -55,11 +51,6 @@ constexpr std::size_t smallest_lookalike_px = 8;
 /// For each hard negative there are this many candidates: the largest lookalikes of each class.
 constexpr std::size_t lookalikes_per_chip = 4;
 
-/// The number of pixels of a length; the length and the pixel's size have the same unit.
-std::size_t pixels(double length, double pixel_size) {
-  return static_cast<std::size_t>(std::max(1.0, std::round(length / pixel_size)));
-}
-
 /// The index among `count` that a number in (0, 1] chooses.
 std::size_t index(double share, std::size_t count) {
   return std::min(count - 1, static_cast<std::size_t>(share * static_cast<double>(count)));
@@ -78,10 +69,10 @@ class Chooser {
         columns_(line.labels.columns()),
         rows_(line.labels.rows()) {
     if (!options.margin.empty()) return;
-    fixed_ = options.size_m > 0.0
-                 ? Rectangle{0, 0, pixels(options.size_m, line.across_m),
-                             pixels(options.size_m, line.along_m)}
-                 : Rectangle{0, 0, pixels(options.size_px, 1.0), pixels(options.size_px, 1.0)};
+    fixed_ = options.size_m > 0.0 ? Rectangle{0, 0, pixels_of(options.size_m, line.across_m),
+                                              pixels_of(options.size_m, line.along_m)}
+                                  : Rectangle{0, 0, pixels_of(options.size_px, 1.0),
+                                              pixels_of(options.size_px, 1.0)};
     if (fixed_->columns > columns_ || fixed_->rows > rows_)
       throw std::invalid_argument(
           fmt::format("'dataset.chips' needs {} x {} pixels, but {} has {} x {}; make the tiles or "
@@ -128,8 +119,8 @@ class Chooser {
     const double edge_m =
         std::min({(1.0 + 2.0 * margin) * longer_m, static_cast<double>(columns_) * line_.across_m,
                   static_cast<double>(rows_) * line_.along_m});
-    return {0, 0, std::min(columns_, pixels(edge_m, line_.across_m)),
-            std::min(rows_, pixels(edge_m, line_.along_m))};
+    return {0, 0, std::min(columns_, pixels_of(edge_m, line_.across_m)),
+            std::min(rows_, pixels_of(edge_m, line_.along_m))};
   }
 
   /// A chip of a size with its middle in the middle of a box, or as near as the line allows.

@@ -27,8 +27,8 @@ struct ImageNumber {
 
 /// The chips of a line: one per target, then backgrounds, then hard negatives, as the options ask.
 /// `targets` are the line's, by instance; classes[n - 1] is the name of number n in its labels. A
-/// chip without a target contains no pixel of an object's box; if classes are chosen, only the
-/// boxes of targets of these classes count. At most half of a background is water. Fewer
+/// chip without a target contains no pixel of an object or of its shadow; if classes are chosen,
+/// only targets of these classes count. At most half of a background is water. Fewer
 /// backgrounds and hard negatives are returned if there is no room for them, or if nothing
 /// resembles a target. Throws std::invalid_argument if the line is smaller than chips of a fixed
 /// size.

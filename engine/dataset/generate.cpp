@@ -135,8 +135,8 @@ class Seafloors {
     const std::lock_guard lock(place->mutex);
     // The choice of `auto` depends on these; nothing else that differs between the samples of a
     // seafloor changes its preparation.
-    std::string key = fmt::format("{} {} {}", scene.run.surface, static_cast<int>(scene.track.kind),
-                                  scene.track.pings);
+    std::string key = fmt::format("{} {} {} {}", scene.run.surface, scene.run.intersector,
+                                  static_cast<int>(scene.track.kind), scene.track.pings);
     std::weak_ptr<const PreparedSeafloor>& known = place->prepared[std::move(key)];
     Pointer prepared = known.lock();
     if (!prepared) known = prepared = prepare_seafloor(scene, how);

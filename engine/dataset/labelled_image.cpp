@@ -239,6 +239,14 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
   return view;
 }
 
+std::size_t pixels_of(double length_m, double pixel_m) {
+  if (!(pixel_m > 0.0))
+    throw std::invalid_argument(
+        "the line does not move, so that no number of its pings makes a length in metres: give "
+        "tiles and chips a size in pixels (size_px, width_px, height_px)");
+  return static_cast<std::size_t>(std::max(1.0, std::round(length_m / pixel_m)));
+}
+
 double bed_share(const LabelledImage& view, const Rectangle& part) {
   const Waterfall& labels = view.labels;
   std::size_t bed = 0;

@@ -42,6 +42,10 @@ LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures);
 /// range.
 LabelledImage ground_view(const LabelledImage& slant, double pixel_m);
 
+/// How many pixels a length has, at least one; pixel_m is the across_m or along_m of a view. Throws
+/// std::invalid_argument if that is 0, because the line does not move.
+std::size_t pixels_of(double length_m, double pixel_m);
+
 /// The share of a part's pixels that are seabed, object or shadow, not water.
 double bed_share(const LabelledImage& view, const Rectangle& part);
 

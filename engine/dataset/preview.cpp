@@ -13,6 +13,7 @@
 #include <ensonify/engine/image/lettering.h>
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
+#include <ensonify/engine/number_in.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/parallel_for.h>
@@ -122,10 +123,10 @@ void draw_box(Picture& picture, std::array<std::size_t, 4> box, const Rgb& colou
     set(picture, box[0], y, colour), set(picture, box[2], y, colour);
 }
 
-/// A number with four digits, or a word unchanged.
+/// A fraction with four digits; any other value unchanged.
 std::string short_text(const std::string& value) {
-  if (value.find('.') == std::string::npos || value.front() == '"') return value;
-  return fmt::format("{:.4g}", std::stod(value));
+  const auto number = number_in<double>(value);
+  return number && value.find('.') != std::string::npos ? fmt::format("{:.4g}", *number) : value;
 }
 
 std::vector<std::string> caption(std::size_t number, const SampleScene& sample) {

@@ -96,8 +96,9 @@ class Products {
     if (!tiles.any()) return;
     const auto [columns, rows] =
         tiles.width_px > 0
-            ? std::pair(pixels(tiles.width_px, 1.0), pixels(tiles.height_px, 1.0))
-            : std::pair(pixels(tiles.width_m, line.across_m), pixels(tiles.height_m, line.along_m));
+            ? std::pair(pixels_of(tiles.width_px, 1.0), pixels_of(tiles.height_px, 1.0))
+            : std::pair(pixels_of(tiles.width_m, line.across_m),
+                        pixels_of(tiles.height_m, line.along_m));
     check_fits("dataset.tiles", line, columns, rows);
     std::size_t number = 0;
     for (const std::size_t row : starts(line.labels.rows(), rows))
@@ -106,11 +107,6 @@ class Products {
         if (tiles.least_bed > 0.0 && bed_share(line, part) < tiles.least_bed) continue;
         add_image(line, part, fmt::format("tiles/{}_{:04}", line.name, number++), "tile");
       }
-  }
-
-  /// The number of pixels of a length; the length and the pixel's size have the same unit.
-  static std::size_t pixels(double length, double pixel_size) {
-    return static_cast<std::size_t>(std::max(1.0, std::round(length / pixel_size)));
   }
 
   static void check_fits(std::string_view key, const LabelledImage& line, std::size_t columns,

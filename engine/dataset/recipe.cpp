@@ -215,9 +215,10 @@ auto first_that_is(std::size_t samples, const auto& make) {
     }
 }
 
-/// Refuses a key that has or may get this value. `places` are those of the text's keys.
-void refuse_value(const RecipeText& text, const auto& places, const std::string& key,
-                  const std::string& refused, std::string_view why) {
+/// Refuses a key that has or may get a value other than the allowed one, as TOML has them. `places`
+/// are those of the text's keys.
+void allow_only(const RecipeText& text, const auto& places, const std::string& key,
+                std::string_view allowed, std::string_view why) {
   std::vector<std::string> values;
   std::string place;
   if (const auto plain = text.values.find(key); plain != text.values.end()) {
@@ -228,8 +229,9 @@ void refuse_value(const RecipeText& text, const auto& places, const std::string&
     drawn->second.collect_values(values);
     place = drawn->second.place;
   }
-  if (std::ranges::count(values, refused) > 0)
-    throw SceneError(fmt::format("{}: '{}' is {}, but {}", place, key, refused, why));
+  for (const std::string& value : values)
+    if (value != allowed)
+      throw SceneError(fmt::format("{}: '{}' is {}, but {}", place, key, value, why));
 }
 
 /// Sets a key in place of the recipe's text, which may not have it.
@@ -461,12 +463,16 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
     throw refuse(
         "'output.class_names' and 'output.sediment_names' are set by the dataset itself: leave "
         "them out");
-  refuse_value(
-      d, scene.places, "display.slant_range_correction", "true",
+  allow_only(
+      d, scene.places, "display.slant_range_correction", "false",
       "a dataset's labels are made in slant range: leave it out; 'dataset.ground_px_m' makes "
       "images and labels in ground range");
-  refuse_value(d, scene.places, "output.png_bits", "16",
-               "a dataset's pictures have 8 bits: leave it out; 'output.npz' writes the samples");
+  allow_only(d, scene.places, "output.png_bits", "8",
+             "a dataset's pictures have 8 bits: leave it out; 'output.npz' writes the samples");
+  for (const auto& [key, off] :
+       {std::pair{"output.pings_per_file", "0"}, std::pair{"output.file_per_leg", "false"}})
+    allow_only(d, scene.places, key, off,
+               "a sample has one part: leave it out; 'dataset.tiles' cuts images into pieces");
   collect_files(d, scene, files_);
   auto [targets, grounds, materials] = possible_names(d, scene);
   for (const std::string& chosen : options_.chips.classes)

@@ -118,7 +118,9 @@ void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
       Confidence::measured,
       fmt::format("over the bed the spread grows as mean^{:.1f}, with a skew of {:.1f}", growth,
                   skew)};
-  if (growth > 0.4 || skew > 0.0) return;  // a square root cannot be distinguished from more looks
+  // A square root, with a skew of -0.1, cannot be distinguished from more looks. A logarithm has
+  // about -0.9, whatever the spread seems to do where the level hardly changes.
+  if (skew > -0.4 && (growth > 0.4 || skew > 0.0)) return;
   signs.curve = TransferCurve::logarithmic;
   // A Rayleigh amplitude in decibels has a standard deviation of 5.57 dB (Ulaby and others,
   // Microwave Remote Sensing, vol. 2, ch. 7).

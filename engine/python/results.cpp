@@ -180,7 +180,8 @@ near to far. `layers` lists the names.)")
           R"(The objects and features in the image, a list of dicts, as in a run's NAME_targets.json.
 
 Boxes and outlines are in pixels of the picture, whose row 0 is the newest ping: row r there is row
-pings - 1 - r here.)")
+pings - 1 - r here. Columns are those of the layers, in slant range, also with
+display.slant_range_correction, where the file of a run has columns in ground range.)")
       .def_property_readonly(
           "attributes", &attributes_of,
           R"(What a run's files have in addition to the layers, a dict: frequency_hz, range_m,

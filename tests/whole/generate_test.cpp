@@ -168,6 +168,32 @@ TEST_CASE("a run of a sample's scene.toml gives the sample's bytes") {
   }
 }
 
+TEST_CASE("samples that share a bed are alone what they are together, also with other tracers") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", R"(
+version = 1
+[dataset]
+samples = 2
+seafloors = 1
+[seafloor]
+extent_east_m = 60
+extent_north_m = 40
+cell_m = 0.25
+[track]
+pings = 64
+altitude_m = 5
+[sonar.sidescan]
+range_m = 25
+bins = 200
+[run]
+intersector = { choice = ["fan_scan", "embree"], stratified = true }
+)");
+  const auto together = expected_tree(folder.path());
+  for (const char* shard : {"1/2", "0/2"})
+    generate_whole(folder.path(), "apart", {"--threads", "1", "--shard", shard});
+  check_whole(folder.path(), "apart", together);
+}
+
 TEST_CASE("a sample has the files that its scene names by relative paths") {
   const TemporaryFolder folder;
   fs::create_directories(folder / "recipes/meshes");

@@ -33,7 +33,9 @@ std::optional<std::string> fault_of_file_names(std::string_view name,
   };
   for (const std::string_view file : {"manifest", "sample"})
     if (name == file) return fault(fmt::format("{}.json", file));
-  for (const std::string_view ending : {"_ground", "_targets", "_truth"})
+  for (const std::string_view ending :
+       {"_ground", "_targets", "_truth", "_background", "_hard_negative", "_ground_background",
+        "_ground_hard_negative"})
     if (name.ends_with(ending)) {
       const std::string_view other = name.substr(0, name.size() - ending.size());
       if (named(other) > 0) return fault(fmt::format("the sonar {}", other));

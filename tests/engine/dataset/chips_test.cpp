@@ -100,6 +100,15 @@ TEST_CASE("chips of a relative size are square on the ground, about the body or 
   for (const Chip& chip : chips) CHECK(corners(chip.part)[3] == 60);
 }
 
+TEST_CASE("of a line that does not move only chips in pixels can be cut") {
+  LabelledImage line = line_with_targets();
+  for (PingRow& ping : line.labels.pings) ping.pose.position.y() = 0.0;
+  line = slant_view(line.labels, {});
+  CHECK_THROWS_WITH(chips_of(line, {.size_m = 2.0}),
+                    Catch::StartsWith("the line does not move, so that no number of its pings"));
+  CHECK(chips_of(line, {.size_px = 16}).size() == 2);
+}
+
 TEST_CASE("chips are of the chosen classes and of bodies with enough pixels") {
   const LabelledImage line = line_with_targets();
   const auto number = [&](const ChipOptions& options) { return chips_of(line, options).size(); };

@@ -76,3 +76,13 @@ TEST_CASE("a contact sheet has the line to scale, with a closed box around its o
   CHECK(missing == 0);
   CHECK(!drawn(left + 1, first_row + 1));
 }
+
+TEST_CASE("the caption of a sample has drawn lists, too") {
+  std::string text =
+      tests::changed(tests::tiny_recipe, "elevations = 160\n",
+                     "elevations = 160\nfocus_zones_m = { choice = [[5.5, 7.25]] }\n");
+  text = tests::changed(text, "samples = 8\nseafloors = 4\nrenders = 2\n", "samples = 1\n");
+  const tests::TemporaryFolder folder;
+  CHECK(preview(Recipe(text, "r.toml", {}), 1, {.threads = 1, .scratch = folder.path()}).samples ==
+        1);
+}

@@ -530,6 +530,11 @@ TEST_CASE("what a dataset's labels cannot follow is refused with what to do inst
   CHECK_NOTHROW(recipe_of("[dataset]\n[display]\nslant_range_correction = false\n"));
   check_refused("[dataset]\n[output]\npng_bits = 16\n",
                 "r.toml:4:12: 'output.png_bits' is 16, but a dataset's pictures have 8 bits");
+  check_refused(
+      "[dataset]\n[output]\npings_per_file = { choice = [0, 50] }\n",
+      "r.toml:4:18: 'output.pings_per_file' is 50, but a sample has one part: leave it out");
+  check_refused("[dataset]\n[output]\nfile_per_leg = true\n[track]\nkind = \"lawn-mower\"\n",
+                "'output.file_per_leg' is true, but a sample has one part");
   check_refused("[dataset]\n[output]\nclass_names = [\"mine\"]\n", "leave them out");
   check_refused(
       "[dataset]\n[[objects]]\nshape = \"box\"\nclass = { choice = [\"mine\", \"none\"] }\n",

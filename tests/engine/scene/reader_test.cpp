@@ -346,6 +346,9 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
       {head + "[sonar.a]\n[sonar.a_ground]\n",
        "s.toml:3:8: a sonar named \"a_ground\" would have files of the same name as the sonar a; give "
        "it another name"},
+      {head + "[sonar.a]\n[sonar.a_background]\n",
+       "s.toml:3:8: a sonar named \"a_background\" would have files of the same name as the sonar a; "
+       "give it another name"},
       {head + "[sonar.sample]\n",
        "s.toml:2:8: a sonar named \"sample\" would have files of the same name as sample.json; give "
        "it another name"},
