@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <stdexcept>
 #include <utility>
 
@@ -17,6 +18,16 @@
 #include <ensonify/engine/sonar/instrument/mounting.h>
 
 namespace ensonify::engine {
+namespace {
+
+/// Over the first of these beds that lies below; a bed below all that is seen if none does.
+double height_m_over(double z_m, std::initializer_list<double> beds_m, double farthest_m) {
+  for (const double bed_m : beds_m)
+    if (bed_m < z_m) return z_m - bed_m;  // not if there is no bed, that is, not a number
+  return farthest_m;
+}
+
+}  // namespace
 
 Simulator::Simulator(const Scene& scene, const Preparation& how)
     : Simulator([&] {
@@ -49,8 +60,9 @@ void Simulator::aim(const Pose& pose, Aim& aim) {
           "is negative{}",
           sonar.name, *fault,
           sonar.mounting == Mounting{} ? "" : "; check the mounting of the sonar"));
-    const double height_m =
-        sonar_pose.position.z() - (std::isnan(bed_m) ? shared_->seafloor.mean_bed_m : bed_m);
+    const double height_m = height_m_over(
+        sonar_pose.position.z(),
+        {bed_m, shared_->seafloor.mean_bed_m, double(shared_->bounds.lowest.z())}, sonar.range_m);
     const BedAbeam abeam =
         look_abeam(sonar_pose, sonar, height_m, double(shared_->bounds.highest.z()), own_->bed);
     const BeamAim& of_beam = aim.beams.emplace_back(

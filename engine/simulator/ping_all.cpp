@@ -42,14 +42,15 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   }
 }
 
-// A repeated ping repeats what was recorded last, its truth layers included. If nothing was, it is
-// recorded itself.
+// A repeated ping repeats what was recorded last, its truth layers included. The first ping that is
+// not lost has nothing to repeat and is recorded itself.
 std::size_t TrackPings::recorded_at(std::size_t ping) const {
   const auto lost = [&](std::size_t number) { return is_lost(artefacts_, seed_, number); };
   if (lost(ping)) return none;
   std::size_t then = ping;
   while (then > 0 && (is_repeated(artefacts_, seed_, then) || (then != ping && lost(then)))) --then;
-  return lost(then) ? ping : then;
+  while (lost(then)) ++then;
+  return then;
 }
 
 // The shorter of the times to its neighbours, because a track may pause between its legs.
@@ -71,7 +72,7 @@ TrackPings::PingRecord TrackPings::record_ping(Simulator& simulator, std::size_t
                             .block = static_cast<int>(block_of(ping)),
                             .recorded = recorded_[ping] != none,
                             .interval_s = interval_s(ping)}};
-  if (reported_since_s(artefacts_, seed_, pose.t_s) < pose.t_s)
+  if (ping > 0 && reported_since_s(artefacts_, seed_, pose.t_s) < pose.t_s)
     record.row.artefacts.add(Artefact::stale_navigation);
   const std::size_t then = recorded_[ping];
   if (is_lost(artefacts_, seed_, ping))

@@ -578,6 +578,19 @@ TEST_CASE("a sonar off the seafloor or over a hole pings and receives what it ca
   CHECK(heard(lines[0]) > 0);  // port looks west, at the bed
 }
 
+TEST_CASE("below the mean of the bed, but over none, other paths have a finite level") {
+  Scene scene = bare_scene();
+  scene.speckle = false;
+  scene.arrivals.volume = scene.arrivals.multiples = scene.arrivals.second_time_around = true;
+  Simulator session(scene);
+  for (const double z_m : {-15.5, -20.0, -500.0}) {
+    CAPTURE(z_m);
+    for (const EchoLine& line : session.ping_numbered({.position = {30.0, 0.0, z_m}}, 0))
+      CHECK(
+          std::ranges::all_of(line.bins.intensity, [](float i) { return i > 0.0f && i < 1e30f; }));
+  }
+}
+
 TEST_CASE("eight threads, each with a simulator, receive the same as one thread") {
   const Scene scene = bare_scene();
   const auto session = [&] {

@@ -45,10 +45,15 @@ TEST_CASE(
     "lost and repeated pings of a run are recorded as such, and the other rows do not change") {
   Scene scene = spoilt_scene();
   SECTION("the first ping is recorded") {}
-  SECTION("the first ping is lost, and nothing was recorded that the second could repeat") {
-    while (!is_lost(scene.artefacts, scene.seed, 0) || is_lost(scene.artefacts, scene.seed, 1) ||
-           !is_repeated(scene.artefacts, scene.seed, 1))
-      ++scene.seed;
+  SECTION("the first ping is lost, and the second has nothing to repeat, but the third has") {
+    const auto wanted = [&] {
+      const auto lost = [&](std::size_t ping) {
+        return is_lost(scene.artefacts, scene.seed, ping);
+      };
+      return lost(0) && !lost(1) && !lost(2) && is_repeated(scene.artefacts, scene.seed, 1) &&
+             is_repeated(scene.artefacts, scene.seed, 2);
+    };
+    while (!wanted()) ++scene.seed;
   }
   Simulator simulator(scene);
   const ScenePings all = ping_all(scene, simulator, 1);
@@ -98,10 +103,12 @@ TEST_CASE(
 }
 
 TEST_CASE("while the navigation is stale a run reports the last pose and records this") {
-  const Scene scene = spoilt_scene();
+  Scene scene = spoilt_scene();
+  scene.seed = GENERATE(range(1u, 5u));
   Simulator simulator(scene);
   const ScenePings all = ping_all(scene, simulator, 1);
   const std::vector<PingRow>& pings = all.images.front().pings;
+  CHECK_FALSE(pings[0].artefacts.has(Artefact::stale_navigation));
   int stale = 0;
   for (std::size_t i = 1; i < pings.size(); ++i) {
     CAPTURE(i);
@@ -111,7 +118,7 @@ TEST_CASE("while the navigation is stale a run reports the last pose and records
     REQUIRE_FALSE(same_pose(pings[i].pose, pings[i - 1].pose));
     stale += stands;
   }
-  CHECK(stale > 5);
+  CHECK(stale > 3);
   CHECK(stale < int(pings.size()) - 5);
 }
 

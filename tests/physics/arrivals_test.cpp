@@ -336,6 +336,80 @@ TEST_CASE("the ping before has the width of the beam beyond the range") {
   CHECK(max_db > 1.0);
 }
 
+TEST_CASE("the ping before is heard by an outer beam with that beam's width beyond the range") {
+  Sonar sonar = open_sonar();
+  sonar.range_m = 40.0;
+  sonar.array_length_m = 0.15;
+  sonar.receive_array_length_m = 0.3;
+  sonar.beams = 3;
+  sonar.beam_spacing_m = 0.6;
+  const double ping_m = 40.0;
+  const SignalChain chain(sonar, {.speckle = false,
+                                  .ping_interval_s = 2.0 * ping_m / 1500.0,
+                                  .nominal_strength = [](double) { return 3e-4; },
+                                  .arrivals = {.second_time_around = true}});
+  const auto heard = [&](int beam) {
+    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 0.0f);
+    SignalChain::Scratch scratch;
+    PingContext now = context;
+    now.beam = line.beam = beam;
+    chain.receive(now, std::span(&line, 1), scratch);
+    return std::vector<double>(line.bins.intensity.begin(), line.bins.intensity.end());
+  };
+  // The integral of both patterns along the track, with the receiver aside.
+  const LineArray sends = sonar.transmit_array(1500.0 / sonar.frequency_hz),
+                  hears = sonar.receive_array(1500.0 / sonar.frequency_hz);
+  const auto width_m = [&](double range_m, double aside_m) {
+    const double reach_m = aside_m + range_m * hears.null_rad(1), step_m = reach_m / 2000.0;
+    double sum = 0.0;
+    for (double y_m = -reach_m + 0.5 * step_m; y_m < reach_m; y_m += step_m)
+      if (std::abs(y_m) < range_m * sends.null_rad(1) &&
+          std::abs(y_m - aside_m) < range_m * hears.null_rad(1))
+        sum += step_m * sends.power(y_m / range_m, range_m) *
+               hears.power((y_m - aside_m) / range_m, range_m);
+    return sum;
+  };
+  const std::vector<double> middle = heard(1), outer = heard(2);
+  for (const double r : {2.0, 15.0, 38.0}) {
+    const auto bin = static_cast<std::size_t>(r / sonar.bin_m());
+    double its = 0.0, of_middle = 0.0;
+    for (int pings = 1; pings <= 8; ++pings) {
+      const double from_m = r + pings * ping_m;
+      const double level = std::sqrt(1.0 - std::pow(altitude_m / from_m, 2));
+      its += width_m(from_m, 0.6) / (std::pow(from_m, 4) * level);
+      of_middle += width_m(from_m, 0.0) / (std::pow(from_m, 4) * level);
+    }
+    CAPTURE(r);
+    CHECK(scatter::to_db(outer[bin] / middle[bin]) ==
+          Approx(scatter::to_db(its / of_middle)).epsilon(0).margin(0.1));
+  }
+}
+
+TEST_CASE("along a pitched array the ping before covers more of the bed, by 1 / cos(pitch)") {
+  const Sonar sonar = open_sonar();
+  const double pitch_rad = 0.6, ping_m = 90.0;
+  const Eigen::Vector3d ahead{0.0, std::cos(pitch_rad), std::sin(pitch_rad)};
+  const auto heard = [&](const ArrayFrame& array_frame) {
+    return received(sonar, {.second_time_around = true}, {}, {},
+                    {.array_frame = array_frame, .ping_interval_s = 2.0 * ping_m / 1500.0});
+  };
+  const std::vector<double> level = heard(context.array),
+                            pitched = heard({array, ahead, {0.0, ahead.z(), -ahead.y()}});
+  for (const double r : {5.0, 70.0}) {
+    const auto bin = static_cast<std::size_t>(r / sonar.bin_m());
+    // Of a strip of bed the cut with the plane abeam is also longer, by its angle to the ray.
+    const auto cut = [&](double height_m) {
+      return std::sqrt(1.0 - std::pow(height_m / (r + ping_m), 2));
+    };
+    CHECK(scatter::to_db(pitched[bin] / level[bin]) ==
+          Approx(scatter::to_db(cut(altitude_m) / cut(altitude_m / std::cos(pitch_rad)) /
+                                std::cos(pitch_rad)))
+              .epsilon(0)
+              .margin(0.02));
+  }
+}
+
 TEST_CASE("in water of another sound speed all other paths are at the ranges of their times") {
   // 4 % slower than the speed of the ranges: an echo from r is at 1500 / 1440 r, and a pulse covers
   // so much less.
@@ -356,11 +430,18 @@ TEST_CASE("in water of another sound speed all other paths are at the ranges of 
                                         .sea = {.wind_mps = 0.0},
                                         .arrivals = arrivals,
                                         .artefacts = artefacts});
-    EchoLine line = level_line(of, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(in_slow, Side::starboard, array, altitude_m);
+    line.walls = {{.middle = {24.0, 0.0, 1.25 - altitude_m},
+                   .normal = {-1.0, 0.0, 0.0},
+                   .length_m = 40.0,
+                   .height_m = 2.5,
+                   .reflected = 1.0}};
     for (std::size_t n = 0; n < line.bins.intensity_mean.size(); ++n)
       line.bins.intensity_mean[n] =
-          arrivals.multiples &&
-                  (double(n) + 0.5) * of.bin_m() * (profile ? slow_mps / 1500.0 : 1.0) > altitude_m
+          arrivals.double_bounce ||
+                  (arrivals.multiples &&
+                   (double(n) + 0.5) * of.bin_m() * (profile ? slow_mps / 1500.0 : 1.0) >
+                       altitude_m)
               ? 1e9f
               : 0.0f;
     SignalChain::Scratch scratch;
@@ -403,6 +484,20 @@ TEST_CASE("in water of another sound speed all other paths are at the ranges of 
                 Approx(0.0).epsilon(0).margin(of.margin_db));
       }
   }
+  // A wall's echo lies in a few bins.
+  const std::vector<double> by_time = receive(sonar, 1500.0, &slow, {.double_bounce = true}, {}),
+                            known =
+                                receive(in_slow, slow_mps, nullptr, {.double_bounce = true}, {});
+  const auto sums = [](const std::vector<double>& line) {
+    double energy = 0.0, bins = 0.0;
+    for (std::size_t n = 0; n < line.size(); ++n)
+      energy += line[n], bins += static_cast<double>(n) * line[n];
+    return std::pair(energy, bins / energy);
+  };
+  CHECK(sums(known).second * in_slow.bin_m() == Approx(std::hypot(24.0, altitude_m)).margin(0.3));
+  CHECK(sums(by_time).second == Approx(sums(known).second).margin(0.1));
+  CHECK(scatter::to_db(sums(by_time).first / sums(known).first) ==
+        Approx(0.0).epsilon(0).margin(goes_by_range_db));
 }
 
 TEST_CASE("transmit leakage blinds the first samples and no others") {
@@ -433,6 +528,16 @@ TEST_CASE("cross-talk from one side to the other has its level") {
   lines[1] = level_line(sonar, Side::starboard, array, altitude_m);
   chain.receive(context, lines, scratch);
   CHECK(lines[1].bins.intensity[600] == Approx(1.0 + 1e-3));
+}
+
+TEST_CASE("a sonar with one side has no cross-talk") {
+  Sonar sonar = quiet_sonar();
+  sonar.sides = Sides::starboard;
+  const SignalChain chain(sonar, {.speckle = false, .arrivals = {.crosstalk_db = -30.0}});
+  EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+  SignalChain::Scratch scratch;
+  chain.receive(context, std::span(&line, 1), scratch);
+  CHECK_FALSE(line.artefacts.has(Artefact::crosstalk));
 }
 
 TEST_CASE("cross-talk brings the other side's surface return, too") {

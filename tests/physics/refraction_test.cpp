@@ -355,6 +355,23 @@ TEST_CASE("straight rays with a cast's time see a level bed's facets as level") 
   CHECK(roughness_db(RefractionMode::time_only) < roughness_db(RefractionMode::off) + 0.005);
 }
 
+TEST_CASE("with straight rays a cast leaves no end of the range without an echo") {
+  // Sound that is faster on its way than the ranges assume comes from farther than the range.
+  TemporaryFolder folder;
+  std::ofstream(folder / "cast.csv") << "depth_m,soundspeed_mps\n0,1450\n4,1450\n6,1540\n30,1540\n";
+  Scene scene = level_scene();
+  scene.sea.profile = {"cast.csv", folder / "cast.csv"};
+  scene.sea.refraction = RefractionMode::time_only;
+  scene.run.surface = GENERATE("static", "footprint", "refined");
+  Simulator simulator(scene);
+  for (const EchoLine& line : simulator.ping_numbered({.position = {0.0, 0.0, -12.0}}, 0)) {
+    const std::vector<std::uint32_t>& regions = line.bins.region;
+    CHECK(std::ranges::count(regions, static_cast<std::uint32_t>(Region::shadow)) == 0);
+    CHECK(regions.back() == static_cast<std::uint32_t>(Region::seabed));
+    CHECK(line.bins.intensity_mean.back() > 0.0f);
+  }
+}
+
 TEST_CASE("absorption follows the cast's temperatures along the path") {
   // 400 kHz, 35 psu: Francois and Garrison's 94 dB/km at 4 degrees, 124 at 20.
   CHECK(scatter::absorption_db_per_m({.temperature_c = 4.0}, 20.0, 400e3) ==

@@ -19,10 +19,13 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
       surfaces_(surfaces),
       former_(sonar, medium, seafloor, material_tables, moving, surfaces,
               sonar.beam_offset_m(beam)) {
-  if (refraction.mode == RefractionMode::time_only)
-    travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);
-  if (refraction.mode != RefractionMode::full) return;
+  if (refraction.mode == RefractionMode::off) return;
   bend_ = bend_of(*refraction.profile, refraction.deepest_m, range_m_, medium.sound_speed_mps);
+  if (refraction.mode == RefractionMode::time_only) {
+    travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);
+    bend_ = {.lengthening = bend_.lengthening};
+    return;
+  }
   if (!(bend_.turn_rad > 0.0)) {  // the rays are straight
     bend_ = {};
     return;
@@ -64,11 +67,15 @@ bool PingTracer::trace(const BeamAim& aim, const TracedFaces& faces, Side side) 
   if (!needs_hits() && faces.intersector->list_runs(fan, runs_)) return true;
   hits_.resize(fan.grid->rays());
   if (refracted_) return refracted_->trace(fan, faces, hits_);
-  faces.intersector->intersect(fan, hits_);
-  if (travel_time_)
+  if (travel_time_) {
+    RayFan straight = fan;  // as far as sound goes in the fan's time
+    straight.range_m *= fan.bend.lengthening;
+    faces.intersector->intersect(straight, hits_);
     travel_time_->apply(fan, hits_);
-  else
+  } else {
+    faces.intersector->intersect(fan, hits_);
     runs_.take(fan, faces.triangles, hits_);
+  }
   return true;
 }
 

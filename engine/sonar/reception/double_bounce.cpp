@@ -104,7 +104,7 @@ std::optional<OtherPaths::WallOverBed> OtherPaths::wall_over_bed(const PingConte
       wall.middle.dot(abeam) + (std::clamp(0.0, begin_m, end_m) - middle_m) * tangent;
   if (!(x_m > 0.0)) return std::nullopt;
   const std::vector<std::uint32_t>& regions = line.bins.region;
-  auto bed = static_cast<std::size_t>(std::hypot(x_m, wall.middle.z()) / law_.bin_m());
+  auto bed = static_cast<std::size_t>(std::hypot(x_m, wall.middle.z()) / bin_length_m(context));
   bed = std::min(bed, regions.size() - 1);
   while (bed > 0 && regions[bed] != static_cast<std::uint32_t>(Region::seabed)) --bed;
   if (bed == 0) return std::nullopt;
@@ -157,19 +157,19 @@ void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& l
 /// wall may be as near as the bed and outshine it, but nothing else may.
 bool OtherPaths::sees_bed(const PingContext& context, const BinLayers& bins,
                           const WallOverBed& wall, double range_m, double before_m) const {
-  const auto bin = static_cast<std::size_t>(range_m / law_.bin_m());
+  const auto bin = static_cast<std::size_t>(range_m / bin_length_m(context));
   if (bin >= bins.region.size()) return false;
   if (bins.region[bin] != static_cast<std::uint32_t>(Region::object))
     return bins.region[bin] == static_cast<std::uint32_t>(Region::seabed);
   const double over_m = std::hypot(double(bins.x_m[bin]) - context.array.origin.x(),
                                    double(bins.y_m[bin]) - context.array.origin.y());
-  return over_m > wall.x_m - 0.5 * before_m - law_.bin_m();
+  return over_m > wall.x_m - 0.5 * before_m - bin_length_m(context);
 }
 
-/// Spreads energy evenly over the bins between two ranges.
-void OtherPaths::spread_over(double from_m, double to_m, double energy,
-                             std::span<float> power) const {
-  const auto [first, last] = std::minmax({from_m / law_.bin_m(), to_m / law_.bin_m()});
+/// Spreads energy evenly over the bins between two places, in bins.
+void OtherPaths::spread_over(double from_bin, double to_bin, double energy,
+                             std::span<float> power) {
+  const auto [first, last] = std::minmax({from_bin, to_bin});
   const double bins = last - first;
   for (auto n = static_cast<std::size_t>(first); n < power.size(); ++n) {
     const double end = static_cast<double>(n) + 1.0;
@@ -183,9 +183,9 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
                           const BeamPlane& plane, std::span<const float> direct,
                           std::span<float> power) const {
   constexpr int max_steps = 16;
-  const double x_m = wall.x_m, height_m = wall.array_height_m;
+  const double x_m = wall.x_m, height_m = wall.array_height_m, bin_m = bin_length_m(context);
   const double bins =
-      std::abs(wall.range_on_bed_m(wall.high_m) - wall.range_on_bed_m(wall.low_m)) / law_.bin_m();
+      std::abs(wall.range_on_bed_m(wall.high_m) - wall.range_on_bed_m(wall.low_m)) / bin_m;
   const int steps = static_cast<int>(std::clamp(std::ceil(bins), 1.0, double(max_steps)));
   const double step_m = (wall.high_m - wall.low_m) / steps;
   for (int i = 0; i < steps && step_m > 0.0; ++i) {
@@ -199,7 +199,7 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
     if (!sees_bed(context, line.bins, wall, range_m, before_m)) continue;
     const double below_m = z_m - 0.5 * step_m, above_m = z_m + 0.5 * step_m;
     const double bins_of_step =
-        std::abs(wall.range_on_bed_m(above_m) - wall.range_on_bed_m(below_m)) / law_.bin_m();
+        std::abs(wall.range_on_bed_m(above_m) - wall.range_on_bed_m(below_m)) / bin_m;
     // A rough wall also turns the sound that the array receives, within its beam.
     const double spread_rad =
         std::min(2.0 * wall.facet.slope, std::atan2(beams_->main_m(range_m), before_m));
@@ -225,8 +225,8 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
     const double gain = forwards / direct_strength *
                         std::sqrt(law_.per_m2_at(image_m) / law_.per_m2_at(range_m)) * to_wall /
                         to_bed * mirrored / beams_->overlap_m(range_m, range_m);
-    const auto bin = std::min(static_cast<std::size_t>(range_m / law_.bin_m()), wall.bed_bin);
-    spread_over(wall.appears_at_m(below_m), wall.appears_at_m(above_m),
+    const auto bin = std::min(static_cast<std::size_t>(range_m / bin_m), wall.bed_bin);
+    spread_over(wall.appears_at_m(below_m) / bin_m, wall.appears_at_m(above_m) / bin_m,
                 4.0 * wall.facet.reflected * gain * bins_of_step * double(direct[bin]), power);
   }
 }

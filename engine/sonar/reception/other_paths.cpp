@@ -104,7 +104,7 @@ void OtherPaths::add_earlier_pings(const PingContext& context, Side side, const 
     const auto intensity = [&](std::size_t n) {
       const double before_m = pings * ping_m_;
       const double from_m = (law_.cell_middle_m(n) + before_m) / per_m;
-      return context.beam_share(power.size()) *
+      return context.beam_share(n + static_cast<std::size_t>(before_m / law_.bin_m())) *
              law_.level_bed(side, plane, from_m, slant_m / from_m, before_m) / per_m *
              bed_strength_(std::min(altitude_m / from_m, 1.0));
     };

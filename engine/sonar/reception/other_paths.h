@@ -76,13 +76,17 @@ class OtherPaths {
                                            const WallFacet& wall) const;
   bool sees_bed(const PingContext& context, const BinLayers& bins, const WallOverBed& wall,
                 double range_m, double before_m) const;
-  void spread_over(double from_m, double to_m, double energy, std::span<float> power) const;
+  static void spread_over(double from_bin, double to_bin, double energy, std::span<float> power);
   void add_wall(const PingContext& context, const EchoLine& line, const WallOverBed& wall,
                 const BeamPlane& plane, std::span<const float> direct,
                 std::span<float> power) const;
   struct MirroredBeam;
   double mirrored_m(const MirroredBeam& beam) const;
 
+  /// Metres of a way down to the bed in one bin.
+  double bin_length_m(const PingContext& context) const {
+    return law_.bin_m() / context.range_per_m_down;
+  }
   double bed_strength(double sine) const { return bed_strength_(std::clamp(sine, 1e-4, 1.0)); }
 
   OtherPathsOptions options_;

@@ -25,7 +25,8 @@ struct PingContext {
   /// Range, which is travel time at the sound speed of the ranges, per metre of the way up to the
   /// sea surface and down to the bed. Rays are straight, so it is the same on oblique ways.
   double range_per_m_up = 1.0, range_per_m_down = 1.0;
-  /// This beam's share of the sound that the array's middle beam would receive, by bin; empty: 1.
+  /// This beam's share of the sound that the array's middle beam would receive, by bin, to the
+  /// farthest range of echoes; empty: 1.
   std::span<const double> beam_shares;
 
   double beam_share(std::size_t bin) const {

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include <ensonify/engine/random.h>
@@ -16,22 +17,27 @@ namespace {
 
 constexpr float loudest = 1e33f;   // uPa^2, louder than any sound in water; its squares are finite
 constexpr int behind_gain = 1000;  // look number of the first noise after the gain
-constexpr int looks_of_beam = 2000;   // look numbers of a beam's noise
-constexpr int wave_oscillator = 100;  // `number` of the waves' Oscillator; Motion uses 0 to 6
-constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
+constexpr std::size_t farther_steps = 8;  // per range, of a beam's share beyond it
+constexpr int looks_of_beam = 2000;       // look numbers of a beam's noise
+constexpr int wave_oscillator = 100;      // `number` of the waves' Oscillator; Motion uses 0 to 6
+constexpr std::size_t gain_bins = 8;      // that share a value of the automatic gain
 
-/// By bin: how much a beam that lies `ahead_m` of the array's middle receives at the nominal speed,
-/// as a share of the middle's two-way beam at rest.
-std::vector<double> beam_shares(const ChainOptions& options, const SonarEquation& law,
-                                double ahead_m = 0.0) {
-  std::vector<double> shares(law.bins(), 1.0);
+/// By range: how much a beam that lies `ahead_m` of the array's middle receives at the nominal
+/// speed, as a share of the middle's two-way beam at rest.
+std::function<double(double range_m)> beam_share(const ChainOptions& options,
+                                                 const SonarEquation& law, double ahead_m = 0.0) {
   const double drift_along = 2.0 / options.sound_speed_mps * options.nominal_speed_mps;
-  if (drift_along == 0.0 && ahead_m == 0.0) return shares;
+  if (drift_along == 0.0 && ahead_m == 0.0) return [](double) { return 1.0; };
   const MovedBeam& moved = law.moved_beam();
-  const Beam beam = moved.beam(ahead_m);
-  for (std::size_t bin = 0; bin < shares.size(); ++bin)
-    shares[bin] = std::max(moved.summed_share(law.range_m(bin), drift_along, beam, ahead_m),
-                           least_beam_share);
+  return [&moved, drift_along, ahead_m, beam = moved.beam(ahead_m)](double range_m) {
+    return std::max(moved.summed_share(range_m, drift_along, beam, ahead_m), least_beam_share);
+  };
+}
+
+std::vector<double> by_bin(const SonarEquation& law,
+                           const std::function<double(double range_m)>& share) {
+  std::vector<double> shares;
+  for (std::size_t bin = 0; bin < law.bins(); ++bin) shares.push_back(share(law.range_m(bin)));
   return shares;
 }
 
@@ -99,7 +105,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
           options.arrivals.second_time_around ? farthest_earlier_m(sonar, ping_m(sonar, options))
                                               : 0.0),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
-      moved_shares_(beam_shares(options, law_)),
+      moved_shares_(by_bin(law_, beam_share(options, law_))),
       sea_noise_{sea_noise_power(sonar, law_, options.sea, Side::port),
                  sea_noise_power(sonar, law_, options.sea, Side::starboard)},
       waves_(meets_sea_surface(options) ? waves_under(options.sea.wind_mps) : Oscillation{},
@@ -122,12 +128,23 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
   }
 }
 
-/// What a beam gets of the sound that the array's middle gets, at the nominal speed.
+/// What a beam gets of the sound that the array's middle gets, at the nominal speed, by bin; beyond
+/// the range, where only earlier pings echo, interpolated.
 std::vector<double> SignalChain::shares_of_beam(int beam) const {
   const double offset_m = sonar_.beam_offset_m(beam);
   if (offset_m == 0.0) return {};
-  std::vector<double> shares = beam_shares(options_, law_, offset_m);
+  const auto its = beam_share(options_, law_, offset_m), middle = beam_share(options_, law_);
+  std::vector<double> shares = by_bin(law_, its);
   for (std::size_t bin = 0; bin < shares.size(); ++bin) shares[bin] /= moved_shares_[bin];
+  if (!options_.arrivals.second_time_around) return shares;
+  const double farthest_m = farthest_earlier_m(sonar_, ping_m(sonar_, options_));
+  const std::size_t step = std::max<std::size_t>(law_.bins() / farther_steps, 1);
+  while (law_.range_m(shares.size() - 1) < farthest_m) {
+    const double from = shares.back(), range_m = law_.range_m(shares.size() - 1 + step);
+    const double to = its(range_m) / middle(range_m);
+    for (std::size_t i = 1; i <= step; ++i)
+      shares.push_back(std::lerp(from, to, static_cast<double>(i) / static_cast<double>(step)));
+  }
   return shares;
 }
 
@@ -297,7 +314,7 @@ void SignalChain::compute_expected(const PingContext& context, EchoLine& line,
     line.artefacts.add(Artefact::transmit_leakage);
   }
   for (float& loud : power) loud = std::min(loud, loudest);
-  if (leak_ > 0.0f) line.artefacts.add(Artefact::crosstalk);
+  if (leak_ > 0.0f && sides_of(sonar_).size() == 2) line.artefacts.add(Artefact::crosstalk);
 }
 
 /// Cross-talk of what is received in addition to the direct echo: surface, fish, earlier pings and
