@@ -106,6 +106,19 @@ class SurveyReader {
  private:
   using Window = VariableResolution::Window;
 
+  /// What a band's numbers mean.
+  struct Metres {
+    double scale = 1.0, offset_m = 0.0;
+    double operator()(double raw) const { return scale * raw + offset_m; }
+  };
+  static Metres metres_of(GDALRasterBand& band) {
+    Metres metres;
+    int is_given = 0;
+    if (const double scale = band.GetScale(&is_given); is_given) metres.scale = scale;
+    if (const double offset_m = band.GetOffset(&is_given); is_given) metres.offset_m = offset_m;
+    return metres;
+  }
+
   /// Reads a window of a band, row by row from the south.
   void read_band(GDALRasterBand& from, const Window& window, std::span<double> values) {
     const auto [first_column, first_row, columns, rows] = window;
@@ -161,7 +174,8 @@ class SurveyReader {
     read_band(band, window, uncertainty_m);
     int has_nodata = 0;
     const double nodata = band.GetNoDataValue(&has_nodata);
-    if (has_nodata) std::ranges::replace(uncertainty_m, nodata, 0.0);
+    const Metres metres = metres_of(band);
+    for (double& raw : uncertainty_m) raw = has_nodata && raw == nodata ? 0.0 : metres(raw);
   }
 
   void scatter(const Window& window, std::span<double> z_m) {
@@ -217,7 +231,6 @@ class SurveyReader {
     if (resolution_) return;
     if (soundings_) take_soundings();
     if (is_text()) refuse(fault_of_ascii_grid(file_, field_.columns, field_.rows));
-    int has_scale = 0, has_offset = 0;
     nodata_ = band().GetNoDataValue(&has_nodata_);
     declares_nodata_ = has_nodata_ != 0;
     if (is_text() && !has_nodata_) {  // as ESRI has it
@@ -225,10 +238,7 @@ class SurveyReader {
       nodata_ = -usual_missing_m;
     }
     masked_ = (band().GetMaskFlags() & (GMF_PER_DATASET | GMF_ALPHA)) != 0;
-    scale_ = band().GetScale(&has_scale);
-    offset_ = band().GetOffset(&has_offset);
-    if (!has_scale) scale_ = 1.0;
-    if (!has_offset) offset_ = 0.0;
+    height_m_ = metres_of(band());
     // Blocks that were never written read as zeros, unless a NODATA value fills them.
     if (!has_nodata_ && (band().GetDataCoverageStatus(0, 0, field_.columns, field_.rows,
                                                       GDAL_DATA_COVERAGE_STATUS_EMPTY, nullptr) &
@@ -435,7 +445,7 @@ class SurveyReader {
       // Files print their NODATA value with few digits.
       const bool hole = !std::isfinite(raw) ||
                         (has_nodata_ && std::abs(raw - nodata_) <= 1e-6 * std::abs(nodata_));
-      const double height = scale_ * raw + offset_;
+      const double height = height_m_(raw);
       const bool suspect = !declares_nodata_ && std::abs(raw) == usual_missing_m;
       if (!hole && (suspect || !(std::abs(height) <= max_height_m)))
         fail(fmt::format("row {}, column {}: a height of {} m; if it marks missing data, {}",
@@ -487,7 +497,8 @@ class SurveyReader {
   std::mutex mutex_;  // of read_window()
   bool prepared_ = false, declares_nodata_ = false, masked_ = false;
   int has_nodata_ = 0;
-  double nodata_ = 0.0, scale_ = 1.0, offset_ = 0.0;
+  double nodata_ = 0.0;
+  Metres height_m_;
   double bytes_ = 0.0;
   std::unique_ptr<GDALDataset> dataset_;
   int band_ = 1;

@@ -94,3 +94,28 @@ TEST_CASE("Heights that a mask or an alpha band hides are holes") {
     CHECK(window[1] == -4.0);
   }
 }
+
+TEST_CASE("An uncertainty with a scale and an offset of its own scatters as one in metres") {
+  const TemporaryFolder folder;
+  write_text(folder / "heights.tif", tiff_4x3().bytes());
+  const auto heights_with = [&](float raw, const std::string& in_metres) {
+    Tiff uncertainty = tiff_4x3();
+    uncertainty.heights.assign(12, raw);
+    uncertainty.heights[5] = -1.0f;  // NODATA
+    write_text(folder / "uncertainty.tif", uncertainty.bytes());
+    write_text(folder / "bed.vrt",
+               vrt_of_heights("",
+                              "<VRTRasterBand dataType=\"Float32\" band=\"2\">"
+                              "<Description>uncertainty</Description>"
+                              "<NoDataValue>-1</NoDataValue>" +
+                                  in_metres +
+                                  "<SimpleSource><SourceFilename relativeToVRT=\"1\">"
+                                  "uncertainty.tif</SourceFilename>"
+                                  "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand>"));
+    return read_survey(folder / "bed.vrt", 0.0, {.of_uncertainty = 1.0, .seed = 3}).z_m;
+  };
+  const std::vector<double> in_metres = heights_with(0.5f, "");
+  CHECK(in_metres[0] != -9.0);
+  CHECK(in_metres[5] == -6.0);
+  CHECK(heights_with(25.0f, "<Offset>0.25</Offset><Scale>0.01</Scale>") == in_metres);
+}
