@@ -401,7 +401,7 @@ class SurveyReader {
       fail("does not define where its cells lie; add that with gdal_translate -a_ullr");
     refuse(fault_of_transform(transform_, field_.columns, field_.rows));
     if (!dataset_->GetSpatialRef() && !proj_message_.empty()) fail_without_reference();
-    refuse(fault_of_reference(*dataset_, band, file_, transform_));
+    refuse(fault_of_reference(*dataset_, band, file_, transform_, needs_cell_));
   }
 
   void place() {

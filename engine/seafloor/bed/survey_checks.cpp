@@ -66,7 +66,7 @@ std::string fault_of_transform(const std::array<double, 6>& transform, int colum
 
 std::string fault_of_reference(GDALDataset& dataset, GDALRasterBand& band,
                                const std::filesystem::path& file,
-                               const std::array<double, 6>& transform) {
+                               const std::array<double, 6>& transform, bool cell_is_given) {
   const char* const cure = "project it to metres, with gdalwarp -t_srs EPSG:326NN for UTM zone NN";
   const auto [west, east_step, turn_1, north, turn_2, north_step] = transform;
   const int columns = band.GetXSize(), rows = band.GetYSize();
@@ -85,7 +85,7 @@ std::string fault_of_reference(GDALDataset& dataset, GDALRasterBand& band,
       scale && std::abs(*scale - 1.0) > max_off)
     return fmt::format("has map metres that are {:.2f} m on Earth, as Mercator's; {}", *scale,
                        cure);
-  if (!reference && seems_in_degrees(transform, columns))
+  if (!reference && !cell_is_given && seems_in_degrees(transform, columns))
     return fmt::format(
         "seems to be in degrees, with cells of {}; {}. If they are metres, declare that with "
         "gdal_translate -a_srs",

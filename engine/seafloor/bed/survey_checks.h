@@ -21,10 +21,11 @@ std::string fault_of_size(GDALRasterBand& band, std::optional<double> file_bytes
 
 std::string fault_of_transform(const std::array<double, 6>& transform, int columns, int rows);
 
-/// Only grids in metres, on the map and in height, are read.
+/// Only grids in metres, on the map and in height, are read. `cell_is_given`: in metres, by the
+/// user.
 std::string fault_of_reference(GDALDataset& dataset, GDALRasterBand& band,
                                const std::filesystem::path& file,
-                               const std::array<double, 6>& transform);
+                               const std::array<double, 6>& transform, bool cell_is_given);
 
 /// 0 if there is none. Only for an ellipsoid within a millimetre of that of WGS 84 (such as GRS
 /// 80): datums that use it (NAD83, ETRS89, GDA94) agree with WGS 84 within two metres, older ones

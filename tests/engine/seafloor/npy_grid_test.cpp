@@ -73,6 +73,13 @@ TEST_CASE("an .npy file may have holes, and is read by windows") {
   CHECK(survey_reference(file).empty());
 }
 
+TEST_CASE("the cell size of an .npy file is in metres, however small") {
+  const TemporaryFolder folder;
+  const std::string grid = npy<double>("<f8", "(2, 2)", {-1, -2, -3, -4});
+  for (const double cell_m : {0.001, 0.002, 1.0 / 3600.0})
+    CHECK(survey_error(folder, grid, "a.npy", cell_m).empty());
+}
+
 TEST_CASE("faults of an .npy file are named, and so is a cell size that is missing or too much") {
   const TemporaryFolder folder;
   const std::vector<double> six{-1, -2, -3, -4, -5, -6};
