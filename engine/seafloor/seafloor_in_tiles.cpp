@@ -35,10 +35,9 @@ std::string not_at_once(const SeafloorOptions& options) {
 /// The heights and kinds of a bed's tiles.
 refine::HeightTiles::Heights heights_of_tiles(const SeafloorOptions& options,
                                               const Heightfield& grid, std::uint64_t seed) {
-  refine::HeightTiles::Heights base = base_in_windows(options, seed);
-  if (options.seabed.empty()) return base;
-  refine::HeightTiles::Heights bed =
-      with_seabed(grid, std::move(base), options.seabed, options.material, seed);
+  refine::HeightTiles::Heights bed = base_in_windows(options, seed);
+  if (!options.seabed.empty())
+    bed = with_seabed(grid, std::move(bed), options.seabed, options.material, seed);
   if (options.kind != SeafloorKind::fractal) return bed;
   return [bed = std::move(bed), depth_m = options.depth_m](
              int first_column, int first_row, int columns, int rows, std::span<double> z_m,

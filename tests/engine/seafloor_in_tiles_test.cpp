@@ -223,6 +223,24 @@ TEST_CASE("A bed needs tiles where it cannot be made at once") {
   CHECK(needs_tiles(options));
 }
 
+TEST_CASE("A bed in tiles must stay under water with its layers, whatever lies beyond its border") {
+  SeafloorOptions options;  // of a tenth of a block of heights
+  options.extent_east_m = options.extent_north_m = 50.0;
+  options.cell_m = 0.5;
+  options.fractal.height_at_1m_m = 0.1;
+  const auto highest_m = [&](double depth_m) {
+    options.depth_m = depth_m;
+    const Seafloor bed = make_seafloor_in_tiles(options, 1, {}, {}, {});
+    return double(ensonify::refine::bounds(bed.grid->mesh()).highest.z());
+  };
+  const double relief_m = highest_m(100.0) + 100.0;
+  CHECK(highest_m(relief_m + 0.001) == Approx(-0.001).margin(1e-4));
+  CHECK_THROWS_WITH(highest_m(relief_m - 0.001), Catch::Contains("above the sea surface"));
+  options.seabed.pits.emplace_back().relief = {.per_hectare = 2000.0, .diameter_m = 2.0};
+  REQUIRE(highest_m(100.0) + 100.0 < relief_m - 0.002);
+  CHECK(highest_m(relief_m - 0.001) < 0.0);
+}
+
 TEST_CASE("What a bed in tiles cannot have is refused with what to do") {
   SeafloorOptions options;
   const auto make = [&] { return make_seafloor_in_tiles(options, 1, {}, {}, {}); };

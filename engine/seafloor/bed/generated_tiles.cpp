@@ -6,11 +6,8 @@
 #include <mutex>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <utility>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/bed/height_blocks.h>
 #include <ensonify/engine/seafloor/bed/relief_fields.h>
@@ -51,12 +48,6 @@ class GeneratedTiles {
     std::ranges::fill(z_m, -depth_m_);
     if (relief_) relief_->add_block(column, row, z_m);
     if (its_ripples_) its_ripples_->add_block(column, row, z_m);
-    const double highest = *std::ranges::max_element(z_m);
-    if (!(highest <= 0.0))
-      throw std::invalid_argument(fmt::format(
-          "seafloor: the bed rises {:.3g} m above the sea surface at a mean depth of {} m; make it "
-          "deeper, or the relief lower",
-          highest, depth_m_));
   }
 
   const Heightfield grid_;

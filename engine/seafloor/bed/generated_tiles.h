@@ -12,7 +12,7 @@ namespace ensonify::engine {
 /// A generated bed that is too large for one transform: level at -depth_m, with relief and ripples
 /// as TiledField makes them. Heights are rounded to floats. Only the size of the grid is used. The
 /// fields are prepared at the first call. Throws std::invalid_argument as add_fractal() and
-/// add_ripples(), and, when heights are made, if the bed rises above the sea surface.
+/// add_ripples().
 refine::HeightTiles::Heights generated_tiles(const Heightfield& grid, double depth_m,
                                              const FractalRelief& fractal,
                                              const RippleRelief& ripples, std::uint64_t seed);
