@@ -33,17 +33,19 @@ refine::MeshError no_bed(const std::string& what, double east_m, double north_m)
 struct Plane {
   double height_m = 0.0;
   Vector2d slope = Vector2d::Zero();
+  Vector2d middle = Vector2d::Zero();
 };
 Plane plane_below(const refine::Bounds& box, const BedGrid& bed) {
   constexpr int samples = 8;  // a side
   const Vector2d low = box.lowest.head<2>().cast<double>();
   const Vector2d size = box.highest.head<2>().cast<double>() - low;
+  const Vector2d of_box = low + 0.5 * size;
   std::vector<Vector3d> ground;  // from the middle of the box
   Vector3d middle = Vector3d::Zero();
   for (int i = 0; i < samples; ++i)
     for (int j = 0; j < samples; ++j) {
       const Vector2d from = size.cwiseProduct(Vector2d(i + 0.5, j + 0.5) / samples) - 0.5 * size;
-      const Vector2d place = low + 0.5 * size + from;
+      const Vector2d place = of_box + from;
       const double z = bed.height_m(place.x(), place.y());
       if (std::isnan(z)) continue;
       ground.emplace_back(from.x(), from.y(), z);
@@ -61,9 +63,9 @@ Plane plane_below(const refine::Bounds& box, const BedGrid& bed) {
   const double little = 1e-9 * (xx + yy);
   xx += little, yy += little;
   const double determinant = xx * yy - xy * xy;
-  if (!(determinant > 0.0)) return {middle.z()};  // one place
+  if (!(determinant > 0.0)) return {.height_m = middle.z(), .middle = of_box};  // one place
   const Vector2d slope = Vector2d(yy * xz - xy * yz, xx * yz - xy * xz) / determinant;
-  return {middle.z() - slope.dot(middle.head<2>()), slope};
+  return {middle.z() - slope.dot(middle.head<2>()), slope, of_box};
 }
 
 /// Distances by which an object can be lowered; negative if it must be raised.
@@ -129,10 +131,17 @@ Drops drops_of(refine::Triangles object, const BedGrid& bed, bool to_hidden) {
   return drops;
 }
 
-double buried_share(const refine::Bounds& box, const BedGrid& bed) {
-  const double bed_m = plane_below(box, bed).height_m;
-  const double shape_height_m = box.highest.z() - box.lowest.z();
-  return shape_height_m > 0.0 ? std::clamp((bed_m - box.lowest.z()) / shape_height_m, 0.0, 1.0)
+/// The share of an object's height, measured from a plane, that is under the plane.
+double buried_share(refine::Triangles object, const Plane& plane) {
+  float lowest_m = std::numeric_limits<float>::infinity(), highest_m = -lowest_m;
+  for (const Vector3f& p : object.positions) {
+    const Vector2d from_middle = p.head<2>().cast<double>() - plane.middle;
+    const auto height_m = static_cast<float>(p.z() - plane.slope.dot(from_middle));
+    lowest_m = std::min(lowest_m, height_m);
+    highest_m = std::max(highest_m, height_m);
+  }
+  const double shape_height_m = highest_m - lowest_m;
+  return shape_height_m > 0.0 ? std::clamp((plane.height_m - lowest_m) / shape_height_m, 0.0, 1.0)
                               : 0.0;
 }
 
@@ -177,7 +186,9 @@ SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, 
   double lowered_m = drops.touching_m + spot.scale * sunk_m;
   if (burial > 0.0) lowered_m += burial * (drops.hidden_m + cover_m - drops.touching_m);
   put(turn, object.height_m.value_or(0.0) - lowered_m);
-  placed.buried = buried_share(refine::bounds(placed.mesh), bed);
+  Plane below = plane_below(refine::bounds(placed.mesh), bed);
+  if (!object.follow_slope) below.slope.setZero();
+  placed.buried = buried_share(placed.mesh, below);
   return placed;
 }
 

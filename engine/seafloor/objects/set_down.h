@@ -23,7 +23,9 @@ struct Spot {
 /// An object on the bed.
 struct SetDown {
   refine::TriangleMesh mesh;  ///< in the bed's local metres
-  double buried = 0.0;        ///< share of its height under the bed's plane at its middle
+  /// Share of its height under the bed's plane, as high as at its middle unless the object follows
+  /// the slope.
+  double buried = 0.0;
 };
 
 /// The rotation of a mesh by an object's roll, pitch and heading.

@@ -166,6 +166,11 @@ TEST_CASE("An object that follows the slope is tilted with the plane of the bed 
   for (const Eigen::Vector3f& p : placed.objects.front().mesh.positions)
     under += std::abs(p.z() - (-20.0 + slope.dot(p.head<2>().cast<double>()))) < 1e-4;
   CHECK(under == 4);  // its corners
+  CHECK(placed.objects.front().record.buried == Approx(0.0).margin(1e-4));
+  for (const double burial : {0.25, 1.0}) {
+    slab.burial = burial;
+    CHECK(place({slab}, bed).objects.front().record.buried == Approx(burial).margin(3e-3));
+  }
 }
 
 TEST_CASE("Burial is a share of the height, and the record has it") {
