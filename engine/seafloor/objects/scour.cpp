@@ -35,31 +35,39 @@ bool is_much_longer(const refine::TriangleMesh& mesh, const Heightfield& bed) {
                                       bed.y_m(bed.rows - 1) - bed.y_m(0));
 }
 
+/// The bed's points under an object.
+struct Footprint {
+  std::vector<Vector2d> all;
+  std::vector<Vector2d> edge;  ///< those with a neighbour that is not one
+  Eigen::AlignedBox2d box;
+};
+
 /// What one object stands on, and how high it is.
-class Scour {
+class Footing {
  public:
   /// `bed` must outlive this.
-  Scour(const Heightfield& bed, const refine::TriangleMesh& mesh) : bed_(bed) { find_base(mesh); }
+  Footing(const Heightfield& bed, const refine::TriangleMesh& mesh) : bed_(bed) { find_base(mesh); }
 
-  void add_to(Heightfield& bed, const ObjectOptions& table, const RandomStream& draws) const {
-    if (base_.empty()) return;
+  /// `standing`: objects, of which this may be one, that keep what lies under them.
+  void scour(Heightfield& bed, const ObjectOptions& table, const RandomStream& draws,
+             std::span<const Footing* const> standing) const {
+    if (base_.all.empty()) return;
     const Vector2d down(std::sin(table.current_rad), std::cos(table.current_rad));
     const double depth_m = table.scour_ratio * height_m_;
     // The moat's wall is steepest at the object: e times its depth over its width.
     const double half_m = 0.5 * height_m_,
                  width_m = std::max(half_m, std::numbers::e * depth_m / steepest);
     // As far as the moat and the tail reach.
-    const double reach_m = 1.5 * box_.diagonal().norm() +
+    const double reach_m = 1.5 * base_.box.diagonal().norm() +
                            std::max((tail_heights + 1.0) * height_m_, moat_widths * width_m);
-    const int west = column_at(box_.min().x() - reach_m), south = row_at(box_.min().y() - reach_m);
-    Heightfield near = bed_.window(west, south, column_at(box_.max().x() + reach_m) - west + 1,
-                                   row_at(box_.max().y() + reach_m) - south + 1);
+    Heightfield near = around_base(reach_m);
     near.z_m = SmoothField(draws, 4.0 * half_m, 20.0 * half_m).over(near);
     const auto share = [&](int column, int row) {
       constexpr double spread = 0.5;
-      return std::exp(spread * near.at(column - west, row - south) - 0.5 * spread * spread);
+      return std::exp(spread * near.at(column - near.first_column, row - near.first_row) -
+                      0.5 * spread * spread);
     };
-    if (depth_m > 0.0) dig(depth_m, width_m, down, share, bed);
+    if (depth_m > 0.0) dig(depth_m, width_m, down, share, standing, bed);
     if (table.tail_ratio > 0.0) leave_tail(table.tail_ratio * height_m_, down, share, bed);
   }
 
@@ -76,8 +84,15 @@ class Scour {
   std::size_t point_at(const Vector2d& place) const {
     return bed_.index(column_at(place.x()), row_at(place.y()));
   }
+  /// The part of the bed's grid within a square's half side of the base, without heights.
+  Heightfield around_base(double reach_m) const {
+    const Vector2d low = base_.box.min().array() - reach_m,
+                   high = base_.box.max().array() + reach_m;
+    const int west = column_at(low.x()), south = row_at(low.y());
+    return bed_.window(west, south, column_at(high.x()) - west + 1, row_at(high.y()) - south + 1);
+  }
 
-  /// The bed's points under the object, and how high it stands over them.
+  /// The bed's points under the object, and how high it reaches over them; negative under the bed.
   std::unordered_map<std::size_t, double> tops(const refine::TriangleMesh& mesh) const {
     std::unordered_map<std::size_t, double> tops_m;
     const double cell_m = std::min(bed_.cell_east_m, bed_.cell_north_m);
@@ -94,29 +109,46 @@ class Scour {
           if (!is_over_bed(p.head<2>())) continue;
           const std::size_t point = point_at(p.head<2>());
           const double over_m = p.z() - bed_.z_m[point];
-          if (!(over_m > 0.0)) continue;
-          double& top_m = tops_m[point];
+          if (std::isnan(over_m)) continue;
+          double& top_m = tops_m.try_emplace(point, over_m).first->second;
           top_m = std::max(top_m, over_m);
         }
     }
     return tops_m;
   }
 
+  /// The points over which the object reaches higher than this.
+  Footprint footprint(const std::unordered_map<std::size_t, double>& tops_m, double over_m) const {
+    std::vector<std::size_t> points;
+    for (const auto& [point, top_m] : tops_m)
+      if (top_m > over_m) points.push_back(point);
+    std::ranges::sort(points);  // so that sums do not depend on the order in the map
+    const auto has = [&](std::size_t point) {
+      const auto found = tops_m.find(point);
+      return found != tops_m.end() && found->second > over_m;
+    };
+    const auto columns = static_cast<std::size_t>(bed_.columns);
+    Footprint found;
+    for (const std::size_t point : points) {
+      const Vector2d place(bed_.x_m(static_cast<int>(point % columns)),
+                           bed_.y_m(static_cast<int>(point / columns)));
+      found.all.push_back(place);
+      found.box.extend(place);
+      if (!(has(point - 1) && has(point + 1) && has(point - columns) && has(point + columns)))
+        found.edge.push_back(place);
+    }
+    return found;
+  }
+
   /// The height is the median of the tops, so that masts do not count.
   void find_base(const refine::TriangleMesh& mesh) {
-    std::vector<double> heights_m;
-    const auto columns = static_cast<std::size_t>(bed_.columns);
     const std::unordered_map<std::size_t, double> tops_m = tops(mesh);
-    for (const auto& [point, top_m] : tops_m) {
-      heights_m.push_back(top_m);
-      base_.emplace_back(bed_.x_m(static_cast<int>(point % columns)),
-                         bed_.y_m(static_cast<int>(point / columns)));
-      box_.extend(base_.back());
-      if (!(tops_m.contains(point - 1) && tops_m.contains(point + 1) &&
-            tops_m.contains(point - columns) && tops_m.contains(point + columns)))
-        edge_.push_back(base_.back());
-    }
-    if (base_.empty()) return;
+    base_ = footprint(tops_m, 0.0);
+    whole_ = footprint(tops_m, -std::numeric_limits<double>::infinity());
+    if (base_.all.empty()) return;
+    std::vector<double> heights_m;
+    for (const auto& [point, top_m] : tops_m)
+      if (top_m > 0.0) heights_m.push_back(top_m);
     const auto middle = heights_m.begin() + std::ssize(heights_m) / 2;
     std::ranges::nth_element(heights_m, middle);
     height_m_ = *middle;
@@ -125,36 +157,72 @@ class Scour {
   /// Deepest a width from the object, and half as deep in the lee.
   template <class Share>
   void dig(double depth_m, double width_m, const Vector2d& down, const Share& share,
-           Heightfield& bed) const {
+           std::span<const Footing* const> standing, Heightfield& bed) const {
     const double reach_m = moat_widths * width_m;
-    const int west = column_at(box_.min().x() - reach_m), south = row_at(box_.min().y() - reach_m);
-    const int columns = column_at(box_.max().x() + reach_m) - west + 1,
-              rows = row_at(box_.max().y() + reach_m) - south + 1;
-    std::vector<double> squares_m2(
-        static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows),
-        std::numeric_limits<double>::infinity());  // of distances
-    const auto square_at = [&](int column, int row) -> double& {
-      return squares_m2[static_cast<std::size_t>(row - south) * static_cast<std::size_t>(columns) +
-                        static_cast<std::size_t>(column - west)];
+    Heightfield dug_m = around_base(reach_m);
+    // The way from the object. That from its nearest point alone would jump, and the moat's depth
+    // with it, in corners such as that of a wing and a fuselage: all count, the nearest the most.
+    struct Way {
+      double square_m2 = std::numeric_limits<double>::infinity();  // of the distance
+      double weights = 0.0;
+      Vector2d sum = Vector2d::Zero();
     };
-    for (const Vector2d& place : base_) square_at(column_at(place.x()), row_at(place.y())) = 0.0;
+    std::vector<Way> ways(static_cast<std::size_t>(dug_m.columns) *
+                          static_cast<std::size_t>(dug_m.rows));
+    for (const Vector2d& place : base_.all)
+      ways[dug_m.index(column_at(place.x()) - dug_m.first_column,
+                       row_at(place.y()) - dug_m.first_row)]
+          .square_m2 = 0.0;
     // Of the points under the object, one at its edge is the nearest to a point outside.
-    for (const Vector2d& place : edge_)
-      for_each_point_near(bed_, place.x(), place.y(), reach_m,
+    for (const Vector2d& place : base_.edge)
+      for_each_point_near(dug_m, place.x(), place.y(), reach_m,
                           [&](int column, int row, double dx, double dy) {
-                            double& square_m2 = square_at(column, row);
-                            square_m2 = std::min(square_m2, dx * dx + dy * dy);
+                            Way& way = ways[dug_m.index(column, row)];
+                            const double square_m2 = dx * dx + dy * dy;
+                            way.square_m2 = std::min(way.square_m2, square_m2);
+                            const double nearness = 1.0 / (square_m2 * square_m2);
+                            const double weight = nearness * nearness;
+                            way.weights += weight;
+                            way.sum += weight * Vector2d(dx, dy);
                           });
-    for (int row = south; row < south + rows; ++row)
-      for (int column = west; column < west + columns; ++column) {
-        const double widths = std::sqrt(square_at(column, row)) / width_m;
-        if (!(widths < moat_widths)) continue;
-        const Vector2d from = Vector2d(bed_.x_m(column), bed_.y_m(row)) - box_.center();
-        const double open = 0.75 - 0.25 * from.normalized().dot(down);
+    dug_m.z_m.resize(ways.size());
+    for (int row = 0; row < dug_m.rows; ++row)
+      for (int column = 0; column < dug_m.columns; ++column) {
+        const Way& way = ways[dug_m.index(column, row)];
+        const double distance_m = std::sqrt(way.square_m2);
+        const double widths = distance_m / width_m;
+        if (!(widths > 0.0 && widths < moat_widths)) continue;
+        const Vector2d from = way.sum / way.weights;
+        const double open = 0.75 - 0.25 * from.dot(down) / std::max(from.norm(), distance_m);
         const double fading = std::min(1.0, 2.0 - 2.0 * widths / moat_widths);
-        bed.at(column, row) -=
-            depth_m * open * widths * std::exp(1.0 - widths) * fading * share(column, row);
+        dug_m.at(column, row) = depth_m * open * widths * std::exp(1.0 - widths) * fading *
+                                share(dug_m.first_column + column, dug_m.first_row + row);
       }
+    const double deepest_m = std::ranges::max(dug_m.z_m);
+    for (const Footing* other : standing)
+      if (other != this) other->keep_base(dug_m, deepest_m);
+    for (int row = 0; row < dug_m.rows; ++row)
+      for (int column = 0; column < dug_m.columns; ++column)
+        bed.at(dug_m.first_column + column, dug_m.first_row + row) -= dug_m.at(column, row);
+  }
+
+  /// Leaves what lies under this object, with walls around it as steep as sand stands.
+  void keep_base(Heightfield& dug_m, double deepest_m) const {
+    const double cell_m = std::hypot(bed_.cell_east_m, bed_.cell_north_m);  // from corner to corner
+    const double reach_m = deepest_m / steepest + cell_m;
+    const Vector2d reach(reach_m, reach_m);
+    const Eigen::AlignedBox2d dug(
+        Vector2d(dug_m.x_m(0), dug_m.y_m(0)) - reach,
+        Vector2d(dug_m.x_m(dug_m.columns - 1), dug_m.y_m(dug_m.rows - 1)) + reach);
+    if (whole_.all.empty() || !dug.intersects(whole_.box)) return;
+    const auto keep = [&](int column, int row, double dx, double dy) {
+      double& depth_m = dug_m.at(column, row);
+      depth_m = std::min(depth_m, steepest * std::max(0.0, std::sqrt(dx * dx + dy * dy) - cell_m));
+    };
+    for (const Vector2d& place : whole_.all)
+      for_each_point_near(dug_m, place.x(), place.y(), cell_m, keep);
+    for (const Vector2d& place : whole_.edge)
+      for_each_point_near(dug_m, place.x(), place.y(), reach_m, keep);
   }
 
   /// Adds a tail that is as wide as the object across the current.
@@ -162,7 +230,8 @@ class Scour {
   void leave_tail(double tail_m, const Vector2d& down, const Share& share, Heightfield& bed) const {
     const Vector2d across(down.y(), -down.x());
     Eigen::AlignedBox2d box;  // down the current and across it
-    for (const Vector2d& place : base_) box.extend(Vector2d(place.dot(down), place.dot(across)));
+    for (const Vector2d& place : base_.all)
+      box.extend(Vector2d(place.dot(down), place.dot(across)));
     const double half_m = 0.5 * box.sizes().y() + 0.3 * height_m_;
     const double long_m = tail_heights * height_m_;
     const Vector2d place = box.center().x() * down + box.center().y() * across;
@@ -182,9 +251,8 @@ class Scour {
 
   const Heightfield& bed_;
   double height_m_ = 0.0;
-  std::vector<Vector2d> base_;  // the bed's points under the object
-  std::vector<Vector2d> edge_;  // those of them with a neighbour that is not
-  Eigen::AlignedBox2d box_;
+  Footprint base_;   // where it rises over the bed
+  Footprint whole_;  // with what is buried
 };
 
 }  // namespace
@@ -198,14 +266,18 @@ std::optional<std::size_t> first_scoured(std::span<const ObjectOptions> tables) 
 void add_scours(Heightfield& bed, const PlacedObjects& placed,
                 std::span<const ObjectOptions> tables, std::uint64_t seed) {
   // All are found on the bed as it was.
-  std::vector<std::pair<std::size_t, Scour>> scours;  // by object
+  std::vector<std::pair<std::size_t, Footing>> footings;  // by object
   for (std::size_t i = 0; i < placed.objects.size(); ++i)
-    if (is_scoured(tables[placed.objects[i].record.table]) &&
-        !is_much_longer(placed.objects[i].mesh, bed))
-      scours.emplace_back(i, Scour(bed, placed.objects[i].mesh));
-  for (const auto& [i, scour] : scours)
-    scour.add_to(bed, tables[placed.objects[i].record.table],
-                 RandomStream(seed, Purpose::object_scour, {i}));
+    if (!is_much_longer(placed.objects[i].mesh, bed))
+      footings.emplace_back(i, Footing(bed, placed.objects[i].mesh));
+  std::vector<const Footing*> standing;
+  for (const auto& [i, footing] : footings)
+    if (const auto& table = tables[placed.objects[i].record.table];
+        !(table.height_m.value_or(0.0) > 0.0))
+      standing.push_back(&footing);
+  for (const auto& [i, footing] : footings)
+    if (const auto& table = tables[placed.objects[i].record.table]; is_scoured(table))
+      footing.scour(bed, table, RandomStream(seed, Purpose::object_scour, {i}), standing);
 }
 
 }  // namespace ensonify::engine

@@ -15,7 +15,8 @@ namespace ensonify::engine {
 std::optional<std::size_t> first_scoured(std::span<const ObjectOptions> tables);
 
 /// Moves the bed around objects at their final places, as their tables ask: a moat, half as deep in
-/// the lee, and a tail behind them. What lies under an object stays, so that it still stands on it.
+/// the lee, and a tail behind them. A moat leaves what lies under any object, so that all still
+/// stand on it, unless the object's own height_m lets it hang in the water.
 /// Depths are shares of the object's height over the bed; half of the object is lower than this
 /// height. The moat is deepest at a distance of half that height from the object, or farther if its
 /// wall would be steeper than sand stands. The tail is six times as long as the height. Both change

@@ -105,6 +105,59 @@ TEST_CASE("what lies under an object and far from it stays, and so does the obje
   CHECK(scoured.faces == plain.faces);
 }
 
+TEST_CASE("a moat leaves what other objects stand on, with a slope of sand around it") {
+  const SeafloorOptions bed = level_bed();
+  ObjectOptions crate;
+  crate.shape = "box";
+  crate.east_m = -3.5;
+  crate.heading_rad = 0.4;
+  ObjectOptions pipe;
+  pipe.shape = "pipeline";
+  pipe.path = {{-6.0, -5.0}, {5.0, -4.5}};
+  pipe.burial = 0.6;
+  ObjectOptions buoy = crate;  // moored
+  buoy.north_m = 3.0;
+  buoy.height_m = 5.0;
+  const std::vector objects{scoured_box(0.4, 0.0), crate, pipe, buoy};
+  const Heightfield scoured = make_heightfield(bed, 1, objects);
+  const Seafloor before = make_seafloor(bed, 1, {}, {});
+  const PlacedObjects placed = place_objects(objects, 1, BedGrid(before));
+  const auto moved = [&](double x_m, double y_m) {
+    const auto at = [](double m, int points) { return m / 0.2 + 0.5 * (points - 1); };
+    const double column = at(x_m, scoured.columns), row = at(y_m, scoured.rows);
+    double most_m = 0.0;  // of the four points around a place
+    for (const double c : {std::floor(column), std::ceil(column)})
+      for (const double r : {std::floor(row), std::ceil(row)})
+        most_m = std::min(most_m, scoured.at(static_cast<int>(c), static_cast<int>(r)) + 15.0);
+    return most_m;
+  };
+  for (const std::size_t standing : {1u, 2u})
+    for (const Eigen::Vector3f& p : placed.objects[standing].mesh.positions)
+      CHECK(moved(p.x(), p.y()) == Approx(0.0).margin(1e-9));
+  CHECK(moved(buoy.east_m, buoy.north_m) < -0.3);
+  CHECK(moved(-3.5, -1.6) < -0.3);  // between the crate and the pipe
+  double steepest = 0.0;
+  for (int row = 1; row < scoured.rows; ++row)
+    for (int column = 1; column < scoured.columns; ++column)
+      if (std::abs(scoured.x_m(column) + 3.5) < 1.5 && std::abs(scoured.y_m(row)) < 1.5)
+        steepest = std::max(
+            {steepest, std::abs(scoured.at(column, row) - scoured.at(column - 1, row)) / 0.2,
+             std::abs(scoured.at(column, row) - scoured.at(column, row - 1)) / 0.2});
+  CHECK(steepest < 1.3 * 0.62);  // the moat itself changes at random
+}
+
+TEST_CASE("the moat of a long object is half as deep in the lee all along it") {
+  ObjectOptions wall = scoured_box(0.1, 0.0);
+  wall.size.length_m = 40.0;
+  wall.size.width_m = 1.0;
+  const std::vector<double> moved = mean_moved_m(
+      wall, {{-1.6, -16.0}, {1.6, -16.0}, {-1.6, 0.0}, {1.6, 0.0}, {-1.6, 16.0}, {1.6, 16.0}});
+  for (std::size_t i = 0; i < moved.size(); i += 2) {
+    CHECK(moved[i] == Approx(-0.2).epsilon(0.15));
+    CHECK(moved[i + 1] == Approx(-0.1).epsilon(0.15));
+  }
+}
+
 TEST_CASE("the heights of a bed have the scours of its objects, and not the objects") {
   const SeafloorOptions bed = level_bed();
   for (const ObjectOptions& box : {scoured_box(0.3, 0.3), scoured_box(0.0, 0.0)}) {
