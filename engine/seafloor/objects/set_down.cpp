@@ -195,7 +195,10 @@ SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, 
 SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& bed,
                  const std::string& what) {
   const ShapeKind& kind = shape_named(object.shape);
-  const double diameter_m = line_diameter_m(kind, object.size);
+  ShapeSize size = object.size;
+  for (const Dimension& dimension : kind.dimensions)
+    size.*dimension.size = spot.scale * kind.size_m(object.size, dimension.size);
+  const double diameter_m = line_diameter_m(kind, size);
   const Eigen::Rotation2Dd turn(-spot.heading_rad);
   std::vector<Vector2d> path;
   for (const Vector2d& place : object.path)
@@ -217,7 +220,7 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
       path, diameter_m, step_m, object.sag_radius_m.value_or(usual_sag_radius_m(object.shape)),
       object.height_m.value_or(0.0) - object.burial.value_or(0.0) * (diameter_m + cover_m),
       ground_m);
-  SetDown placed{.mesh = make_line(kind, object.size, line)};
+  SetDown placed{.mesh = make_line(kind, size, line)};
   double buried = 0.0;  // mean along the line
   for (const Vector3d& p : line)
     buried += std::clamp((ground_m(p.head<2>()) - p.z()) / diameter_m + 0.5, 0.0, 1.0);

@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/scene_error.h>
 #include <ensonify/engine/seafloor/objects/path_reader.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -192,6 +193,24 @@ TEST_CASE("Burial is a share of the height, and the record has it") {
   const PlacedObjects placed = place({pipe}, bed);
   CHECK(placed.objects[0].record.buried == Approx(0.5).margin(1e-3));
   CHECK(refine::bounds(placed.objects[0].mesh).highest.z() == Approx(-20.0 + 0.3).margin(0.01));
+}
+
+TEST_CASE("A line that is scaled is as thick as a thicker line on a longer path") {
+  const Seafloor bed = tests::level_bed(20.0, 60.0);
+  for (const char* const shape : {"pipeline", "cable", "rope", "chain"}) {
+    CAPTURE(shape);
+    ObjectOptions scaled;
+    scaled.shape = shape;
+    scaled.path = {{-3, 0}, {3, 1}};
+    scaled.scale = 2.0;
+    ObjectOptions thicker;
+    thicker.shape = shape;
+    thicker.path = {{-6, 0}, {6, 2}};
+    const Dimension& thickness = shape_named(shape).dimensions.front();
+    thicker.size.*thickness.size = 2.0 * thickness.usual_m;
+    CHECK(place({scaled}, bed).objects[0].mesh.positions ==
+          place({thicker}, bed).objects[0].mesh.positions);
+  }
 }
 
 TEST_CASE("On an uneven bed, a burial of 0 touches it and one of 1 is covered by it") {
