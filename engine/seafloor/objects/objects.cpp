@@ -173,6 +173,7 @@ class Source {
   }
 
   const ObjectOptions& options() const { return options_; }
+  std::size_t number() const { return number_; }
   const std::string& what() const { return what_; }
   const std::optional<refine::RepairReport>& report() const { return report_; }
   const std::optional<std::string>& warning() const { return warning_; }
@@ -272,7 +273,11 @@ class Table {
   Table(std::span<const ObjectOptions> tables, std::size_t number,
         std::span<const std::size_t> members, Placing& placing)
       : number_(number), seed_(placing.seed), bed_(placing.bed), placing_(placing) {
-    for (const std::size_t member : members) sources_.emplace_back(tables[member], member, placing);
+    for (const std::size_t member : members) {
+      ObjectOptions options = tables[member];
+      options.count = tables[number].count;  // an assembly's members are as many as its base
+      sources_.emplace_back(options, member, placing);
+    }
     options_ = base().options();
     what_ = base().what();
   }
@@ -516,8 +521,9 @@ namespace {
 /// Collects bodies whose facets are too wide for their material's lobe; warns of the worst one.
 class CoarseFacets {
  public:
-  void look_at(const ObjectOptions& table, std::size_t number, const refine::TriangleMesh& mesh,
+  void look_at(const Source& source, const refine::TriangleMesh& mesh,
                std::span<const Material> materials) {
+    const ObjectOptions& table = source.options();
     const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
     if (!lobe_rad) return;
     const double facet_rad = facet_angle_rad(mesh);
@@ -530,8 +536,8 @@ class CoarseFacets {
         "objects.{} ({}): neighbouring facets differ by {:.2g} degrees, too much for the lobe of "
         "{}, {:.2g} degrees wide: it is bright from some sides and invisible from others; use {}a "
         "material with a lobe_width_deg of {:.2g} or more",
-        number, is_mesh ? table.mesh.path.filename().string() : table.shape, facet_rad / degree,
-        table.material, *lobe_rad / degree,
+        source.number(), is_mesh ? table.mesh.path.filename().string() : table.shape,
+        facet_rad / degree, table.material, *lobe_rad / degree,
         is_mesh              ? fmt::format("a mesh with facets of {:.2g} degrees or less, or ",
                                            facet_over_lobe * *lobe_rad / degree)
         : table.size.facet_m ? "a smaller facet_m, or "
@@ -579,7 +585,11 @@ PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t
         of_table[t] = table.many(layout);
       else
         of_table[t].push_back(table.one(0, layout));
-      if (!of_table[t].empty()) coarse.look_at(tables[t], t, of_table[t].front().mesh, materials);
+      if (of_table[t].empty()) continue;
+      for (const Source& source : table.sources())
+        coarse.look_at(source,
+                       table.sources().size() == 1 ? of_table[t].front().mesh : source.body(0).mesh,
+                       materials);
     }
   if (auto warning = coarse.warning()) placed.warnings.push_back(std::move(*warning));
   for (std::vector<PlacedObjects::One>& objects : of_table)

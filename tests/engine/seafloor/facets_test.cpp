@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "engine/seafloor/spectrum.h"
+#include "support/beds.h"
 #include "support/catch.h"
 
 #include <ensonify/engine/seafloor/make_seafloor.h>
@@ -83,4 +84,28 @@ TEST_CASE("Facets of round shapes are as small as their material's lobe needs, w
   CHECK(place(coarse, 5.0).warnings.empty());
   coarse.shape = "box", coarse.size = {}, coarse.material = "shiny";
   CHECK(place(coarse, 0.1).warnings.empty());
+}
+
+TEST_CASE(
+    "Members of an assembly have facets for its number of copies, and warnings of their own") {
+  const Seafloor floor = ensonify::tests::level_bed(20.0, 60.0);
+  const BedGrid bed(floor);
+  Material shiny{.name = "shiny", .model = "solid", .like = "steel"};
+  shiny.lobe_width_rad = 0.3 * degree;
+  ObjectOptions crate{.shape = "box", .assembly = "site", .material = "shiny"};
+  ObjectOptions ball{.shape = "sphere", .assembly = "site", .material = "shiny"};
+  ball.size.diameter_m = 0.2;
+  const auto place = [&] { return place_objects(std::vector{crate, ball}, 1, bed, {&shiny, 1}); };
+  CHECK(place().warnings.empty());
+  crate.count = 60;
+  const PlacedObjects many = place();
+  std::size_t faces = 0;
+  for (const PlacedObjects::One& object : many.objects) faces += object.mesh.faces.size();
+  CHECK(faces <= 4000000);
+  REQUIRE(many.warnings.size() == 1);
+  CHECK(many.warnings.front().starts_with("objects.1 (sphere): neighbouring facets"));
+  CHECK(many.warnings.front().find("fewer objects") != std::string::npos);
+  crate.count = 0;
+  ball.material = "medium sand";  // has no lobe
+  CHECK(place().warnings.empty());
 }
