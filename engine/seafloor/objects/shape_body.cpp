@@ -296,15 +296,17 @@ class BodyMaker {
   Solids solids_;
 };
 
-/// Scales a member of a family to the given sizes, along its axes.
-void fit(const ShapeKind& kind, const ShapeSize& given, double main_m, ShapeBody& body) {
+/// Scales a member of a family to the given sizes, along its axes. `lies`: a drum, on one of its
+/// flanges.
+void fit(const ShapeKind& kind, const ShapeSize& given, double main_m, bool lies, ShapeBody& body) {
   const refine::Bounds box = refine::bounds(body.mesh);
   const Vector3d extent = (box.highest - box.lowest).cast<double>();
   const bool has_length = kind.dimensions.front().size == &ShapeSize::length_m;
   const auto axis_of = [&](std::optional<double> ShapeSize::*size) {
     if (size == &ShapeSize::length_m) return 1;
     if (size == &ShapeSize::shape_height_m) return 2;
-    return size == &ShapeSize::diameter_m && !has_length ? 1 : 0;
+    if (size == &ShapeSize::diameter_m && !has_length) return 1;
+    return size == &ShapeSize::width_m && lies ? 2 : 0;
   };
   const int main_axis = axis_of(kind.dimensions.front().size);
   Vector3d factors = Vector3d::Constant(main_m > 0.0 ? main_m / extent[main_axis] : 1.0);
@@ -312,8 +314,8 @@ void fit(const ShapeKind& kind, const ShapeSize& given, double main_m, ShapeBody
     if (const std::optional<double> size_m = given.*dimension.size) {
       const int axis = axis_of(dimension.size);
       factors[axis] = *size_m / extent[axis];
-      // A round shape is as high as it is wide.
-      if (dimension.size == &ShapeSize::diameter_m) factors.z() = factors[axis];
+      // A round shape is as wide the other way.
+      if (dimension.size == &ShapeSize::diameter_m) factors[lies ? 0 : 2] = factors[axis];
     }
   for (Eigen::Vector3f& p : body.mesh.positions)
     p = p.cast<double>().cwiseProduct(factors).cast<float>();
@@ -342,7 +344,7 @@ ShapeBody make_member(const ShapeKind& kind, const ShapeSize& size, const Random
   kind.family(form);
   std::vector<std::uint8_t> parts = form.solids.face_parts();
   ShapeBody body{.mesh = std::move(form.solids.mesh), .face_part = std::move(parts)};
-  fit(kind, size, form.size_m, body);
+  fit(kind, size, form.size_m, form.variant == "lying", body);
   return body;
 }
 
