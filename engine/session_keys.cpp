@@ -95,18 +95,24 @@ void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyVa
 
 MovingObject object_of(std::span<const KeyValue> keys, std::string_view name, const Scene& scene,
                        const ScenePaths& paths, std::uint32_t number) {
-  // Keys that add() refuses: the pose gives place and attitude, and only objects of the scene have
-  // the others.
+  // Keys that add() refuses: the pose gives place and attitude, and only objects of the scene are
+  // many, scour the bed or have parts with labels of their own.
   static constexpr std::array of_place{
       "east_m",    "north_m",       "height_m", "burial",    "follow_slope",       "heading_deg",
       "pitch_deg", "roll_deg",      "path",     "path_file", "sag_radius_m",       "count",
       "area",      "area_radius_m", "margin_m", "gap_m",     "heading_spread_deg", "assembly"};
+  static constexpr std::array of_scene{"scour_ratio", "tail_ratio", "current_deg", "part_classes"};
   std::string text = "version = 1\n[[objects]]\n";
   for (const auto& [key, value] : keys) {
     if (std::ranges::find(of_place, std::string_view(key)) != of_place.end())
       throw SceneError(fmt::format(
           "{}: '{}' places an object on the seabed; an added object lies where its pose says", name,
           key));
+    if (std::ranges::find(of_scene, std::string_view(key)) != of_scene.end())
+      throw SceneError(fmt::format(
+          "{}: '{}' is for objects of the scene; an added one has one label and leaves the bed as "
+          "it is",
+          name, key));
     if (value.find('\n') != value.npos)
       throw SceneError(fmt::format("{}: the value of '{}' has more than one line", name, key));
     text += fmt::format("{} = {}\n", toml_string(key), value);

@@ -127,6 +127,11 @@ TEST_CASE("an object is made from the keys of its table") {
   for (const char* key : {"heading_deg", "east_m", "height_m", "count"})
     CHECK_THROWS_WITH(object_with({{"shape", "\"box\""}, {key, "1"}}),
                       Catch::Contains(key) && Catch::Contains("where its pose says"));
+  for (const char* key : {"scour_ratio", "tail_ratio", "current_deg"})
+    CHECK_THROWS_WITH(object_with({{"shape", "\"box\""}, {key, "0.5"}}),
+                      Catch::Contains(key) && Catch::Contains("is for objects of the scene"));
+  CHECK_THROWS_WITH(object_with({{"shape", "\"wreck\""}, {"part_classes", "true"}}),
+                    Catch::Contains("is for objects of the scene"));
 }
 
 TEST_CASE("an object of a session may have a material of its scene") {

@@ -168,6 +168,9 @@ std::optional<ObjectFault> fault_of_assemblies(std::span<const ObjectOptions> ob
     if (object.count != 0) return whole("count");
     if (object.follow_slope) return whole("follow_slope");
     if (object.part_classes) return whole("part_classes");
+    if (object.scour_ratio != 0.0) return whole("scour_ratio");
+    if (object.tail_ratio != 0.0) return whole("tail_ratio");
+    if (object.current_rad != 0.0) return whole("current_deg");
   }
   return std::nullopt;
 }

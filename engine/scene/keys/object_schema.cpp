@@ -71,7 +71,9 @@ const Section<ObjectOptions>& object_section() {
            "as one. The first is its base; the others' places, angles, scales and heights are "
            "relative to it, with height_m and burial from its lowest point.",
            at(&ObjectOptions::assembly)},
-          {"material", "", {}, "What it is made of: steel, wood, rock ..., or a [material.NAME].",
+          {"material", "", {},
+           "What it is made of: steel, wood, rock ..., or a [material.NAME]. Parts of some shapes "
+           "have their own, but not those of an object that a session adds.",
            at(&ObjectOptions::material)},
           {"east_m", "m", {-1e6, 1e6},
            "Its middle, east of the seabed's; the points of its path are relative to it.",

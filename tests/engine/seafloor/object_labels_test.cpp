@@ -63,6 +63,8 @@ TEST_CASE("Keys of objects that families and assemblies cannot have are refused 
   refused(base + base + "follow_slope = true", "'objects.1.follow_slope' is for a whole assembly");
   refused(base + "[[objects]]\nshape = \"rope\"\nassembly = \"a\"\npath = [[0, 0], [1, 0]]",
           "laid along a path");
+  for (const std::string key : {"scour_ratio", "tail_ratio", "current_deg"})
+    refused(base + base + key + " = 0.5", "'objects.1." + key + "' is for a whole assembly");
 }
 
 TEST_CASE(
