@@ -285,7 +285,8 @@ std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, 
 }
 
 std::optional<std::pair<std::size_t, std::size_t>> crossing_sides(const Polygon& polygon) {
-  const std::size_t n = polygon.size();
+  const bool repeats_first = polygon.size() > 1 && polygon.front() == polygon.back();
+  const std::size_t n = polygon.size() - (repeats_first ? 1 : 0);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = i + 2; j < n; ++j) {
       if (i == 0 && j == n - 1) continue;  // neighbours share a point

@@ -15,7 +15,7 @@
 
 namespace ensonify::engine {
 
-/// Points of a closed polygon (the first is not repeated), local metres (east, north).
+/// Points of a closed polygon, local metres (east, north). The first may be repeated at the end.
 using Polygon = std::vector<Eigen::Vector2d>;
 
 /// A part of the seabed. All limits that are given hold at once; with none it is everywhere.

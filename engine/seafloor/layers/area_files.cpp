@@ -100,10 +100,9 @@ void place(AreaImage& image, GDALDataset& dataset, const std::filesystem::path& 
 }  // namespace
 
 bool AreaImage::holds(const Eigen::Vector2d& place_m) const {
-  // A grid's last points lie on the image's edge.
+  // Ragged borders look beyond the image's edge too, where the nearest pixel goes on.
   const double column = std::floor((place_m.x() - west_m) / pixel_east_m - 1e-9);
   const double row = std::floor((north_m - place_m.y()) / pixel_north_m - 1e-9);
-  if (!(column >= -1.0 && column <= columns && row >= -1.0 && row <= rows)) return false;
   const auto c = static_cast<std::size_t>(std::clamp(column, 0.0, columns - 1.0));
   const auto r = static_cast<std::size_t>(std::clamp(row, 0.0, rows - 1.0));
   return counts[r * static_cast<std::size_t>(columns) + c] != 0;

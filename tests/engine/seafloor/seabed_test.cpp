@@ -67,6 +67,13 @@ TEST_CASE("A polygon and a disc hold the area that geometry says") {
   CHECK_THROWS_AS(mask_of(disc, grid), std::invalid_argument);
 }
 
+TEST_CASE("A polygon that ends with its first point again holds the same area") {
+  const Heightfield grid = flat(101, 101, 0.2, 0.2);
+  Area open{.polygon_m = {{-5, -4}, {6, -2}, {3, 7}}}, closed = open;
+  closed.polygon_m.push_back(closed.polygon_m.front());
+  CHECK(mask_of(closed, grid) == mask_of(open, grid));
+}
+
 TEST_CASE("Patches take their share within a per cent, with ragged borders") {
   const Heightfield grid = flat(601, 501, 0.25, 0.25);
   for (const double wanted : {0.1, 0.35, 0.8}) {
@@ -139,6 +146,8 @@ TEST_CASE("Holes of a survey belong to no area") {
 TEST_CASE("Sides that cross are found, corners that neighbours share are not") {
   CHECK_FALSE(crossing_sides({{0, 0}, {4, 0}, {4, 3}, {0, 3}}));
   CHECK_FALSE(crossing_sides({{0, 0}, {4, 0}, {1, 1}}));
+  CHECK_FALSE(crossing_sides({{0, 0}, {4, 0}, {4, 3}, {0, 3}, {0, 0}}));  // closed
+  CHECK(crossing_sides({{0, 0}, {4, 3}, {4, 0}, {0, 3}, {0, 0}}));
   const auto bow = crossing_sides({{0, 0}, {4, 3}, {4, 0}, {0, 3}});
   REQUIRE(bow);
   CHECK(bow->first == 0);
@@ -487,6 +496,10 @@ TEST_CASE("An image lies over the whole seabed, north up, and one that does not 
   CHECK(mask[grid.index(300, 99)] == 1.0);
   CHECK(mask[grid.index(300, 102)] == 0.0);
   CHECK(mask[grid.index(0, 200)] == 0.0);
+  write_png(30, 20, 0);
+  area.ragged_m = 8.0;
+  CHECK(share(mask_of(area, grid)) == 1.0);  // its border is that of the bed
+  area.ragged_m = 0.0;
   area.image_value = 9;
   CHECK_THROWS_WITH(mask_of(area, grid), Catch::Contains("no pixel of the value 9"));
   write_png(20, 20, 100);
