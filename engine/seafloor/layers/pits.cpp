@@ -1,6 +1,7 @@
 #include <ensonify/engine/seafloor/layers/pits.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -12,11 +13,16 @@ namespace {
 
 using std::numbers::pi;
 constexpr double largest_pit_of_median = 3.5;
+constexpr std::array outline_waves = {0.07, 0.05, 0.03};  // amplitudes, of the radius
+constexpr double rim_end = 1.4;                           // of the radius
+/// As far as the rim reaches from the middle, of the diameter.
+constexpr double reach =
+    0.5 * rim_end * (1.0 + outline_waves[0] + outline_waves[1] + outline_waves[2]);
 
 }  // namespace
 
 double reach_m(const PitRelief& relief) {
-  return 0.75 * std::sqrt(relief.elongation) * largest_pit_of_median * relief.diameter_m;
+  return reach * std::sqrt(relief.elongation) * largest_pit_of_median * relief.diameter_m;
 }
 
 void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& draws,
@@ -39,16 +45,16 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
         relief.elongation > 1.0 ? relief.heading_rad + 0.3 * (u[5] - 0.5) : 2.0 * pi * u[5];
     const double along_x = std::sin(heading), along_y = std::cos(heading);
     for_each_point_near(
-        field, x, y, 0.75 * stretch * diameter_m, [&](int column, int row, double dx, double dy) {
+        field, x, y, reach * stretch * diameter_m, [&](int column, int row, double dx, double dy) {
           const double along = (dx * along_x + dy * along_y) / (0.5 * diameter_m * stretch);
           const double across = (dx * along_y - dy * along_x) / (0.5 * diameter_m) * stretch;
           const double angle = std::atan2(across, along);
           // Not a circle: the slumped wall stands a few hundredths in or out.
-          const double outline = 1.0 + 0.07 * std::cos(2.0 * angle + 2.0 * pi * u[6]) +
-                                 0.05 * std::cos(3.0 * angle + 2.0 * pi * u[7]) +
-                                 0.03 * std::cos(5.0 * angle + 2.0 * pi * u[8]);
+          const double outline = 1.0 + outline_waves[0] * std::cos(2.0 * angle + 2.0 * pi * u[6]) +
+                                 outline_waves[1] * std::cos(3.0 * angle + 2.0 * pi * u[7]) +
+                                 outline_waves[2] * std::cos(5.0 * angle + 2.0 * pi * u[8]);
           const double r = std::hypot(along, across) / outline;
-          if (r >= 1.4) return;
+          if (r >= rim_end) return;
           const std::size_t point = field.index(column, row);
           if (r < 1.0) {
             // Deepest behind the middle of a long one, as a current leaves it.

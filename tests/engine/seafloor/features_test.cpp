@@ -241,6 +241,25 @@ TEST_CASE("A rim rises from the pit's own bowl without a step") {
               2.0 * 0.05 * steepest);
 }
 
+TEST_CASE("A rim fades away as smoothly where a pit's outline stands out") {
+  const PitRelief relief{
+      .per_hectare = 20.0, .diameter_m = 5.0, .diameter_spread = 0.0, .rim_ratio = 1.0};
+  double steepest = 0.0;  // where less than a tenth of a rim is left
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    Laid laid(flat(401, 401, 0.05, 0.05));
+    add_pits(laid.field, relief, draws(seed), anywhere, laid.marked);
+    for (int row = 0; row < 401; ++row)
+      for (int column = 0; column + 1 < 401; ++column)
+        if (const double a = laid.field.at(column, row), b = laid.field.at(column + 1, row);
+            laid.marked[laid.field.index(column, row)] == 0 &&
+            laid.marked[laid.field.index(column + 1, row)] == 0 &&
+            std::max(a, b) < 0.1 * 0.7 * relief.depth_ratio * 5.0)
+          steepest = std::max(steepest, std::abs(a - b) / 0.05);
+  }
+  // The slope of a Gaussian at that height, on the narrowest outline.
+  CHECK(steepest < 0.4);
+}
+
 TEST_CASE("Each feature that is laid looks whether it shall stop") {
   for (const bool pits : {true, false}) {
     SeabedOptions seabed;
