@@ -149,8 +149,9 @@ class BodyMaker {
   }
 
   void anchor() {
-    const double l = length_m(), w = width_m(), t = shape_height_m(), back = -0.5 * l;
-    const double thick = 0.08 * l;
+    constexpr double thick_share = 0.08, ring_thicks = 2.25;  // of the ring beyond the shank
+    const double l = length_m() / (1.0 + ring_thicks * thick_share);  // without the ring
+    const double w = width_m(), t = shape_height_m(), back = -0.5 * l, thick = thick_share * l;
     solids_.block({0.0, 0.0, 0.5 * thick}, {0.7 * thick, l, thick});               // shank
     solids_.block({0.0, back + 0.7 * thick, thick}, {w, 1.4 * thick, 2 * thick});  // crown
     for (const double side : {-1.0, 1.0}) {  // a fluke: wide at the crown, pointed at its tip

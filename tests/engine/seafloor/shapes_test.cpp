@@ -82,7 +82,7 @@ TEST_CASE("A shape has the given sizes along its heading, across it and upwards"
   CHECK((size_of(body("cone", size)) - Vector3d(0.8, 0.8, 0.75)).norm() < 0.01);
   CHECK((size_of(body("sphere", size)) - Vector3d(0.8, 0.8, 0.8)).norm() < 0.01);
   CHECK((size_of(body("tyre", size)) - Vector3d(0.8, 0.8, 0.75)).norm() < 0.03);
-  CHECK(size_of(body("anchor", size)).z() == Approx(0.75).margin(0.05));
+  CHECK((size_of(body("anchor", size)) - Vector3d(1.5, 3.0, 0.75)).norm() < 0.05);
   CHECK(size_of(body("boulder", size)).maxCoeff() <= 0.8 + 1e-6);
   CHECK(size_of(body("boulder", size)).maxCoeff() > 0.5);
   CHECK(size_of(body("debris", size)).y() <= 3.0);
