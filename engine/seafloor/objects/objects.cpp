@@ -52,10 +52,10 @@ constexpr double far_m = 1e5;  // size of an object up to which floats resolve a
 /// A warning for an object so large that one of its vertices may be misplaced: names the farthest
 /// vertex and the precision that is left.
 std::optional<std::string> warning_of_extent(const refine::TriangleMesh& mesh,
-                                             const std::filesystem::path& file) {
+                                             const ObjectOptions& table) {
   const refine::Bounds box = refine::bounds(mesh);
-  const float extent_m = (box.highest - box.lowest).maxCoeff();
-  if (!(extent_m > far_m)) return std::nullopt;
+  const float extent = (box.highest - box.lowest).maxCoeff();  // in units of the mesh
+  if (!(table.scale * extent > far_m)) return std::nullopt;
   std::vector<std::uint32_t> used;
   for (const refine::Face& face : mesh.faces) used.insert(used.end(), face.begin(), face.end());
   Eigen::Vector3f middle;  // the median, which a few distant vertices do not move
@@ -70,8 +70,9 @@ std::optional<std::string> warning_of_extent(const refine::TriangleMesh& mesh,
   return fmt::format(
       "{}: is {:.3g} m long, where positions have a precision of {:.2g} m; vertex {} (from 0) is "
       "the farthest, {:.3g} m from the middle: if it is misplaced, move or remove it",
-      file.filename().string(), extent_m, std::nextafter(0.5f * extent_m, 1e30f) - 0.5f * extent_m,
-      farthest, (mesh.positions[farthest] - middle).norm());
+      table.mesh.path.filename().string(), table.scale * extent,
+      table.scale * (std::nextafter(0.5f * extent, 1e30f) - 0.5f * extent), farthest,
+      table.scale * (mesh.positions[farthest] - middle).norm());
 }
 
 /// A warning for an object that is wider than the bed.
@@ -163,7 +164,7 @@ class Source {
     if (!options_.path_file.path.empty()) options_.path = read_path(options_.path_file.path);
     if (options.shape.empty()) {
       const refine::TriangleMesh read = read_fitted(options, placing.plan);
-      warning_ = warning_of_extent(read, options.mesh.path);
+      warning_ = warning_of_extent(read, options);
       if (!warning_) warning_ = warning_of_size(read, options, placing.bed);
       if (warning_) what_ = *warning_;
       refine::RepairedMesh sound = repaired(read, options);

@@ -1,5 +1,6 @@
 #include <ensonify/engine/seafloor/objects/path_reader.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -25,6 +26,8 @@ std::vector<Eigen::Vector2d> read_path(const std::filesystem::path& file) {
       throw table.fault(row, fmt::format("a point at {}, {}, expected at most {:g} m from 0, 0",
                                          path.back().x(), path.back().y(), farthest_m));
   }
+  if (path.size() > 1 && std::ranges::count(path, path.front()) == std::ssize(path))
+    throw table.fault(1, "the same point again, expected two different points or more");
   if (path.size() < 2) throw table.fault(0, "a single point, expected a path of two or more");
   return path;
 }

@@ -221,6 +221,10 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
       object.height_m.value_or(0.0) - object.burial.value_or(0.0) * (diameter_m + cover_m),
       ground_m);
   SetDown placed{.mesh = make_line(kind, size, line)};
+  if (placed.mesh.faces.empty())
+    throw refine::MeshError(fmt::format(
+        "{}: its {:.3g} m are too short for a link; make it longer or its rod_m smaller", what,
+        length_m));
   double buried = 0.0;  // mean along the line
   for (const Vector3d& p : line)
     buried += std::clamp((ground_m(p.head<2>()) - p.z()) / diameter_m + 0.5, 0.0, 1.0);

@@ -268,6 +268,7 @@ TEST_CASE(
        {std::pair{"", "path.csv:1: the file is empty"},
         {"x,y\n", "path.csv:1: no column east_m"},
         {"east_m,north_m\n1,2\n", "path.csv:2: a single point"},
+        {"east_m,north_m\n1,2\n1,2\n1,2\n", "path.csv:3: the same point again"},
         {"east_m,north_m\n1,2,3\n", "path.csv:2: 3 values"},
         {"east_m,north_m\n1\n", "path.csv:2: 1 values"},
         {"east_m,north_m\n1,\n", "path.csv:2: north_m is ''"},

@@ -264,6 +264,31 @@ TEST_CASE("for an object with a misplaced vertex the warning names that vertex")
                         Catch::Contains("there is no bed below this object"));
 }
 
+TEST_CASE("a mesh in millimetres is as large as its scale says, also for the warning") {
+  const Things things;
+  ObjectOptions options = things.object(box({120e3f, 10e3f, 1.0f}));
+  const auto place = [&] {
+    Seafloor holder;
+    holder.mesh = tests::level_bed(20.0, 1e6).mesh;
+    holder.bed_faces = holder.mesh.faces.size();
+    return place_objects({&options, 1}, 1, BedGrid(holder));
+  };
+  CHECK(place().warnings.size() == 1);
+  options.scale = 0.001;
+  CHECK(place().warnings.empty());
+}
+
+TEST_CASE("a chain that is too short for a link is refused") {
+  const Things things;
+  ObjectOptions options;
+  options.shape = "chain";
+  options.path = {{0.0, 0.0}, {0.09, 0.0}};  // half a link is 0.1 m
+  CHECK_THROWS_WITH(place_object(options, things.bed),
+                    Catch::Contains("objects.0 (chain): its 0.09 m are too short for a link"));
+  options.path[1].x() = 0.11;
+  CHECK(!place_object(options, things.bed).faces.empty());
+}
+
 TEST_CASE("a line of too many pieces is refused before it occupies its place") {
   const Things things;
   ObjectOptions options;
