@@ -11,6 +11,7 @@
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/triangle_mesh.h>
 #include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/ground_texture.h>
 #include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
@@ -105,9 +106,10 @@ std::vector<std::string> materials_of(const SeafloorOptions& bed) {
 void check_material(const Scene& scene, std::string_view material, const std::string& key,
                     const std::function<std::string(std::string_view key)>& place) {
   try {
+    const Material its = material_named(material, scene.materials);
     for (const Sonar& sonar : scene.sonars)
-      backscatter_of(material_named(material, scene.materials), sonar.frequency_hz,
-                     scatter::nominal_sound_speed_mps, 0.0);
+      backscatter_of(its, sonar.frequency_hz, scatter::nominal_sound_speed_mps, 0.0);
+    texture_of(its);
   } catch (const std::invalid_argument& error) {
     throw SceneError(fmt::format("{}: '{}': {}", place(key), key, error.what()));
   }

@@ -100,6 +100,10 @@ TEST_CASE("An error in a patch names its file and line") {
     check("[[seafloor." + std::string(list) + "]]\nclass = \"none\"\n",
           "6:", "\"none\", which is the name of number 0");
   check("[[seafloor.boulders]]\nmaterial = \"mud pie\"\n", "6:", "mud pie");
+  const std::string steel =
+      "[[seafloor.patches]]\nmaterial = \"x\"\n[material.x]\nlike = \"steel\"\n";
+  check(steel + "model = \"lambert\"\n", "8:", "is for sediments");
+  check(steel + "model = \"gsab\"\ngsab_lambert_db = -25\n", "9:", "is for sediments");
   check("[[seafloor.crests]]\non = \"clay\"\n", "6:", "no part of the map");
   check("[[seafloor.crests]]\nwavelength_m = 0.5\n", "6:", "need cells of");
   check("[[seafloor.crests]]\nwavelenth_m = 0.5\n", "6:", "did you mean 'wavelength_m'?");
