@@ -84,7 +84,7 @@ class Footing {
   std::size_t point_at(const Vector2d& place) const {
     return bed_.index(column_at(place.x()), row_at(place.y()));
   }
-  /// The part of the bed's grid within a square's half side of the base, without heights.
+  /// The part of the bed's grid up to this far from the base, without heights.
   Heightfield around_base(double reach_m) const {
     const Vector2d low = base_.box.min().array() - reach_m,
                    high = base_.box.max().array() + reach_m;
@@ -154,30 +154,22 @@ class Footing {
     height_m_ = *middle;
   }
 
-  /// Deepest a width from the object, and half as deep in the lee.
-  template <class Share>
-  void dig(double depth_m, double width_m, const Vector2d& down, const Share& share,
-           std::span<const Footing* const> standing, Heightfield& bed) const {
-    const double reach_m = moat_widths * width_m;
-    Heightfield dug_m = around_base(reach_m);
-    // The way from the object. That from its nearest point alone would jump, and the moat's depth
-    // with it, in corners such as that of a wing and a fuselage: all count, the nearest the most.
-    struct Way {
-      double square_m2 = std::numeric_limits<double>::infinity();  // of the distance
-      double weights = 0.0;
-      Vector2d sum = Vector2d::Zero();
-    };
-    std::vector<Way> ways(static_cast<std::size_t>(dug_m.columns) *
-                          static_cast<std::size_t>(dug_m.rows));
-    for (const Vector2d& place : base_.all)
-      ways[dug_m.index(column_at(place.x()) - dug_m.first_column,
-                       row_at(place.y()) - dug_m.first_row)]
-          .square_m2 = 0.0;
+  /// The way to a point of the bed from the object. That from the object's nearest point alone
+  /// would jump, and the moat's depth with it, in corners such as that of a wing and a fuselage:
+  /// all its points count, the nearest the most.
+  struct Way {
+    double square_m2 = std::numeric_limits<double>::infinity();  // of the distance
+    double weights = 0.0;
+    Vector2d sum = Vector2d::Zero();
+  };
+  /// The ways to a part of the bed's grid; those that are longer than the reach stay infinite.
+  std::vector<Way> ways_to(const Heightfield& part, double reach_m) const {
+    std::vector<Way> ways(static_cast<std::size_t>(part.points()));
     // Of the points under the object, one at its edge is the nearest to a point outside.
     for (const Vector2d& place : base_.edge)
-      for_each_point_near(dug_m, place.x(), place.y(), reach_m,
+      for_each_point_near(part, place.x(), place.y(), reach_m,
                           [&](int column, int row, double dx, double dy) {
-                            Way& way = ways[dug_m.index(column, row)];
+                            Way& way = ways[part.index(column, row)];
                             const double square_m2 = dx * dx + dy * dy;
                             way.square_m2 = std::min(way.square_m2, square_m2);
                             const double nearness = 1.0 / (square_m2 * square_m2);
@@ -185,19 +177,42 @@ class Footing {
                             way.weights += weight;
                             way.sum += weight * Vector2d(dx, dy);
                           });
-    dug_m.z_m.resize(ways.size());
-    for (int row = 0; row < dug_m.rows; ++row)
-      for (int column = 0; column < dug_m.columns; ++column) {
-        const Way& way = ways[dug_m.index(column, row)];
-        const double distance_m = std::sqrt(way.square_m2);
-        const double widths = distance_m / width_m;
-        if (!(widths > 0.0 && widths < moat_widths)) continue;
-        const Vector2d from = way.sum / way.weights;
-        const double open = 0.75 - 0.25 * from.dot(down) / std::max(from.norm(), distance_m);
-        const double fading = std::min(1.0, 2.0 - 2.0 * widths / moat_widths);
-        dug_m.at(column, row) = depth_m * open * widths * std::exp(1.0 - widths) * fading *
-                                share(dug_m.first_column + column, dug_m.first_row + row);
-      }
+    const double cell_m = std::min(part.cell_east_m, part.cell_north_m);
+    for (const Vector2d& place : base_.all)
+      for_each_point_near(part, place.x(), place.y(), 0.1 * cell_m,
+                          [&](int column, int row, double, double) {
+                            ways[part.index(column, row)].square_m2 = 0.0;
+                          });
+    return ways;
+  }
+
+  /// Deepest a width from the object, and half as deep in the lee.
+  template <class Share>
+  void dig(double depth_m, double width_m, const Vector2d& down, const Share& share,
+           std::span<const Footing* const> standing, Heightfield& bed) const {
+    const double reach_m = moat_widths * width_m;
+    Heightfield dug_m = around_base(reach_m);
+    dug_m.z_m.resize(static_cast<std::size_t>(dug_m.points()));
+    constexpr int strip_rows = 256;  // a way takes more memory than a height
+    for (int south = 0; south < dug_m.rows; south += strip_rows) {
+      const int first_row = dug_m.first_row + south;
+      const Heightfield strip = bed_.window(dug_m.first_column, first_row, dug_m.columns,
+                                            std::min(strip_rows, dug_m.rows - south));
+      const std::vector<Way> ways = ways_to(strip, reach_m);
+      for (int row = 0; row < strip.rows; ++row)
+        for (int column = 0; column < strip.columns; ++column) {
+          const Way& way = ways[strip.index(column, row)];
+          const double distance_m = std::sqrt(way.square_m2);
+          const double widths = distance_m / width_m;
+          if (!(widths > 0.0 && widths < moat_widths)) continue;
+          const Vector2d from = way.sum / way.weights;
+          const double open = 0.75 - 0.25 * from.dot(down) / std::max(from.norm(), distance_m);
+          const double fading = std::min(1.0, 2.0 - 2.0 * widths / moat_widths);
+          dug_m.at(column, south + row) = depth_m * open * widths * std::exp(1.0 - widths) *
+                                          fading *
+                                          share(dug_m.first_column + column, first_row + row);
+        }
+    }
     const double deepest_m = std::ranges::max(dug_m.z_m);
     for (const Footing* other : standing)
       if (other != this) other->keep_base(dug_m, deepest_m);
