@@ -144,13 +144,15 @@ struct OtherShare {
 /// The bins that pieces are laid into, and the state of laying. A branch is a part of a plane's
 /// pieces over which the range only grows, or only falls, and whose surface does not break.
 struct EchoBins {
+  static constexpr double rounding = 1e-9;  ///< of ranges, in bins
   EchoBin* bins;
   std::uint8_t* layover;  ///< per bin: 1 where two branches of one plane meet
   std::size_t count;
   double bin_m;
   std::uint32_t visit;  ///< plane << EchoBin::branch_bits | branch
   bool farther;         ///< the range grows over this branch
-  std::size_t turning;  ///< the bin where this branch began
+  std::size_t turning;  ///< the bin where this branch began, if the one before ended there
+  std::size_t end;      ///< the bin where the piece before ended
   OtherShare* others;
   std::size_t other_count, other_room;
 };

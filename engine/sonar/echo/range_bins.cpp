@@ -41,6 +41,7 @@ void RangeBins::reset() {
   to_.others = others_.data();
   to_.other_count = 0;
   to_.visit = 0;
+  to_.end = to_.count;
 }
 
 void RangeBins::begin_plane() {
