@@ -266,6 +266,25 @@ TEST_CASE("A level ray bends to the slower side, and runs straight along a duct'
   CHECK(go(rises, 20.0).point().depth_m < 9.76);
 }
 
+TEST_CASE("A ray that is level but for rounding runs along a duct's axis in few steps") {
+  const SoundSpeedProfile duct({{0.0, 1510.0}, {12.0, 1500.0}, {40.0, 1502.0}});
+  for (const double down : {3e-14, -3e-14, 1e-18, 1e-10}) {
+    SoundRay ray(duct, 12.0, 1.0, down);
+    int steps = 0;
+    for (; steps < 10 && std::isfinite(ray.path_to_edge_m()); ++steps)
+      ray.advance(ray.path_to_edge_m());
+    CHECK(steps < 10);
+    CHECK(go(ray, 500.0).point().depth_m == Approx(12.0).margin(1e-6));
+    CHECK(ray.point().time_s == Approx(500.0 / 1500.0).epsilon(1e-9));
+  }
+  // A ray that oscillates by more is followed: its arcs' chords are 2 c tan(angle) / g long.
+  SoundRay ray = launched(duct, 12.0, 1e-4);
+  ray.advance(ray.path_to_edge_m());
+  CHECK(ray.point().range_m == Approx(2.0 * 1500.0 * std::tan(1e-4) / (2.0 / 28.0)));
+  ray.advance(ray.path_to_edge_m());
+  CHECK(ray.point().down == Approx(std::sin(1e-4)));
+}
+
 TEST_CASE("No ray reaches a shadow zone, and invalid directions and ends are refused") {
   const SoundSpeedProfile bending({{0.0, 1500.0}, {100.0, 1480.0}});
   const EigenrayEnds shadow{

@@ -6,6 +6,8 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <span>
+#include <utility>
 
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/sound_ray.h>
@@ -18,6 +20,30 @@ constexpr double highest_rad = std::numbers::pi / 3.0;  // above the horizontal
 constexpr double node_rad = 0.1 * degree;               // as find_eigenray() shoots
 constexpr double closest_rad = 2e-6;                    // of two launch angles
 constexpr double needed_times = 4.0;                    // FanGrid lays rays up to there
+// Each edge of a layer needs rays of its own, which cross all the others.
+constexpr std::size_t most_layers = 2000;  // above the bed
+
+/// The profile that is followed: of a dense one the means over equal depths.
+scatter::SoundSpeedProfile followed(const scatter::SoundSpeedProfile& profile, double bed_m) {
+  if (profile.layer_index(bed_m) <= most_layers) return profile;
+  std::vector<scatter::SoundSpeedSample> means;
+  std::size_t cell = 0;
+  double samples = 0.0;
+  for (const scatter::SoundSpeedLayer& layer : std::span(profile.layers()).subspan(1)) {
+    const auto its_cell =
+        static_cast<std::size_t>(layer.top_m / bed_m * static_cast<double>(most_layers));
+    if (means.empty() || its_cell != cell) {
+      means.emplace_back();
+      samples = 0.0;
+    }
+    cell = its_cell;
+    samples += 1.0;
+    scatter::SoundSpeedSample& mean = means.back();
+    mean.depth_m += (layer.top_m - mean.depth_m) / samples;
+    mean.sound_speed_mps += (layer.top_mps - mean.sound_speed_mps) / samples;
+  }
+  return scatter::SoundSpeedProfile(std::move(means));
+}
 
 /// Not a number if the ray meets the surface first; infinite if it is longer than needed.
 double range_over_height(const scatter::SoundSpeedProfile& profile, const BentWay& way,
@@ -57,8 +83,8 @@ std::vector<double> first_depressions_rad(const scatter::SoundSpeedProfile& prof
 
 }  // namespace
 
-std::vector<LaunchRange> bent_ranges(const scatter::SoundSpeedProfile& profile,
-                                     const BentWay& way) {
+std::vector<LaunchRange> bent_ranges(const scatter::SoundSpeedProfile& cast, const BentWay& way) {
+  const scatter::SoundSpeedProfile profile = followed(cast, way.source_depth_m + way.height_m);
   const double needed = way.range_m / way.height_m;
   // What has to be even: ranges, and more coarsely those beyond what is needed.
   const auto steps = [&](double range) {

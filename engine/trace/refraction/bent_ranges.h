@@ -18,7 +18,9 @@ struct BentWay {
 /// At which range each launch angle from straight down to 60 degrees above the horizontal meets the
 /// bed, rays that turn before the surface included. Neighbours differ by at most a 400th of the
 /// range within it, and by a 50th up to four times as far; where a ray's range
-/// jumps, or a ray meets the surface first, there is an entry that is not a number.
-std::vector<LaunchRange> bent_ranges(const scatter::SoundSpeedProfile& profile, const BentWay& way);
+/// jumps, or a ray meets the surface first, there is an entry that is not a number. Of a cast with
+/// more than 2000 samples above the bed, means over a 2000th of the depth are followed: that is
+/// enough to lay rays, which are then traced through the whole cast.
+std::vector<LaunchRange> bent_ranges(const scatter::SoundSpeedProfile& cast, const BentWay& way);
 
 }  // namespace ensonify::engine

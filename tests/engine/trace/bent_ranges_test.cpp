@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <random>
 #include <vector>
 
 #include "support/catch.h"
@@ -65,4 +66,26 @@ TEST_CASE("neighbours differ by at most a 400th of the range, and the steepest c
     if (a.range_over_height <= range && b.range_over_height <= range)  // or none
       REQUIRE(std::abs(b.range_over_height - a.range_over_height) <= range / 200.0);
   }
+}
+
+TEST_CASE("a ray launched level from the axis of a duct reaches no bed") {
+  const scatter::SoundSpeedProfile duct(
+      {{0.0, 1510.0}, {way.source_depth_m, 1500.0}, {30.0, 1502.0}});
+  for (const LaunchRange& launch : bent_ranges(duct, way))
+    if (std::abs(launch.depression_rad) < 1e-9) CHECK(std::isinf(launch.range_over_height));
+}
+
+TEST_CASE("a cast with a row each millimetre and its noise lays rays as the cast without noise") {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise_mps(0.0, 0.05);
+  std::vector<scatter::SoundSpeedSample> dense;
+  for (double depth_m = 0.0; depth_m < 30.0; depth_m += 1.01e-3)
+    dense.push_back({depth_m, 1510.0 - depth_m + noise_mps(random)});
+  const std::vector<LaunchRange> of_dense = bent_ranges(scatter::SoundSpeedProfile(dense), way);
+  const std::vector<LaunchRange> smooth =
+      bent_ranges(scatter::SoundSpeedProfile({{0.0, 1510.0}, {30.0, 1480.0}}), way);
+  CHECK(of_dense.size() < 10'000);
+  for (const double depression_rad : {1.5, 1.0, 0.5, 0.2, 0.1, 0.05})
+    CHECK(range_at(of_dense, depression_rad) ==
+          Approx(range_at(smooth, depression_rad)).epsilon(0.003));
 }
