@@ -8,17 +8,19 @@ namespace ensonify::refine {
 namespace {
 
 constexpr std::uint32_t max_in_leaf = 8;
+constexpr std::uint32_t checked_faces = 65536;  // a node over fewer takes milliseconds
 
 }  // namespace
 
-BallTree::BallTree(Triangles triangles) : triangles_(triangles), order_(triangles.faces.size()) {
+BallTree::BallTree(Triangles triangles, const std::function<void()>& stop_check)
+    : triangles_(triangles), order_(triangles.faces.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
   std::vector<Eigen::Vector3f> middles;  // of the faces, three times
   middles.reserve(order_.size());
   for (const auto& [a, b, c] : triangles_.faces)
     middles.emplace_back(triangles_.positions[a] + triangles_.positions[b] +
                          triangles_.positions[c]);
-  if (!order_.empty()) grow(0, static_cast<std::uint32_t>(order_.size()), middles);
+  if (!order_.empty()) grow(0, static_cast<std::uint32_t>(order_.size()), middles, stop_check);
   corners_.reserve(order_.size());
   for (const std::uint32_t number : order_) {
     const Face& face = triangles_.faces[number];
@@ -33,7 +35,9 @@ std::size_t BallTree::bytes() const {
 
 /// Adds the node over order_[first] to order_[end - 1], and those below it.
 void BallTree::grow(std::uint32_t first, std::uint32_t end,
-                    std::span<const Eigen::Vector3f> middles) {
+                    std::span<const Eigen::Vector3f> middles,
+                    const std::function<void()>& stop_check) {
+  if (stop_check && end - first >= checked_faces) stop_check();
   Bounds box, of_middles;
   box.lowest = box.highest = triangles_.positions[triangles_.faces[order_[first]][0]];
   of_middles.lowest = of_middles.highest = middles[order_[first]];
@@ -59,8 +63,8 @@ void BallTree::grow(std::uint32_t first, std::uint32_t end,
       const float ma = middles[a][axis], mb = middles[b][axis];
       return ma < mb || (ma == mb && a < b);
     });
-    grow(first, half, middles);
-    grow(half, end, middles);
+    grow(first, half, middles, stop_check);
+    grow(half, end, middles, stop_check);
   }
   nodes_[number].next = static_cast<std::uint32_t>(nodes_.size());
 }

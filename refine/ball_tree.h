@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -22,8 +23,8 @@ inline Sphere ball_around(const Bounds& box) {
 class BallTree {
  public:
   BallTree() = default;
-  /// The triangles must outlive this.
-  explicit BallTree(Triangles triangles);
+  /// The triangles must outlive this. `stop_check` is called now and then.
+  explicit BallTree(Triangles triangles, const std::function<void()>& stop_check = {});
 
   const Triangles& triangles() const { return triangles_; }
   std::size_t bytes() const;
@@ -55,7 +56,8 @@ class BallTree {
     std::uint32_t next = 0;  // the node after all below this one
     std::uint32_t first = 0, count = 0;
   };
-  void grow(std::uint32_t first, std::uint32_t end, std::span<const Eigen::Vector3f> middles);
+  void grow(std::uint32_t first, std::uint32_t end, std::span<const Eigen::Vector3f> middles,
+            const std::function<void()>& stop_check);
 
   Triangles triangles_;
   std::vector<Node> nodes_;

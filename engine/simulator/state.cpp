@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <mutex>
 #include <utility>
 
 #include <fmt/format.h>
@@ -52,12 +53,14 @@ Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
   parts.options.stop_check = how.stop_check;
   warnings.insert(warnings.end(), seafloor.warnings.begin(), seafloor.warnings.end());
   require_sea_over(bounds, of.seafloor);
-  const auto report_tree = [&] {
+  std::mutex reporting;
+  const std::function<void()> report_tree = [&] {
+    const std::lock_guard one_at_a_time(reporting);
     if (how.progress) how.progress("tree");
   };
   if (!seafloor.objects.empty() || !seafloor.grid) report_tree();
   if (seafloor.grid) {
-    parts.objects = std::make_shared<const refine::BallTree>(seafloor.mesh);
+    parts.objects = std::make_shared<const refine::BallTree>(seafloor.mesh, report_tree);
     prepared->bed();  // makes its grid
   } else if (!seafloor.progressive) {
     parts.all = seafloor.mesh;

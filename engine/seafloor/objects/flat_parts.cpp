@@ -20,6 +20,11 @@ namespace {
 using Eigen::Matrix3d, Eigen::Vector3d;
 using std::numbers::pi;
 
+/// Calls the check once for very many of a loop's turns.
+void check_now_and_then(const std::function<void()>& stop_check, std::size_t turn) {
+  if (stop_check && turn % 65536 == 0) stop_check();
+}
+
 /// Sets that grow together; each is named by its lowest member.
 class Sets {
  public:
@@ -40,7 +45,8 @@ class Sets {
 };
 
 /// A number for each vertex, the same for vertices at one place.
-std::vector<std::uint32_t> places_of(refine::Triangles triangles) {
+std::vector<std::uint32_t> places_of(refine::Triangles triangles,
+                                     const std::function<void()>& stop_check) {
   const auto at = [&](std::uint32_t v) {
     const Eigen::Vector3f& p = triangles.positions[v];
     return std::tuple(p.x(), p.y(), p.z());
@@ -50,6 +56,7 @@ std::vector<std::uint32_t> places_of(refine::Triangles triangles) {
     used.insert(used.end(), face.begin(), face.end());
   std::ranges::sort(used);
   used.erase(std::unique(used.begin(), used.end()), used.end());
+  check_now_and_then(stop_check, 0);
   std::ranges::stable_sort(used, {}, at);
   std::vector<std::uint32_t> place(triangles.positions.size());
   for (std::size_t i = 0; i < used.size(); ++i)
@@ -122,13 +129,15 @@ struct Edge {
 
 /// Where two faces meet that belong to one smooth surface, but not to one flat part.
 struct Bend {
-  const Edge *one, *other;
+  std::array<std::uint64_t, 2> sides;  // as in Edge
   double angle_rad;
 };
 
 /// The edges of all faces that have an area; those at one place are neighbours.
-std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const double> areas_m2) {
-  const std::vector<std::uint32_t> place = places_of(triangles);
+std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const double> areas_m2,
+                               const std::function<void()>& stop_check) {
+  const std::vector<std::uint32_t> place = places_of(triangles, stop_check);
+  check_now_and_then(stop_check, 0);
   std::vector<Edge> edges;
   edges.reserve(3 * areas_m2.size());
   for (std::size_t f = 0; f < areas_m2.size(); ++f)
@@ -143,20 +152,23 @@ std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const doub
 
 }  // namespace
 
-std::vector<FlatPart> flat_parts_of(refine::Triangles triangles) {
+std::vector<FlatPart> flat_parts_of(refine::Triangles triangles,
+                                    const std::function<void()>& stop_check) {
   const auto faces = static_cast<std::uint32_t>(triangles.faces.size());
   std::vector<Vector3d> normals(faces);
   std::vector<double> areas_m2(faces);
   for (std::uint32_t f = 0; f < faces; ++f) {
+    check_now_and_then(stop_check, f);
     const Vector3d a = triangles.corner(f, 0);
     const Vector3d product = (triangles.corner(f, 1) - a).cross(triangles.corner(f, 2) - a);
     areas_m2[f] = 0.5 * product.norm();
     if (areas_m2[f] > 0.0) normals[f] = product.normalized();
   }
-  const std::vector<Edge> edges = sorted_edges(triangles, areas_m2);
+  std::vector<Edge> edges = sorted_edges(triangles, areas_m2, stop_check);
   std::vector<Bend> bends;
   Sets flat(faces), smooth(faces);
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+    check_now_and_then(stop_check, i);
     const Edge &a = edges[i], &b = edges[i + 1];
     if (a.from != b.from || a.to != b.to) continue;
     const Vector3d &m = normals[a.face()], &n = normals[b.face()];
@@ -167,28 +179,44 @@ std::vector<FlatPart> flat_parts_of(refine::Triangles triangles) {
     if (angle_rad < flattest_rad && first.cross(second).norm() < flattest_rad)
       flat.join(a.face(), b.face());
     else
-      bends.push_back({&a, &b, angle_rad});
+      bends.push_back({{a.side, b.side}, angle_rad});
   }
-  std::vector<Sum> sums(faces);
+  edges = {};                                // large
+  std::vector<std::uint32_t> first_faces;    // of the flat parts
+  std::vector<std::uint32_t> number(faces);  // of the flat part that begins with a face
   for (std::uint32_t f = 0; f < faces; ++f)
+    if (areas_m2[f] > 0.0 && flat.of(f) == f) {
+      number[f] = static_cast<std::uint32_t>(first_faces.size());
+      first_faces.push_back(f);
+    }
+  std::vector<Sum> sums(first_faces.size());
+  const auto sum_of = [&](std::uint32_t face) -> Sum& { return sums[number[flat.of(face)]]; };
+  for (std::uint32_t f = 0; f < faces; ++f) {
+    check_now_and_then(stop_check, f);
     if (areas_m2[f] > 0.0)
-      sums[flat.of(f)].add({triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)},
-                           areas_m2[f]);
+      sum_of(f).add({triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)},
+                    areas_m2[f]);
+  }
   for (const Bend& bend : bends)
-    for (const Edge* edge : {bend.one, bend.other}) {
-      const auto corner = static_cast<int>(edge->side % 3);
+    for (const std::uint64_t side : bend.sides) {
+      const auto face = static_cast<std::uint32_t>(side / 3);
+      const auto corner = static_cast<int>(side % 3);
       const Vector3d way =
-          triangles.corner(edge->face(), (corner + 1) % 3) - triangles.corner(edge->face(), corner);
-      const Vector3d across = way.cross(normals[edge->face()]);  // its length is the edge's
+          triangles.corner(face, (corner + 1) % 3) - triangles.corner(face, corner);
+      const Vector3d across = way.cross(normals[face]);  // its length is the edge's
       const double length_m = across.norm();
       const Matrix3d direction = across * across.transpose() / length_m;
-      Sum& sum = sums[flat.of(edge->face())];
+      Sum& sum = sum_of(face);
       sum.directions += direction;
       sum.bend += bend.angle_rad * bend.angle_rad * direction;
     }
   std::vector<FlatPart> flat_parts;
-  for (std::uint32_t f = 0; f < faces; ++f)
-    if (sums[f].area_m2 > 0.0) flat_parts.push_back(sums[f].flat_part(normals[f], smooth.of(f)));
+  flat_parts.reserve(sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    check_now_and_then(stop_check, i);
+    const std::uint32_t face = first_faces[i];
+    flat_parts.push_back(sums[i].flat_part(normals[face], smooth.of(face)));
+  }
   return flat_parts;
 }
 
@@ -246,12 +274,15 @@ struct Reach {
   }
 };
 
-/// Adds the corners of two flat parts: on that side of each that its normal shows, and on the
-/// backs.
+bool are_square(const FlatPart& a, const FlatPart& b) {
+  return std::abs(a.normal.cast<double>().dot(b.normal.cast<double>())) <= std::sin(degree);
+}
+
+/// Adds the corners of two flat parts that are square to each other: on that side of each that its
+/// normal shows, and on the backs.
 void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>& corners) {
   constexpr double gap = 0.02;  // of the flat part, that it may lie off the edge or beyond it
   const Vector3d m = a.normal.cast<double>(), n = b.normal.cast<double>();
-  if (std::abs(m.dot(n)) > std::sin(degree)) return;
   const Vector3d edge = m.cross(n).normalized();
   const Vector3d in_a = edge.cross(m), in_b = n.cross(edge);  // as n and as m, nearly
   // The edge's point that is nearest to a's middle.
@@ -286,26 +317,79 @@ void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>&
 
 }  // namespace
 
-std::vector<RightCorner> right_corners(std::span<const FlatPart> flat_parts) {
-  constexpr std::size_t most = 4000;  // planes, whose pairs take a fraction of a second
-  std::vector<const FlatPart*> planes;
+namespace {
+
+/// A flat part whose neighbours all stand in real edges, and a ball that holds what add_corners()
+/// looks at: its rectangle and the gap around it.
+struct EdgedPart {
+  const FlatPart* flat_part;
+  double radius_m;
+  explicit EdgedPart(const FlatPart& its_flat_part)
+      : flat_part(&its_flat_part),
+        radius_m(0.525 *
+                 std::hypot(double(its_flat_part.length_m), double(its_flat_part.width_m))) {}
+  bool touches(const EdgedPart& other) const {
+    const double apart_m = radius_m + other.radius_m;
+    return (other.flat_part->middle - flat_part->middle).squaredNorm() <= apart_m * apart_m;
+  }
+};
+
+using PartPair = std::pair<std::uint32_t, std::uint32_t>;
+
+/// The pairs of planes that touch and are square to each other, in order. They are found by a sweep
+/// along the axis over which the planes are spread the farthest.
+std::vector<PartPair> square_pairs(std::span<const EdgedPart> planes,
+                                   const std::function<void()>& stop_check) {
+  std::vector<PartPair> pairs;
+  if (planes.empty()) return pairs;
+  Eigen::AlignedBox3d middles;
+  for (const EdgedPart& plane : planes) middles.extend(plane.flat_part->middle);
+  Eigen::Index axis = 0;
+  middles.sizes().maxCoeff(&axis);
+  const auto low_m = [&](std::uint32_t i) {
+    return planes[i].flat_part->middle[axis] - planes[i].radius_m;
+  };
+  std::vector<std::uint32_t> order(planes.size());
+  std::iota(order.begin(), order.end(), std::uint32_t{0});
+  std::ranges::sort(order, {}, low_m);
+  std::size_t tested = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const EdgedPart& one = planes[order[i]];
+    const double high_m = one.flat_part->middle[axis] + one.radius_m;
+    for (std::size_t k = i + 1; k < order.size() && low_m(order[k]) <= high_m; ++k) {
+      check_now_and_then(stop_check, ++tested);
+      const EdgedPart& other = planes[order[k]];
+      if (one.touches(other) && are_square(*one.flat_part, *other.flat_part))
+        pairs.emplace_back(std::minmax(order[i], order[k]));
+    }
+  }
+  std::ranges::sort(pairs);
+  return pairs;
+}
+
+}  // namespace
+
+std::vector<RightCorner> right_corners(std::span<const FlatPart> flat_parts,
+                                       const std::function<void()>& stop_check) {
+  std::vector<EdgedPart> planes;
   std::uint32_t surface = 0;
   for (const FlatPart& flat_part : flat_parts) {
     surface = std::max(surface, flat_part.surface);
     if (flat_part.bend_along_rad == 0.0f && flat_part.bend_across_rad == 0.0f)
-      planes.push_back(&flat_part);
+      planes.emplace_back(flat_part);
   }
   std::vector<RightCorner> corners;
-  if (planes.size() > most) return corners;
-  for (std::size_t i = 0; i < planes.size(); ++i)
-    for (std::size_t k = i + 1; k < planes.size(); ++k)
-      add_corners(*planes[i], *planes[k], corners);
+  for (const auto& [one, other] : square_pairs(planes, stop_check))
+    add_corners(*planes[one].flat_part, *planes[other].flat_part, corners);
   for (RightCorner& corner : corners) corner.surface = ++surface;
   return corners;
 }
 
-ObjectSurface::ObjectSurface(refine::Triangles triangles, std::uint16_t its_label)
-    : label(its_label), flat_parts(flat_parts_of(triangles)), corners(right_corners(flat_parts)) {
+ObjectSurface::ObjectSurface(refine::Triangles triangles, std::uint16_t its_label,
+                             const std::function<void()>& stop_check)
+    : label(its_label),
+      flat_parts(flat_parts_of(triangles, stop_check)),
+      corners(right_corners(flat_parts, stop_check)) {
   const refine::Bounds box = refine::bounds(triangles);
   middle = 0.5 * (box.lowest + box.highest).cast<double>();
   radius_m = 0.5 * double((box.highest - box.lowest).norm());
@@ -396,8 +480,8 @@ std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor, int threads
   for (std::size_t label = 0; label < parts.size(); ++label)
     if (!parts[label].empty()) labels.push_back(static_cast<std::uint16_t>(label));
   std::vector<std::optional<ObjectSurface>> made(labels.size());
-  refine::parallel_for(labels.size(), threads, [&](std::size_t i, int worker) {
-    if (stop_check && worker == 0) stop_check();
+  refine::parallel_for(labels.size(), threads, [&](std::size_t i, int) {
+    if (stop_check) stop_check();
     std::vector<Part>& of_object = parts[labels[i]];
     std::ranges::sort(of_object, {}, &Part::face);
     refine::TriangleMesh own;
@@ -406,7 +490,7 @@ std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor, int threads
       for (const std::uint32_t corner : part.corners) own.positions.push_back(positions[corner]);
       own.faces.push_back({first, first + 1, first + 2});
     }
-    made[i].emplace(own, labels[i]);
+    made[i].emplace(own, labels[i], stop_check);
   });
   std::vector<ObjectSurface> objects;
   for (std::optional<ObjectSurface>& surface : made) objects.push_back(std::move(*surface));

@@ -29,8 +29,9 @@ struct FlatPart {
 };
 
 /// The flat parts of a mesh. Vertices at one place count as one. Edges sharper than 40 degrees are
-/// real ones, as in facet_angle_rad().
-std::vector<FlatPart> flat_parts_of(refine::Triangles triangles);
+/// real ones, as in facet_angle_rad(). `stop_check` is called now and then.
+std::vector<FlatPart> flat_parts_of(refine::Triangles triangles,
+                                    const std::function<void()>& stop_check = {});
 
 /// Some neighbouring flat parts of a body: where they lie and in which directions they face.
 struct FlatPartBlock {
@@ -63,9 +64,10 @@ struct RightCorner {
   std::uint32_t surface;  ///< another number than those of the object's flat parts
 };
 
-/// The right corners between flat parts, within a degree. None for curved surfaces, or for more
-/// than 4000 flat parts.
-std::vector<RightCorner> right_corners(std::span<const FlatPart> flat_parts);
+/// The right corners between flat parts, within a degree. None for curved surfaces. `stop_check` is
+/// called now and then.
+std::vector<RightCorner> right_corners(std::span<const FlatPart> flat_parts,
+                                       const std::function<void()>& stop_check = {});
 
 /// The flat parts of an object, or of those of its parts that have one label.
 struct ObjectSurface {
@@ -77,7 +79,8 @@ struct ObjectSurface {
   std::vector<RightCorner> corners;   ///< of the flat parts
 
   ObjectSurface() = default;
-  ObjectSurface(refine::Triangles triangles, std::uint16_t its_label);
+  ObjectSurface(refine::Triangles triangles, std::uint16_t its_label,
+                const std::function<void()>& stop_check = {});
   /// Makes `there` a copy of this surface, moved to a place. Allocates nothing if `there` had as
   /// many flat parts.
   void place_at(const Eigen::Isometry3d& place, ObjectSurface& there) const;
@@ -88,8 +91,7 @@ double nearest_flat_part_m(std::span<const ObjectSurface> objects, const Eigen::
                            double farthest_m);
 
 /// The objects of a seafloor, in the order of their labels. The same for a mesh and for its
-/// progressive mesh and with any number of threads. The calling thread calls `stop_check` before
-/// each object that it takes.
+/// progressive mesh and with any number of threads, each of which calls `stop_check` now and then.
 std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor, int threads,
                                            const std::function<void()>& stop_check);
 

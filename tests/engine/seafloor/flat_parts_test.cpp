@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 #include <random>
+#include <stdexcept>
+#include <vector>
 
 #include "support/catch.h"
 
@@ -35,7 +37,67 @@ double min_sine(const FlatPart& flat_part, const Vector3d& from, bool two_sided)
   return least;
 }
 
+/// Boxes at random places and headings; some stand in others.
+refine::TriangleMesh boxes(int count, double extent_m) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> place_m(0.0, extent_m), turn_rad(0.0, 3.0);
+  const refine::TriangleMesh box =
+      make_body(shape_named("box"), {}, RandomStream(3, Purpose::test)).mesh;
+  refine::TriangleMesh all;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Affine3f move =
+        Eigen::Translation3f(
+            Vector3d(place_m(random), place_m(random), 0.1 * place_m(random)).cast<float>()) *
+        Eigen::AngleAxisf(static_cast<float>(turn_rad(random)), Eigen::Vector3f::UnitZ());
+    const auto first = static_cast<std::uint32_t>(all.positions.size());
+    for (const Eigen::Vector3f& position : box.positions) all.positions.push_back(move * position);
+    for (const refine::Face& face : box.faces)
+      all.faces.push_back({first + face[0], first + face[1], first + face[2]});
+  }
+  return all;
+}
+
 }  // namespace
+
+TEST_CASE("The right corners of many flat parts are those of all their pairs, in their order") {
+  const std::vector<FlatPart> flat_parts = flat_parts_of(boxes(60, 12.0));
+  std::vector<RightCorner> of_pairs;
+  for (std::size_t i = 0; i < flat_parts.size(); ++i)
+    for (std::size_t k = i + 1; k < flat_parts.size(); ++k)
+      for (const RightCorner& corner :
+           right_corners(std::vector<FlatPart>{flat_parts[i], flat_parts[k]}))
+        of_pairs.push_back(corner);
+  const std::vector<RightCorner> corners = right_corners(flat_parts);
+  REQUIRE(corners.size() == of_pairs.size());
+  CHECK(corners.size() > std::size_t{60 * 12});  // boxes that touch have more
+  std::size_t differing = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    if (corners[i].middle != of_pairs[i].middle || corners[i].edge != of_pairs[i].edge ||
+        corners[i].length_m != of_pairs[i].length_m || corners[i].open != of_pairs[i].open ||
+        corners[i].surface != corners[0].surface + i)
+      ++differing;
+  CHECK(differing == 0);
+}
+
+TEST_CASE("A body of many thousand planes has the corners of its boxes") {
+  const std::size_t of_one = right_corners(flat_parts_of(boxes(1, 0.0))).size();
+  CHECK(of_one == 12);
+  CHECK(right_corners(flat_parts_of(boxes(2000, 3e3))).size() == 2000 * of_one);
+}
+
+TEST_CASE("The surface of a large object can be stopped at any of its steps") {
+  const refine::TriangleMesh large = boxes(20'000, 1e4);
+  int checks = 0;
+  (void)ObjectSurface(large, 1, [&] { ++checks; });
+  CHECK(checks > 10);
+  for (int end = 1; end <= checks; end += 3) {
+    int left = end;
+    const auto stop = [&] {
+      if (--left == 0) throw std::runtime_error("stopped");
+    };
+    CHECK_THROWS_AS(ObjectSurface(large, 1, stop), std::runtime_error);
+  }
+}
 
 TEST_CASE("No flat part that faces a sonar is in a block that does not, from near and far") {
   std::mt19937_64 random(7);
