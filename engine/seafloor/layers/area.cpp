@@ -1,10 +1,12 @@
 #include <ensonify/engine/seafloor/layers/area.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -16,16 +18,28 @@ namespace {
 
 using Eigen::Vector2d;
 
-bool inside(const Polygon& polygon, const Vector2d& p) {
-  bool odd = false;
-  for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
-    const Vector2d &a = polygon[i], &b = polygon[j];
-    if ((a.y() > p.y()) != (b.y() > p.y()) &&
-        p.x() < a.x() + (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()))
-      odd = !odd;
+/// The sides of a polygon that decide which places of a strip, low_m <= y <= high_m, are inside it.
+class SidesInStrip {
+ public:
+  SidesInStrip(const Polygon& polygon, double low_m, double high_m) {
+    for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
+      const auto [below_m, above_m] = std::minmax(polygon[i].y(), polygon[j].y());
+      if (below_m <= high_m && above_m > low_m) sides_.push_back({polygon[i], polygon[j]});
+    }
   }
-  return odd;
-}
+  bool empty() const { return sides_.empty(); }
+  bool inside(const Vector2d& p) const {
+    bool odd = false;
+    for (const auto& [a, b] : sides_)
+      if ((a.y() > p.y()) != (b.y() > p.y()) &&
+          p.x() < a.x() + (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()))
+        odd = !odd;
+    return odd;
+  }
+
+ private:
+  std::vector<std::array<Vector2d, 2>> sides_;
+};
 
 double side_of(const Vector2d& a, const Vector2d& b, const Vector2d& p) {
   return (b - a).x() * (p - a).y() - (b - a).y() * (p - a).x();
@@ -45,13 +59,36 @@ bool touch(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector
          (cda == 0.0 && within(c, d, a)) || (cdb == 0.0 && within(c, d, b));
 }
 
-bool inside_any(const std::vector<PolygonWithHoles>& outlines, const Vector2d& p) {
-  return std::ranges::any_of(outlines, [&](const PolygonWithHoles& outline) {
-    return inside(outline.border, p) &&
-           std::ranges::none_of(outline.holes,
-                                [&](const Polygon& hole) { return inside(hole, p); });
-  });
-}
+/// Outlines as a strip sees them, so that a row of a grid looks at few of a file's polygons.
+class OutlinesInStrip {
+ public:
+  OutlinesInStrip(const std::vector<PolygonWithHoles>& outlines, double low_m, double high_m) {
+    for (const PolygonWithHoles& outline : outlines) {
+      SidesInStrip border(outline.border, low_m, high_m);
+      if (border.empty()) continue;
+      Outline& here = outlines_.emplace_back(std::move(border));
+      for (const Polygon& hole : outline.holes) {
+        SidesInStrip sides(hole, low_m, high_m);
+        if (!sides.empty()) here.holes.push_back(std::move(sides));
+      }
+    }
+  }
+  bool hold(const Vector2d& p) const {
+    return std::ranges::any_of(outlines_, [&](const Outline& outline) {
+      return outline.border.inside(p) &&
+             std::ranges::none_of(outline.holes,
+                                  [&](const SidesInStrip& hole) { return hole.inside(p); });
+    });
+  }
+
+ private:
+  struct Outline {
+    explicit Outline(SidesInStrip its_border) : border(std::move(its_border)) {}
+    SidesInStrip border;
+    std::vector<SidesInStrip> holes;
+  };
+  std::vector<Outline> outlines_;
+};
 
 /// A sum of values that are not NaN, and their number.
 struct KnownSum {
@@ -173,15 +210,13 @@ class MaskMaker {
 
  private:
   void limit_places() {
-    std::vector<Polygon> polygons;
-    if (!area_.polygon_m.empty()) polygons.push_back(area_.polygon_m);
     const std::vector<PolygonWithHoles> outlines = area_.outline.path.empty()
                                                        ? std::vector<PolygonWithHoles>()
                                                        : read_outlines(area_.outline.path, grid_);
     std::optional<AreaImage> image;
     if (!area_.image.path.empty())
       image.emplace(read_area_image(area_.image.path, grid_, area_.image_value));
-    if (polygons.empty() && outlines.empty() && !image && area_.radius_m == 0.0) return;
+    if (area_.polygon_m.empty() && outlines.empty() && !image && area_.radius_m == 0.0) return;
     std::vector<double> shift_east, shift_north;
     if (area_.ragged_m > 0.0) {
       shift_east = ragged_field(grid_, draws_, layer_stream::border_shift_east,
@@ -191,19 +226,32 @@ class MaskMaker {
     }
     const Vector2d middle(area_.middle_east_m, area_.middle_north_m);
     bool any = false;
-    for (int row = 0; row < grid_.rows; ++row)
+    std::vector<Vector2d> places(static_cast<std::size_t>(grid_.columns));  // of a row's points
+    for (int row = 0; row < grid_.rows; ++row) {
+      draws_.control.check_stop();
+      double low_m = grid_.y_m(row), high_m = low_m;  // that the places span
       for (int column = 0; column < grid_.columns; ++column) {
         const std::size_t point = grid_.index(column, row);
-        Vector2d p(grid_.x_m(column), grid_.y_m(row));
+        Vector2d& p = places[static_cast<std::size_t>(column)];
+        p = {grid_.x_m(column), grid_.y_m(row)};
         if (area_.ragged_m > 0.0)
           p += area_.ragged_m * Vector2d(shift_east[point], shift_north[point]);
-        const bool in = (polygons.empty() || inside(polygons[0], p)) &&
-                        (outlines.empty() || inside_any(outlines, p)) &&
+        low_m = std::min(low_m, p.y());
+        high_m = std::max(high_m, p.y());
+      }
+      const SidesInStrip polygon(area_.polygon_m, low_m, high_m);
+      const OutlinesInStrip outlines_here(outlines, low_m, high_m);
+      for (int column = 0; column < grid_.columns; ++column) {
+        const std::size_t point = grid_.index(column, row);
+        const Vector2d& p = places[static_cast<std::size_t>(column)];
+        const bool in = (area_.polygon_m.empty() || polygon.inside(p)) &&
+                        (outlines.empty() || outlines_here.hold(p)) &&
                         (area_.radius_m == 0.0 || (p - middle).norm() <= area_.radius_m) &&
                         (!image || image->holds(p));
         any = any || in;
         if (!in) values_[point] = 0.0;
       }
+    }
     if (!any && !grid_.is_window())
       throw std::invalid_argument(fmt::format(
           "an area lies outside the seabed, which spans {:.1f} to {:.1f} m east and {:.1f} to "

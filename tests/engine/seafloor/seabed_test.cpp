@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
@@ -432,6 +434,51 @@ TEST_CASE("An outline in GeoJSON lies in world coordinates, and its holes are ho
                     Catch::Contains("seems to be in degrees"));
   write_text(folder / "area.geojson", "{ nothing }");
   CHECK_THROWS_WITH(mask_of(area, grid), Catch::Contains("area.geojson"));
+}
+
+TEST_CASE("Outlines of many polygons hold what each of them holds, and can be stopped") {
+  const TemporaryFolder folder;
+  const auto octagon = [](double east_m, double north_m, double radius_m) {
+    std::string ring;
+    for (int i = 0; i <= 8; ++i)
+      ring += fmt::format("{}[{:.4f},{:.4f}]", i > 0 ? "," : "[",
+                          1000.0 + east_m + radius_m * std::cos(0.3 + i % 8 * pi / 4.0),
+                          2000.0 + north_m + radius_m * std::sin(0.3 + i % 8 * pi / 4.0));
+    return ring + "]";
+  };
+  Heightfield grid = flat(201, 161, 0.1, 0.1);
+  grid.world_origin = {1000.0, 2000.0, 0.0};
+  Area area;
+  area.outline.path = folder / "area.geojson";
+  for (const double ragged_m : {0.0, 0.3}) {
+    area.ragged_m = ragged_m;
+    std::vector<double> of_each(grid.z_m.size(), 0.0);
+    std::string all;
+    for (int i = 0; i < 12; ++i) {
+      const double east_m = -9.0 + 1.6 * i, north_m = 6.0 * std::sin(2.0 * i);
+      const std::string polygon = fmt::format("[{},{}]", octagon(east_m, north_m, 1.7),
+                                              octagon(east_m + 0.2, north_m, 0.8));
+      all += (i > 0 ? "," : "") + polygon;
+      write_text(area.outline.path,
+                 fmt::format(R"({{"type":"Polygon","coordinates":{}}})", polygon));
+      const std::vector<double> one = mask_of(area, grid);
+      for (std::size_t k = 0; k < one.size(); ++k) of_each[k] = std::max(of_each[k], one[k]);
+    }
+    write_text(area.outline.path,
+               fmt::format(R"({{"type":"MultiPolygon","coordinates":[{}]}})", all));
+    CHECK(mask_of(area, grid) == of_each);
+    CHECK(share(of_each) * 201 * 161 * 0.01 ==
+          Approx(12 * 0.5 * 8 * std::sin(pi / 4.0) * (1.7 * 1.7 - 0.8 * 0.8)).epsilon(0.3));
+  }
+  int rows = 0;
+  LayerDraws draws{1, Purpose::seabed_patch, 1};
+  draws.control.stop_check = [&] {
+    if (++rows == 100) throw std::runtime_error("stopped");
+  };
+  area.ragged_m = 0.0;
+  CHECK_THROWS_WITH(
+      area_mask(area, {grid, [](std::size_t, const std::string&) { return true; }}, draws),
+      "stopped");
 }
 
 TEST_CASE("An area on another map than its survey's is refused") {
