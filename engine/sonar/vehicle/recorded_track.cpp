@@ -19,19 +19,53 @@ std::vector<double> unwrapped(std::vector<double> angles_rad) {
   return angles_rad;
 }
 
+/// Rows that a smoothed column is fitted to.
+struct FittedRows {
+  std::vector<double> times_s, values;
+  std::vector<double> counts;  ///< of the rows that each stands for
+};
+
+/// All rows; or, where they are dense, the means of those within each 64th of the half width, so
+/// that the time does not grow as the square of their rate. A mean lies on the line of its rows.
+FittedRows fitted_rows(const std::vector<double>& times_s, const std::vector<double>& values,
+                       double half_width_s) {
+  constexpr double groups_per_half_width = 64.0, dense_rows_per_group = 2.0;
+  FittedRows means;
+  double group = -1.0;
+  for (std::size_t i = 0; i < times_s.size(); ++i) {
+    const double its_group =
+        std::floor((times_s[i] - times_s[0]) / half_width_s * groups_per_half_width);
+    if (its_group != group) {
+      group = its_group;
+      means.times_s.push_back(0.0);
+      means.values.push_back(0.0);
+      means.counts.push_back(0.0);
+    }
+    const double count = ++means.counts.back();
+    means.times_s.back() += (times_s[i] - means.times_s.back()) / count;
+    means.values.back() += (values[i] - means.values.back()) / count;
+  }
+  if (dense_rows_per_group * static_cast<double>(means.counts.size()) <
+      static_cast<double>(times_s.size()))
+    return means;
+  return {times_s, values, std::vector<double>(times_s.size(), 1.0)};
+}
+
 /// At each time, the value of the line fitted to the values around it.
 std::vector<double> smoothed(const std::vector<double>& times_s, const std::vector<double>& values,
                              double half_width_s) {
   if (half_width_s == 0.0) return values;
+  const FittedRows rows = fitted_rows(times_s, values, half_width_s);
   std::vector<double> out(values.size());
   std::size_t first = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    while (times_s[first] < times_s[i] - 4.0 * half_width_s) ++first;
+    while (rows.times_s[first] < times_s[i] - 4.0 * half_width_s) ++first;
     double w = 0.0, wt = 0.0, wtt = 0.0, wv = 0.0, wtv = 0.0;
-    for (std::size_t k = first; k < values.size(); ++k) {
-      const double t = (times_s[k] - times_s[i]) / half_width_s;
+    for (std::size_t k = first; k < rows.values.size(); ++k) {
+      const double t = (rows.times_s[k] - times_s[i]) / half_width_s;
       if (t > 4.0) break;
-      const double weight = std::exp(-0.5 * t * t), v = values[k] - values[i];
+      const double weight = rows.counts[k] * std::exp(-0.5 * t * t);
+      const double v = rows.values[k] - values[i];
       w += weight;
       wt += weight * t;
       wtt += weight * t * t;

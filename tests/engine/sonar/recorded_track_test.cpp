@@ -1,3 +1,4 @@
+#include <ensonify/engine/clock.h>
 #include <ensonify/engine/sonar/vehicle/recorded_track.h>
 #include <ensonify/engine/units.h>
 
@@ -79,6 +80,27 @@ TEST_CASE("smoothing keeps a steady course, though every place is repeated and r
   CHECK(fastest_mps < 0.95);
   CHECK(raw.at(3.06).velocity_mps.y() !=
         Approx(-2.0).margin(0.5));  // without smoothing it stops at every second row
+}
+
+TEST_CASE("smoothing a track of many rows gives what a tenth of its rows give, in a few seconds") {
+  const auto track = [](int rows_per_s) {
+    NavigationLog log;
+    for (int i = 0; i <= 900 * rows_per_s; ++i) {
+      const double t_s = static_cast<double>(i) / rows_per_s;
+      log.t_s.push_back(t_s);
+      log.x_m.push_back(1.5 * t_s);
+      log.y_m.push_back(20.0 * std::sin(0.01 * t_s));
+    }
+    return RecordedTrack(log, 60.0);
+  };
+  const RecordedTrack sparse = track(1);
+  const Clock::time_point start = Clock::now();
+  const RecordedTrack dense = track(60);
+  CHECK(seconds_since(start) < 10.0);
+  for (double t_s = 0.0; t_s <= 900.0; t_s += 30.0) {
+    CHECK(dense.at(t_s).position.x() == Approx(1.5 * t_s).margin(1e-6));
+    CHECK(dense.at(t_s).position.y() == Approx(sparse.at(t_s).position.y()).margin(0.05));
+  }
 }
 
 TEST_CASE("columns of different lengths and times that do not ascend are refused") {
