@@ -21,6 +21,16 @@ constexpr double faint = 7.0;
 // A second uniform number, from the low bits of the first.
 double lower_bits(double random) { return 1024.0 * random - std::floor(1024.0 * random); }
 
+/// The mean of (diameter / median)^2 over the stones: of a log-normal variable that ends at the
+/// largest.
+double mean_square_of_median(double spread) {
+  if (spread == 0.0) return 1.0;
+  const double largest = std::log(largest_boulder_of_median);
+  const auto below = [&](double normal) { return 0.5 * std::erfc(-normal / std::numbers::sqrt2); };
+  return std::exp(2.0 * spread * spread) * below(largest / spread - 2.0 * spread) +
+         largest_boulder_of_median * largest_boulder_of_median * below(-largest / spread);
+}
+
 /// One stone: a rounded block with a leaning top, longer one way than the other.
 class Boulder {
  public:
@@ -73,7 +83,8 @@ double reach_m(const BoulderField& boulders) {
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,
                   const Allowed& allowed, std::span<std::uint32_t> marked) {
   check_relief(boulders);
-  check_cover("boulders", boulders.per_hectare, boulders.diameter_m);
+  check_cover("boulders", boulders.per_hectare, boulders.diameter_m,
+              mean_square_of_median(boulders.diameter_spread));
   std::vector<double> stones(field.z_m.size(), 0.0);
   const bool sand_moved = boulders.scour_ratio > 0.0 || boulders.tail_ratio > 0.0;
   const SmoothField crowds(draws.of(layer_stream::boulder_density), 8.0 * boulders.diameter_m,

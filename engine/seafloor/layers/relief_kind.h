@@ -91,6 +91,8 @@ void check_relief(const Relief& relief) {
 }
 
 /// Throws std::invalid_argument for features that would cover the bed more than ten times.
-void check_cover(std::string_view list, double per_hectare, double diameter_m);
+/// mean_square: of their diameters, in squares of diameter_m.
+void check_cover(std::string_view list, double per_hectare, double diameter_m,
+                 double mean_square = 1.0);
 
 }  // namespace ensonify::engine

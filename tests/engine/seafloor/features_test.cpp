@@ -348,6 +348,26 @@ TEST_CASE("Boulders lie in clusters, as many on average as those that do not") {
   CHECK(of_clustered > 1.5);
 }
 
+TEST_CASE("Boulders may cover the bed ten times, by the mean square of their diameters") {
+  for (const double spread : {0.0, 0.5, 1.0, 2.0}) {
+    // Of a log-normal variable with the median 1 that ends at 5, by the midpoint rule.
+    double mean_square = 0.0;
+    for (double normal = -9.9995; normal < 10.0; normal += 0.001)
+      mean_square += 0.001 * std::exp(-0.5 * normal * normal) / std::sqrt(2.0 * pi) *
+                     std::pow(std::min(5.0, std::exp(spread * normal)), 2);
+    const auto lay = [&](double cover) {
+      Laid laid(flat(2, 2, 0.25, 0.25));
+      add_boulders(laid.field,
+                   {.per_hectare = cover / (1e-4 * 1.21 * mean_square),
+                    .diameter_m = 1.1,
+                    .diameter_spread = spread},
+                   draws(1), anywhere, laid.marked);
+    };
+    CHECK_NOTHROW(lay(9.99));
+    CHECK_THROWS_WITH(lay(10.01), Catch::Contains("would cover the bed 10.0"));
+  }
+}
+
 TEST_CASE("A current digs a scour in front of a boulder and leaves a tail behind it") {
   double before = 0.0, behind = 0.0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
