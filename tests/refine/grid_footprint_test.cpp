@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <set>
+#include <stdexcept>
 #include <vector>
 
 #include "support/catch.h"
@@ -90,4 +91,18 @@ TEST_CASE("a volume that holds everything finds every face of a grid, one beyond
   CHECK(footprint.query({&v, 1}).faces.size() == grid.faces());
   v.apex.y() = 200.0;  // looks away
   CHECK(footprint.query({&v, 1}).faces.empty());
+}
+
+TEST_CASE("The growth of a tree over many triangles can be stopped at each of its large nodes") {
+  Random random(5);
+  const TriangleMesh bodies = scattered(random, 300'000, 1000.0);
+  int left = 1000;
+  const auto stop = [&] {
+    if (--left == 0) throw std::runtime_error("stopped");
+  };
+  const BallTree tree(bodies, stop);
+  // Nodes of 300,000, two halves and four quarters.
+  CHECK(left == 1000 - 7);
+  left = 4;
+  CHECK_THROWS_WITH(BallTree(bodies, stop), "stopped");
 }
