@@ -340,22 +340,6 @@ TEST_CASE("the first return lies at the altitude, and the water before it is dar
   }
 }
 
-TEST_CASE(
-    "a level bed at a whole number of bins begins with the next bin, and nothing is layover") {
-  Sonar sonar = plain_sonar();
-  sonar.range_m = 75.0;
-  sonar.bins = 1500;
-  sonar.elevations = GENERATE(1024, 4096, 8192);
-  const double height_m = GENERATE(8.0, 10.0, 12.5);
-  CAPTURE(sonar.elevations, height_m);
-  const auto lines =
-      ping_once(sonar, level_bed(20.0, 200.0), {.position = {0, 0, height_m - 20.0}}, height_m);
-  for (const EchoLine& line : lines) {
-    CHECK(line.first_return == static_cast<int>(std::lround(height_m / sonar.bin_m())));
-    CHECK(std::ranges::count(line.bins.layover, 0u) == sonar.bins);
-  }
-}
-
 TEST_CASE("a flat bed's truth is its geometry: place, grazing angle, no shadow, no layover") {
   const Sonar sonar = plain_sonar();
   Pose pose = above_bed;

@@ -111,7 +111,8 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::speckle)},
            {"texture", "", {},
             "Whether the ground scatters unevenly below the sonar's cell, by the materials' "
-            "texture, glint and variation keys; in the same way in each pass.",
+            "texture, glint and variation keys; in the same way in each pass. Not without "
+            "speckle.",
             at(&Scene::texture)},
        }},
       {"sea",
@@ -209,7 +210,8 @@ const std::vector<Section<Scene>>& scene_sections() {
        "Relief of a generated seabed that looks the same at every scale.",
        {
            {"height_at_1m_m", "m", {0, 100},
-            "Rms height difference of points 1 m apart; 0: no fractal relief.",
+            "Rms height difference of points 1 m apart, as it is without longest_m, which lowers "
+            "it; 0: no fractal relief.",
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::height_at_1m_m)},
            {"hurst", "", {0.01, 0.99}, "Hurst exponent: small is jagged, large is rolling.",
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::hurst)},
@@ -427,12 +429,12 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"lost", "", {0, 1}, "Share of pings that are not recorded.",
             at(&Scene::artefacts, &ArtefactOptions::lost)},
            {"repeated", "", {0, 1},
-            "Share of pings in whose place the one before is recorded again.",
+            "Share of the pings that are not lost in whose place the one before is recorded again.",
             at(&Scene::artefacts, &ArtefactOptions::repeated)},
            {"stale_navigation", "", {0, 0.99},
             "Share of the time in which the reported pose does not change.",
             at(&Scene::artefacts, &ArtefactOptions::stale_navigation)},
-           {"stale_s", "s", {0.01, 3600}, "How long it stays unchanged each time.",
+           {"stale_s", "s", {0.01, 3600}, "How long it stays unchanged, or longer where such times follow each other.",
             at(&Scene::artefacts, &ArtefactOptions::stale_s)},
            {"interference_db", "dB", {-60, 150},
             "Level of another sonar's burst in every ping, above the noise; unset: none.",

@@ -30,7 +30,8 @@ const std::vector<Key<Area>>& area_keys() {
       {"deepest_m", "m", {-1000, 11000}, "Only where it is as shallow or shallower.",
        at(&Area::deepest_m)},
       {"gentlest_deg", "degrees", {0, 90},
-       "Only where the bed, before its layers and averaged over border_m, is as steep or steeper.",
+       "Only where the bed, before its layers and averaged over border_m or six cells, is as steep "
+       "or steeper.",
        at(&Area::gentlest_rad)},
       {"steepest_deg", "degrees", {0, 90}, "Only where it is as gentle or gentler.",
        at(&Area::steepest_rad)},

@@ -148,10 +148,11 @@ void mean_across_columns(std::vector<double>& values, std::size_t rows, std::siz
 std::vector<double> blurred(std::vector<double> values, const Heightfield& grid, double width_m) {
   const auto columns = static_cast<std::size_t>(grid.columns);
   const auto rows = static_cast<std::size_t>(grid.rows);
-  const auto half = [&](double cell_m) {
-    return static_cast<std::size_t>(std::min(1e6, std::round(width_m / (6.0 * cell_m))));
-  };
-  for (int pass = 0; pass < 3; ++pass) {
+  for (std::size_t pass = 0; pass < 3; ++pass) {
+    const auto half = [&](double cell_m) {  // of three means, together half the width
+      const auto all = static_cast<std::size_t>(std::min(3e6, std::round(0.5 * width_m / cell_m)));
+      return (all + pass) / 3;
+    };
     if (half(grid.cell_east_m) > 0)
       mean_across_columns(values, rows, columns, half(grid.cell_east_m));
     if (half(grid.cell_north_m) > 0)

@@ -18,7 +18,21 @@ using Eigen::Vector3d;
 /// What the map has of one feature.
 struct Extent {
   Eigen::AlignedBox3d box;
-  std::uint16_t kind = 0;  // of its first point
+  struct KindPoints {
+    std::uint16_t kind;
+    std::size_t points;
+  };
+  std::vector<KindPoints> kinds;
+
+  void add(std::uint16_t kind) {
+    const auto found = std::ranges::find(kinds, kind, &KindPoints::kind);
+    if (found == kinds.end())
+      kinds.push_back({kind, 1});
+    else
+      ++found->points;
+  }
+  /// The kind of most of its points.
+  std::uint16_t kind() const { return std::ranges::max(kinds, {}, &KindPoints::points).kind; }
 };
 
 std::vector<Extent> extents_of(const Heightfield& field, const SeabedMap& map) {
@@ -31,7 +45,7 @@ std::vector<Extent> extents_of(const Heightfield& field, const SeabedMap& map) {
       const std::uint32_t feature = map.point_feature[point];
       if (feature == 0 || std::isnan(field.z_m[point])) continue;
       Extent& extent = extents[feature - 1];
-      if (extent.box.isEmpty()) extent.kind = map.point_kind[point];
+      extent.add(map.point_kind[point]);
       const Vector3d place(field.x_m(column), field.y_m(row), field.z_m[point]);
       extent.box.extend(place - half_cell);
       extent.box.extend(place + half_cell);
@@ -63,7 +77,7 @@ std::vector<std::uint16_t> number_features(const Heightfield& field, const Seabe
       if (extent.box.isEmpty()) continue;
       FeatureRecord& record = seafloor.features.emplace_back();
       numbers[i] = static_cast<std::uint16_t>(objects + seafloor.features.size());
-      record = {layer, extent.box.center(), extent.box.sizes(), seafloor.labels[extent.kind]};
+      record = {layer, extent.box.center(), extent.box.sizes(), seafloor.labels[extent.kind()]};
       record.label.instance = numbers[i];
       record.label.feature = true;
     }

@@ -247,7 +247,8 @@ const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
       .add = &add_outcrops,
       .values = {
           {"height_m", "m", 0, 1000,
-           "How far the rock rises; at the area's border it is level with the bed.",
+           "How far the rock rises at most; at the area's border it is level with the bed, so that "
+           "less than `share` shows where border_m is as wide as patch_m (0.23 of 0.3).",
            &OutcropRelief::height_m},
           {"ledge_m", "m", 0, 1000,
            "Height of a ledge: a bed's thickness. Joints are four times as far apart; 0: no ledges, "
@@ -257,7 +258,7 @@ const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
           {"dip_heading_deg", "degrees", -360, 360,
            "Direction in which they sink; ledges run across it.", &OutcropRelief::dip_heading_rad},
           {"roughness_at_1m_m", "m", 0, 100,
-           "Rms height difference of points 1 m apart on the rock.",
+           "Rms height difference of points 1 m apart on the rock, in addition to its ledges.",
            &OutcropRelief::roughness_at_1m_m},
           {"hurst", "", 0.01, 0.99, "Hurst exponent of that.", &OutcropRelief::hurst},
       }};

@@ -47,7 +47,7 @@ void for_each_layer(const Heightfield& grid, const SeabedOptions& options, F&& f
 /// Points beyond a window on which a layer in it depends.
 double margin_of(const Area& area, double reach_m, const Heightfield& grid) {
   const double cell_m = std::min(grid.cell_east_m, grid.cell_north_m);
-  // Three means over a sixth of a width, with rounding.
+  // Three means over half a width together, with rounding.
   const auto of_means = [&](double width_m) { return 0.5 * width_m / cell_m + 3.0; };
   double margin = std::max(of_means(area.border_m), reach_m / cell_m + 1.0);
   if (area.gentlest_rad || area.steepest_rad)

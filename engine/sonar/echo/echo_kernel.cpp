@@ -529,18 +529,15 @@ void limit_runs(const RunLimitArgs& in, std::uint32_t* max_rays) {
 std::size_t lay_pieces(const PiecesToLay& pieces, std::size_t first_piece, EchoBins& bins) {
   EchoBins to = bins;  // a local copy: no store into a bin can change it
   const double per_m = 1.0 / to.bin_m, last = static_cast<double>(to.count - 1);
-  // The bin of a range, which is put at the bin's edge if rounding left it just before that.
-  const auto bin_of = [&](double& range_m) {
-    const double place = range_m * per_m + EchoBins::rounding;
-    const auto bin = static_cast<std::size_t>(place < last ? (place > 0.0 ? place : 0.0) : last);
-    range_m = std::max(range_m, to.bin_m * static_cast<double>(bin));
-    return bin;
+  const auto bin_of = [&](double range_m) {
+    const double place = range_m * per_m;
+    return static_cast<std::size_t>(place < last ? (place > 0.0 ? place : 0.0) : last);
   };
   std::size_t i = first_piece;
   for (; i < pieces.count; ++i) {
     if (HWY_UNLIKELY(to.other_count + to.count > to.other_room)) break;
     if (!pieces.answers[i]) continue;
-    double from_m = pieces.from_m[i], until_m = pieces.until_m[i];
+    const double from_m = pieces.from_m[i], until_m = pieces.until_m[i];
     const std::size_t first = bin_of(from_m), end = bin_of(until_m);
     const bool farther = until_m >= from_m;
     if (pieces.starts_surface[i] || farther != to.farther) {

@@ -144,7 +144,6 @@ struct OtherShare {
 /// The bins that pieces are laid into, and the state of laying. A branch is a part of a plane's
 /// pieces over which the range only grows, or only falls, and whose surface does not break.
 struct EchoBins {
-  static constexpr double rounding = 1e-9;  ///< of ranges, in bins
   EchoBin* bins;
   std::uint8_t* layover;  ///< per bin: 1 where two branches of one plane meet
   std::size_t count;

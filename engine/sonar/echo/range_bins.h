@@ -57,8 +57,8 @@ class RangeBins {
     std::uint16_t label;
   };
   std::size_t bin_of(double range_m) const {
-    return static_cast<std::size_t>(std::clamp(range_m / bin_m_ + EchoBins::rounding, 0.0,
-                                               static_cast<double>(bins_.size() - 1)));
+    return static_cast<std::size_t>(
+        std::clamp(range_m / bin_m_, 0.0, static_cast<double>(bins_.size() - 1)));
   }
   void sort_shares();
   void add_share(std::size_t bin, std::uint16_t label, double energy);

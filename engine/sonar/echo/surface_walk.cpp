@@ -117,13 +117,9 @@ void SurfaceWalk::end_surface(std::size_t last, std::size_t next) {
   }
 }
 
-// Along a piece the range is taken as linear, which must not lead nearer than the facet's plane is.
 void SurfaceWalk::begin_surface(std::size_t piece) {
-  PieceTable& pieces = *pieces_;
-  const double plane_m =
-      -pieces.distance[piece] / std::hypot(pieces.level[piece], pieces.pole[piece]);
-  pieces.from_m[piece] = std::max(pieces.range_m[piece] - half_m(piece), plane_m);
-  pieces.starts_surface[piece] = 1;
+  pieces_->from_m[piece] = pieces_->range_m[piece] - half_m(piece);
+  pieces_->starts_surface[piece] = 1;
   if (!is_object(piece)) crest_ = none;
 }
 

@@ -14,7 +14,7 @@ struct ArtefactOptions {
   double lost = 0.0;              ///< share of pings
   double repeated = 0.0;          ///< share of pings
   double stale_navigation = 0.0;  ///< share of the time in which the navigation repeats a report
-  double stale_s = 3.0;           ///< duration of each such time
+  double stale_s = 3.0;           ///< such a time, unless others follow it
   // Another sonar: a pulse at one range, which moves from ping to ping if the two sonars are not
   // synchronised.
   std::optional<double> interference_db;  ///< above the noise; unset: none

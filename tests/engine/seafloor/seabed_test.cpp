@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <set>
 #include <stdexcept>
@@ -312,6 +313,44 @@ TEST_CASE("Boulders have instances, except in a layer with too many of them") {
   CHECK(many.warnings[0].starts_with("seafloor.boulders.0: its "));
   REQUIRE(!many.features.empty());
   CHECK(many.features[0].layer == "boulders.1");
+}
+
+TEST_CASE("A feature on two sediments has the one that it mostly lies on") {
+  SeafloorOptions bed = options();
+  bed.seabed.patches.resize(1);
+  bed.seabed.patches[0].material = "sandy mud";
+  bed.seabed.patches[0].area.share = 0.5;
+  bed.seabed.patches[0].area.patch_m = 6.0;
+  bed.seabed.pits.push_back({.relief = {.per_hectare = 300.0, .diameter_m = 5.0}});
+  const Seafloor floor = make_seafloor(bed, 2);
+  std::map<std::uint16_t, std::map<std::uint16_t, int>> faces;  // by instance and sediment
+  for (std::size_t face = 0; face < floor.bed_faces; ++face) {
+    const Label& label = floor.labels[floor.face_label[face]];
+    if (label.instance != 0) ++faces[label.instance][label.sediment];
+  }
+  int mixed = 0;
+  for (const FeatureRecord& feature : floor.features) {
+    int all = 0;
+    for (const auto& [sediment, count] : faces[feature.label.instance]) all += count;
+    const int its = faces[feature.label.instance][feature.label.sediment];
+    CHECK(its >= 0.45 * all);  // of two; points at the edge have no faces
+    mixed += its > 0 && its < all;
+  }
+  CHECK(mixed > 10);
+}
+
+TEST_CASE("A softened border is as wide as asked, within a cell") {
+  const Heightfield grid = flat(100, 3, 0.5, 0.5);
+  std::vector<double> mask(grid.z_m.size());
+  for (int row = 0; row < grid.rows; ++row)
+    for (int column = 50; column < grid.columns; ++column) mask[grid.index(column, row)] = 1.0;
+  for (const double width_m : {0.0, 1.0, 2.0, 3.3, 8.0, 15.0}) {
+    CAPTURE(width_m);
+    const std::vector<double> soft = softened(mask, grid, width_m);
+    const auto between =
+        std::ranges::count_if(soft, [](double share) { return share > 0.0 && share < 1.0; });
+    CHECK(0.5 * static_cast<double>(between) / grid.rows == Approx(width_m).margin(0.5));
+  }
 }
 
 TEST_CASE("Across the border of a patch its share falls as a softened mask does") {
