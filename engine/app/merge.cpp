@@ -31,13 +31,13 @@ std::string intervals(const std::vector<std::size_t>& numbers) {
   return text;
 }
 
-/// Calls a merge with its progress, which Ctrl-C stops.
+/// Calls a merge with its progress, which a signal stops.
 template <class Merge>
-auto watched(const MergeArguments& arguments, std::string_view pieces, const Merge& merge) {
+auto watched(const MergeArguments& arguments, const Merge& merge) {
   const SignalWatch signals;
   Progress progress(arguments.quiet);
-  return merge(arguments.folder, [&](std::size_t done, std::size_t of) {
-    progress.report(pieces, done, of);
+  return merge([&](std::string_view stage, std::size_t done, std::size_t of) {
+    progress.report(stage, done, of);
     return SignalWatch::caught() == 0;
   });
 }
@@ -65,7 +65,10 @@ void require_whole(const MergeArguments& arguments, std::string_view pieces,
 }
 
 void merge_parts(const MergeArguments& arguments) {
-  const RunMergeReport report = watched(arguments, "parts", merge_run);
+  const RunMergeReport report = watched(arguments, [&](const auto& progress) {
+    return merge_run(arguments.folder,
+                     [&](std::size_t done, std::size_t of) { return progress("parts", done, of); });
+  });
   if (arguments.json)
     print_object({{"parts", report.parts},
                   {"missing", report.missing},
@@ -78,10 +81,9 @@ void merge_parts(const MergeArguments& arguments) {
 }
 
 void merge_dataset(const MergeArguments& arguments) {
-  const MergeReport report =
-      watched(arguments, "samples", [&](const auto& folder, const auto& progress) {
-        return merge(folder, progress, {.webdataset = arguments.webdataset});
-      });
+  const MergeReport report = watched(arguments, [&](const auto& progress) {
+    return merge(arguments.folder, progress, {.webdataset = arguments.webdataset});
+  });
   if (arguments.json)
     print_object({{"samples", report.samples},
                   {"missing", report.missing},

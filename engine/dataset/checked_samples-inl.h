@@ -54,8 +54,9 @@ class CheckedSamples {
     return folders_.sample(sample) / name;
   }
   /// Passes the files of all samples to f, by their names in tars, in the order of these names.
-  void for_each_file(
-      const std::function<void(const std::string&, std::span<const std::byte>)>& f) const;
+  /// `sample` is the sample of a file; of one in a tar, the tar's first.
+  void for_each_file(const std::function<void(std::size_t sample, const std::string& name,
+                                              std::span<const std::byte> content)>& f) const;
 
  private:
   /// A file's size and hash, and the text of a JSON file.

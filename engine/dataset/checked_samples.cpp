@@ -135,13 +135,13 @@ std::string CheckedSamples::content_of(std::size_t sample, const std::string& na
   return found;
 }
 
-void CheckedSamples::for_each_file(
-    const std::function<void(const std::string&, std::span<const std::byte>)>& f) const {
+void CheckedSamples::for_each_file(const std::function<void(std::size_t, const std::string&,
+                                                            std::span<const std::byte>)>& f) const {
   for (std::size_t i = 0; i < samples_; ++i) {
     if (in_tar(i)) {
       if (i % per_tar_ == 0)
         read_tar(place(i), [&](const std::string& name, std::vector<std::byte> content) {
-          f(name, content);
+          f(i, name, content);
         });
       continue;
     }
@@ -151,7 +151,7 @@ void CheckedSamples::for_each_file(
     });
     for (const auto& [name, file] : files) {
       const std::string content = refine::read_file(file);
-      f(name, std::as_bytes(std::span(content)));
+      f(i, name, std::as_bytes(std::span(content)));
     }
   }
 }

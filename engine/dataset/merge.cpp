@@ -45,9 +45,8 @@ std::string word_of(const Json& json) {
 
 class Merge {
  public:
-  Merge(const fs::path& folder, const std::function<bool(std::size_t, std::size_t)>& progress,
-        const MergeOptions& options)
-      : folder_(folder), progress_(progress), options_(options), files_(folder) {
+  Merge(const fs::path& folder, const MergeStep& step, const MergeOptions& options)
+      : folder_(folder), options_(options), files_(folder, step) {
     if (!fs::exists(folder / "dataset.json"))
       throw SceneError(fmt::format(
           "{}: {}; expected a folder made by `ensonify generate`, or by `ensonify run` in several "
@@ -94,8 +93,7 @@ class Merge {
 
   MergeReport run() {
     for (std::size_t i = 0; i < samples_; ++i) {
-      if (progress_ && !progress_(i, samples_))
-        throw Stopped("stopped on request; nothing was written");
+      files_.step("samples", i, samples_);
       std::string damage;
       if (!stored_->finished(i)) {
         report_.missing.push_back(i);
@@ -221,7 +219,8 @@ class Merge {
   }
 
   void write() {
-    const Claim claim = StagingFolder::wait_for(folder_ / "merge", [] {});  // one merge at a time
+    const Claim claim = StagingFolder::wait_for(
+        folder_ / "merge", [&] { files_.step("another merge of this folder", 0, 1); });
     files_.remove_leftovers();
     files_.write("manifest.jsonl", manifest_);
     for (const char* split : split_names)
@@ -232,8 +231,10 @@ class Merge {
           {{"id", i + 1},
            {"name", card_.classes[i]},
            {"supercategory", i + 1 == classes_.shadow_class ? "shadow" : "object"}});
-    for (const std::string& group : groups_)
+    std::size_t groups_done = 0;
+    for (const std::string& group : groups_) {
       for (const char* split : split_names) {
+        files_.step("annotations", groups_done, groups_.size());
         const PictureIndex& index = indexes_[{group, split}];
         const Json coco = {{"info", {{"description", card_.title}, {"version", card_.version}}},
                            {"categories", categories},
@@ -241,6 +242,8 @@ class Merge {
                            {"annotations", index.annotations()}};
         files_.write(fmt::format("coco/{}_{}.json", group, split), json_text(coco) + "\n");
       }
+      ++groups_done;
+    }
     if (per_tar_ == 0) {
       const std::vector<std::string> targets(
           card_.classes.begin(), card_.classes.begin() + static_cast<std::ptrdiff_t>(targets_));
@@ -262,14 +265,16 @@ class Merge {
 
   void write_webdataset(const fs::path& place) {
     WebDatasetWriter writer(place);
-    stored_->for_each_file([&](const std::string& name, std::span<const std::byte> content) {
-      const bool wanted =
-          name.ends_with(".png") || name.ends_with(".json") || name.ends_with(".txt");
-      auto record = records_.upper_bound(name);
-      if (!wanted || record == records_.begin() || !name.starts_with((--record)->first)) return;
-      const auto& [prefix, of] = *record;
-      writer.add(of.group, of.key, name.substr(prefix.size()), content);
-    });
+    stored_->for_each_file(
+        [&](std::size_t sample, const std::string& name, std::span<const std::byte> content) {
+          files_.step("samples for WebDataset", sample, samples_);
+          const bool wanted =
+              name.ends_with(".png") || name.ends_with(".json") || name.ends_with(".txt");
+          auto record = records_.upper_bound(name);
+          if (!wanted || record == records_.begin() || !name.starts_with((--record)->first)) return;
+          const auto& [prefix, of] = *record;
+          writer.add(of.group, of.key, name.substr(prefix.size()), content);
+        });
     writer.finish();
   }
 
@@ -313,7 +318,6 @@ class Merge {
   };
 
   fs::path folder_;
-  const std::function<bool(std::size_t, std::size_t)>& progress_;
   const MergeOptions options_;
   static constexpr std::size_t small_px = 4;
   std::size_t boxes_ = 0, small_boxes_ = 0;
@@ -337,9 +341,12 @@ class Merge {
 }  // namespace
 
 MergeReport merge(const fs::path& folder,
-                  const std::function<bool(std::size_t, std::size_t)>& progress,
+                  const std::function<bool(std::string_view, std::size_t, std::size_t)>& progress,
                   const MergeOptions& options) {
-  return Merge(folder, progress, options).run();
+  const auto step = [&](std::string_view stage, std::size_t done, std::size_t of) {
+    if (progress && !progress(stage, done, of)) throw Stopped("stopped on request");
+  };
+  return Merge(folder, step, options).run();
 }
 
 }  // namespace ensonify::engine

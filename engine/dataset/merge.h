@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace ensonify::engine {
@@ -42,9 +43,12 @@ struct MergeOptions {
 /// Checks every file of a dataset against its sample's hashes. If the dataset is complete, writes
 /// the files above, replaces those of an earlier merge, and removes what a killed one left. Throws
 /// SceneError for a folder without a readable dataset.json, std::system_error if the disk refuses,
-/// Stopped if `progress` returns false.
+/// Stopped if `progress` returns false. It is called often; each stage counts other things. If it
+/// stops the merge while the files are written, each of them is an earlier merge's or complete, and
+/// the next merge writes all of them.
 MergeReport merge(const std::filesystem::path& folder,
-                  const std::function<bool(std::size_t done, std::size_t of)>& progress = {},
+                  const std::function<bool(std::string_view stage, std::size_t done,
+                                           std::size_t of)>& progress = {},
                   const MergeOptions& options = {});
 
 }  // namespace ensonify::engine

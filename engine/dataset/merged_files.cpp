@@ -5,6 +5,7 @@
 
 #include <ensonify/engine/output/sha256.h>
 #include <ensonify/engine/output/staging.h>
+#include <ensonify/engine/run.h>
 #include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
@@ -22,11 +23,18 @@ void MergedFiles::write_folder(const std::string& name,
                                const std::function<void(const fs::path&)>& fill) {
   const fs::path place = folder_ / name;
   refine::make_folder(place.parent_path());
-  const Claim claim = StagingFolder::wait_for(place, [] {});
-  StagingFolder staging(place);
-  fill(staging.path());
-  fs::remove_all(place);
-  staging.put_in_place();
+  const auto removing = [&] { step("old files of " + name, 0, 1); };
+  const Claim claim = StagingFolder::wait_for(place, removing);
+  StagingFolder staging(place), former(place);
+  try {
+    fill(staging.path());
+    if (fs::exists(place)) fs::rename(place, former.path() / "former");
+    staging.put_in_place();
+    former.remove(removing);
+  } catch (const Stopped&) {
+    staging.leave();
+    throw;
+  }
   files_.push_back(place);
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -10,14 +12,21 @@
 
 namespace ensonify::engine {
 
+/// Called often while a merge works. What it throws ends the merge.
+using MergeStep = std::function<void(std::string_view stage, std::size_t done, std::size_t of)>;
+
 /// Writes what a merge adds to a dataset's folder, and lists it. Functions throw std::system_error.
 class MergedFiles {
  public:
-  explicit MergedFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  MergedFiles(std::filesystem::path folder, MergeStep step)
+      : step(std::move(step)), folder_(std::move(folder)) {}
+
+  const MergeStep step;
 
   /// `name` is relative to the dataset's folder.
   void write(const std::string& name, const std::string& text);
-  /// Makes a whole folder of the dataset again: fill(its place while it is made).
+  /// Makes a whole folder of the dataset again: fill(its place while it is made). A merge that ends
+  /// before leaves a hidden folder, which the next one removes: to remove many files takes long.
   void write_folder(const std::string& name,
                     const std::function<void(const std::filesystem::path&)>& fill);
   /// Writes a file into a folder that is being made.

@@ -18,6 +18,19 @@ std::string stem_of(const std::string& picture) {
   return picture.substr(0, picture.size() - std::string(".png").size());
 }
 
+/// Calls f(group, split, picture) for each picture, and a step of the merge before it.
+template <class F>
+void for_each_picture(const PictureIndexes& indexes, const MergedFiles& files,
+                      std::string_view stage, const F& f) {
+  std::size_t done = 0, all = 0;
+  for (const auto& [of, index] : indexes) all += index.pictures().size();
+  for (const auto& [of, index] : indexes)
+    for (const IndexedPicture& picture : index.pictures()) {
+      files.step(stage, done++, all);
+      f(of.first, of.second, picture);
+    }
+}
+
 /// Makes links in one of YOLO's folders to the samples. Returns false, with a warning, if the file
 /// system has none.
 bool link_samples(const fs::path& folder, const std::vector<std::string>& links,
@@ -68,12 +81,12 @@ void write_yolo(const PictureIndexes& indexes, const std::vector<std::string>& c
   if (!link_samples(files.folder() / "yolo_segment", {"images"}, warnings)) return;
   write_lists("yolo_segment", indexes, classes, files);
   files.write_folder("yolo_segment/labels", [&](const fs::path& place) {
-    for (const auto& [of, index] : indexes)
-      for (const IndexedPicture& picture : index.pictures())
-        if (!picture.segments.empty())  // without a file, there is nothing in the picture
-          MergedFiles::stage(
-              place / SampleFolders::name_of(picture.sample) / (stem_of(picture.name) + ".txt"),
-              picture.segments);
+    for_each_picture(indexes, files, "pictures for YOLO", [&](auto&, auto&, const auto& picture) {
+      if (!picture.segments.empty())  // without a file, there is nothing in the picture
+        MergedFiles::stage(
+            place / SampleFolders::name_of(picture.sample) / (stem_of(picture.name) + ".txt"),
+            picture.segments);
+    });
   });
 }
 
@@ -89,13 +102,16 @@ std::map<std::string, std::set<std::string>> write_hub(const PictureIndexes& ind
       hub[of.first].insert(of.second);
       MergedFiles::stage(folder / "metadata.jsonl", index.hub_metadata());
       files.add_to_index((name / "metadata.jsonl").string(), index.hub_metadata());
-      for (const IndexedPicture& picture : index.pictures()) {
-        const fs::path file = folder / SampleFolders::name_in_tar(picture.sample, picture.name);
-        std::error_code error;
-        fs::create_hard_link(samples.file(picture.sample, picture.name), file, error);
-        if (error) MergedFiles::stage(file, samples.content_of(picture.sample, picture.name));
-      }
     }
+    for_each_picture(
+        indexes, files, "pictures for the Hub",
+        [&](const std::string& group, const std::string& split, const auto& picture) {
+          const fs::path file =
+              place / group / split / SampleFolders::name_in_tar(picture.sample, picture.name);
+          std::error_code error;
+          fs::create_hard_link(samples.file(picture.sample, picture.name), file, error);
+          if (error) MergedFiles::stage(file, samples.content_of(picture.sample, picture.name));
+        });
   });
   return hub;
 }

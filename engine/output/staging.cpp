@@ -19,6 +19,24 @@ namespace ensonify::engine {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// Removes a folder. `between` is called before each file: a disk may need a millisecond for one.
+void remove_folder(const fs::path& folder, const std::function<void()>& between) {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    if (entry.is_directory(ignored) && !entry.is_symlink(ignored)) {
+      remove_folder(entry.path(), between);
+    } else {
+      between();
+      fs::remove(entry.path(), ignored);
+    }
+  }
+  fs::remove(folder, ignored);
+}
+
+}  // namespace
+
 std::optional<Claim> Claim::try_take(const fs::path& lock_file) {
   while (true) {
     const int descriptor = ::open(lock_file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
@@ -61,9 +79,10 @@ fs::path StagingFolder::lock_of(const fs::path& place) {
   return place.parent_path() / fmt::format(".{}.lock", place.filename().string());
 }
 
-std::optional<Claim> StagingFolder::try_claim(const fs::path& place) {
+std::optional<Claim> StagingFolder::try_claim(const fs::path& place,
+                                              const std::function<void()>& between) {
   std::optional<Claim> claim = Claim::try_take(lock_of(place));
-  if (claim && claim->exclusive()) remove_left_behind(place);
+  if (claim && claim->exclusive()) remove_left_behind(place, between);
   return claim;
 }
 
@@ -78,14 +97,14 @@ std::vector<fs::path> StagingFolder::left_behind(const fs::path& place) {
   return found;
 }
 
-void StagingFolder::remove_left_behind(const fs::path& place) {
-  std::error_code ignored;
-  for (const fs::path& folder : left_behind(place)) fs::remove_all(folder, ignored);
+void StagingFolder::remove_left_behind(const fs::path& place,
+                                       const std::function<void()>& between) {
+  for (const fs::path& folder : left_behind(place)) remove_folder(folder, between);
 }
 
 Claim StagingFolder::wait_for(const fs::path& place, const std::function<void()>& waiting) {
   while (true) {
-    if (std::optional<Claim> claim = try_claim(place)) return std::move(*claim);
+    if (std::optional<Claim> claim = try_claim(place, waiting)) return std::move(*claim);
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     waiting();
   }
@@ -108,6 +127,10 @@ StagingFolder::StagingFolder(const fs::path& place) : place_(place) {
 StagingFolder::~StagingFolder() {
   std::error_code ignored;
   if (!folder_.empty()) fs::remove_all(folder_, ignored);
+}
+
+void StagingFolder::remove(const std::function<void()>& between) {
+  remove_folder(std::exchange(folder_, {}), between);
 }
 
 void StagingFolder::put_in_place() {

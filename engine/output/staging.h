@@ -48,17 +48,23 @@ class StagingFolder {
 
   /// Keeps the temporary folder when this object ends.
   void leave() { folder_.clear(); }
+  /// Removes it now. `between` is called before each file; what it throws leaves the others to the
+  /// next claim.
+  void remove(const std::function<void()>& between);
 
   static std::filesystem::path lock_of(const std::filesystem::path& place);
   /// The temporary folders of a place. If this process holds the lock of the place, killed
   /// processes left them.
   static std::vector<std::filesystem::path> left_behind(const std::filesystem::path& place);
-  static void remove_left_behind(const std::filesystem::path& place);
+  static void remove_left_behind(
+      const std::filesystem::path& place, const std::function<void()>& between = [] {});
   /// The claim to a place, after removing the temporary folders that killed processes left there;
-  /// none while another process holds it. Throws as Claim::try_take().
-  static std::optional<Claim> try_claim(const std::filesystem::path& place);
-  /// The same, but waits while another process holds it. `waiting` is called every 0.1 s; what it
-  /// throws ends the waiting.
+  /// none while another process holds it. `between` is called before each file that is removed.
+  /// Throws as Claim::try_take(), and what `between` throws.
+  static std::optional<Claim> try_claim(
+      const std::filesystem::path& place, const std::function<void()>& between = [] {});
+  /// The same, but waits while another process holds it. `waiting` is called often, also before
+  /// each file that is removed; what it throws ends the waiting.
   static Claim wait_for(const std::filesystem::path& place, const std::function<void()>& waiting);
 
  private:

@@ -3,12 +3,17 @@
 #include <ensonify/engine/dataset/merge.h>
 
 #include <filesystem>
+#include <map>
+#include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/output/staging.h>
+#include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/scene.h>
 
 #include "support/catch.h"
@@ -37,6 +42,59 @@ TEST_CASE("a small dataset is merged") {
   CHECK(report.damaged.empty());
   CHECK(report.samples == 1);
   CHECK(!report.files.empty());
+}
+
+TEST_CASE("a merge stops at every step, and the next one makes the files of an undisturbed one") {
+  const tests::TemporaryFolder folder;
+  const std::filesystem::path set = folder / "set";
+  SmallDataset().write(set);
+  const auto files = [&] {
+    std::map<std::string, std::string> texts;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(set))
+      texts[entry.path().lexically_relative(set)] =
+          entry.is_regular_file() ? tests::read_text(entry.path()) : "";
+    return texts;
+  };
+  std::set<std::string> stages;
+  std::size_t steps = 0, last = 1000;
+  const auto merged_until_last = [&] {
+    steps = 0;
+    return engine::merge(set,
+                         [&](std::string_view stage, std::size_t done, std::size_t of) {
+                           CHECK(done < of);
+                           stages.insert(std::string(stage));
+                           return steps++ < last;
+                         },
+                         {.webdataset = true});
+  };
+  merged_until_last();
+  const std::map<std::string, std::string> undisturbed = files();
+  merged_until_last();
+  const std::size_t all = steps;
+  for (const char* stage : {"samples", "annotations", "pictures for YOLO", "pictures for the Hub",
+                            "samples for WebDataset", "old files of hub"})
+    CHECK(stages.contains(stage));
+  for (std::size_t step = 0; step < all; ++step) {
+    CAPTURE(step);
+    last = step;
+    CHECK_THROWS_AS(merged_until_last(), engine::Stopped);
+    CHECK(steps == step + 1);
+    last = 1000;
+    merged_until_last();
+    CHECK(files() == undisturbed);
+  }
+}
+
+TEST_CASE("a merge that waits for another one stops on request") {
+  const tests::TemporaryFolder folder;
+  SmallDataset().write(folder / "set");
+  const auto other = engine::StagingFolder::try_claim(folder / "set/merge");
+  REQUIRE(other);
+  CHECK_THROWS_AS(engine::merge(folder / "set",
+                                [](std::string_view stage, std::size_t, std::size_t) {
+                                  return stage != "another merge of this folder";
+                                }),
+                  engine::Stopped);
 }
 
 TEST_CASE("a dataset.json with classes without names, endless or broken samples is refused") {
