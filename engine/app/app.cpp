@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <climits>
 #include <cmath>
 #include <csignal>
 #include <system_error>
@@ -149,12 +150,18 @@ Shard parse_shard(std::string_view option, const std::string& text) {
 }
 
 void print(std::string_view text) {
-  if (text.empty()) return;
-  if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
-    return;
-  if (errno == EINTR && SignalWatch::caught() != 0) throw Stopped("stopped on request");
-  throw std::runtime_error(
-      "stdout: not all of the output could be written; check the disk, or the program that reads it");
+  // A pipe that can be written takes this much at once, so that no write waits for the reader.
+  constexpr std::size_t most = PIPE_BUF;
+  while (!text.empty()) {
+    if (!SignalWatch::wait_for_output(STDOUT_FILENO)) throw Stopped("stopped on request");
+    const ssize_t written = ::write(STDOUT_FILENO, text.data(), std::min(most, text.size()));
+    if (written > 0)
+      text.remove_prefix(static_cast<std::size_t>(written));
+    else if (written == 0 || (errno != EINTR && errno != EAGAIN))
+      throw std::runtime_error(
+          "stdout: not all of the output could be written; check the disk, or the program that reads "
+          "it");
+  }
 }
 
 bool can_write_now(int descriptor) {

@@ -1,6 +1,8 @@
 // `ensonify stream`: reads poses, writes echo lines.
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <cstring>
 #include <string>
 #include <thread>
@@ -284,6 +286,31 @@ TEST_CASE("a signal ends a stream whose reader has stopped reading") {
         kill(process, SIGTERM);
       },
       folder / "lines", folder / "in");
+  CHECK(outcome.code == 128 + SIGTERM);
+  CHECK(outcome.err == "ensonify: stopped on request\n");
+  close(reader);
+}
+
+TEST_CASE("a signal ends a stream whose reader stops in the middle of a long answer") {
+  const Folder folder;
+  tests::write_text(folder / "in", pose);
+  REQUIRE(mkfifo((folder / "lines").c_str(), 0600) == 0);
+  const int reader = open((folder / "lines").c_str(), O_RDWR);
+  std::chrono::steady_clock::time_point killed;
+  const tests::Outcome outcome = tests::run_program(
+      folder.path(),
+      {"stream", "tiny.toml", "--quiet", "-D", "sonar.left-right.bins=20000", "--layers",
+       "intensity,intensity_mean,region,range_m"},
+      {},
+      [&](pid_t process) {
+        std::vector<char> some(1000);  // the reader takes the beginning of the answer
+        CHECK(read(reader, some.data(), some.size()) > 0);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+        kill(process, SIGTERM);
+        killed = std::chrono::steady_clock::now();
+      },
+      folder / "lines", folder / "in");
+  CHECK(std::chrono::steady_clock::now() - killed < std::chrono::seconds(10));
   CHECK(outcome.code == 128 + SIGTERM);
   CHECK(outcome.err == "ensonify: stopped on request\n");
   close(reader);
