@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 
 namespace ensonify::engine {
@@ -13,6 +14,19 @@ struct WorkControl {
   void check_stop() const {
     if (stop_check) stop_check();
   }
+};
+
+/// Calls a stop check from an inner loop: at one of 65,536 calls.
+class RareStopCheck {
+ public:
+  explicit RareStopCheck(const std::function<void()>& stop_check) : stop_check_(stop_check) {}
+  void operator()() {
+    if (++calls_ % 65536 == 0 && stop_check_) stop_check_();
+  }
+
+ private:
+  const std::function<void()>& stop_check_;
+  std::uint32_t calls_ = 0;
 };
 
 }  // namespace ensonify::engine

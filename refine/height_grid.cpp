@@ -204,7 +204,8 @@ void HeightGrid::used_points(int row, int first_column, int end_column, int firs
 }
 
 TriangleMesh HeightGrid::mesh(int first_column, int end_column, int first_row, int end_row,
-                              std::vector<std::uint32_t>* numbers) const {
+                              std::vector<std::uint32_t>* numbers,
+                              const std::function<void()>& stop_check) const {
   TriangleMesh mesh;
   mesh.world_origin = world_origin_;
   if (counts_.vertices > max_numbers)
@@ -228,6 +229,7 @@ TriangleMesh HeightGrid::mesh(int first_column, int end_column, int first_row, i
   };
   if (first_row < end_row) add_points(first_row, north);
   for (int row = first_row; row < end_row; ++row) {
+    if (stop_check) stop_check();
     std::swap(south, north);
     add_points(row + 1, north);
     for (int column = first_column; column < end_column; ++column) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
@@ -149,11 +150,15 @@ class HeightGrid {
 
   /// The faces of the cells [first_column, end_column) x [first_row, end_row), in order, with the
   /// vertices that they use, in order. Appends the numbers of the faces, if they are wanted. Throws
-  /// MeshError if there are more vertices than 32 bits can number.
+  /// MeshError if there are more vertices than 32 bits can number. `stop_check` is called for each
+  /// row; what it throws ends the work.
   TriangleMesh mesh(int first_column, int end_column, int first_row, int end_row,
-                    std::vector<std::uint32_t>* numbers = nullptr) const;
+                    std::vector<std::uint32_t>* numbers = nullptr,
+                    const std::function<void()>& stop_check = {}) const;
   /// All faces.
-  TriangleMesh mesh() const { return mesh(0, columns() - 1, 0, rows() - 1); }
+  TriangleMesh mesh(const std::function<void()>& stop_check = {}) const {
+    return mesh(0, columns() - 1, 0, rows() - 1, nullptr, stop_check);
+  }
 
   /// Memory, in bytes, of a grid with these numbers of points.
   static double bytes_of(double columns, double rows);

@@ -100,11 +100,19 @@ Scene scene_with(Scene scene, std::string_view surface, std::string_view interse
 std::unique_ptr<Prepared> prepare(const CheckArguments& arguments, const Preparation& how) {
   const Scene read = arguments.scene.read();
   require_at_once(read.seafloor);
+  // Later, when this tree is asked, a signal still prints the table.
+  const auto making = std::make_shared<bool>(true);
+  Preparation how_reference = how;
+  how_reference.stop_check = [making, progress = how.progress] {
+    if (*making) progress("tree");
+  };
   // The tree of this simulator is the reference: a second one, of the scene's intersector, would
   // only take memory.
   auto all = std::make_unique<Prepared>(Prepared{
       .scene = scene_with(read, refined_surface, read.run.intersector),
-      .simulator = Simulator(scene_with(read, static_surface, reference_intersector), how)});
+      .simulator =
+          Simulator(scene_with(read, static_surface, reference_intersector), how_reference)});
+  *making = false;
   all->reference = SimulatorInternals::whole(all->simulator);
   if (read.seafloor.is_grid())
     all->of_heights.emplace(scene_with(read, footprint_surface, read.run.intersector), how);

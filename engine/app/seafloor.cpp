@@ -1,6 +1,8 @@
 #include <ensonify/engine/simulator/prepare.h>
 
 #include <memory>
+#include <mutex>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -13,6 +15,7 @@
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
+#include "progress.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -24,10 +27,6 @@ struct SeafloorArguments {
   bool quiet = false;
 };
 
-void stop_if_asked() {
-  if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-}
-
 void write_seafloor(const SeafloorArguments& arguments) {
   const std::string kind = arguments.file.extension().string();
   if (kind != ".ply" && kind != ".npy" && kind != ".tif")
@@ -35,15 +34,22 @@ void write_seafloor(const SeafloorArguments& arguments) {
                                  arguments.file.string(), kind));
   const Scene scene = arguments.scene.read();
   const SignalWatch signals;  // a signal then leaves no temporary file
-  const WorkControl control{refine::thread_count(0), stop_if_asked};
+  Progress progress(arguments.quiet);
+  std::mutex reporting;
+  const auto report = [&](std::string_view stage) {
+    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
+    const std::lock_guard lock(reporting);
+    progress.report(stage, 0, 1);
+  };
+  const WorkControl control{refine::thread_count(0), [&] { report("seafloor"); }};
   if (kind == ".ply") {
     const refine::TriangleMesh mesh =
         seafloor_of(scene, {arguments.memory}, BedForm::mesh, control).mesh;
-    stop_if_asked();
+    report("file");
     refine::write_ply(arguments.file, mesh);
   } else {
     const Heightfield field = heights_of(scene, {arguments.memory}, control);
-    stop_if_asked();
+    report("file");
     refine::write_file(arguments.file,
                        kind == ".tif"
                            ? encode_geotiff(field, world_reference(scene, field.world_origin,
@@ -69,7 +75,7 @@ void add_seafloor(CLI::App& app, Action& action) {
       ->check(a_path())
       ->required();
   add_memory(command, arguments->memory);
-  command.add_flag("--quiet", arguments->quiet, "No effect; accepted for scripts");
+  add_quiet(command, arguments->quiet, "No progress");
   command.callback([&action, arguments] { action = [arguments] { write_seafloor(*arguments); }; });
 }
 

@@ -56,7 +56,8 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                       what, max_labels - seafloor.labels.size()));
   };
   require_labels(count_of(tables), "objects");
-  PlacedObjects placed = place_objects(tables, seed, BedGrid(seafloor), materials, plan, control);
+  PlacedObjects placed =
+      place_objects(tables, seed, BedGrid(seafloor, control.stop_check), materials, plan, control);
   if (const std::optional<std::size_t> first = first_scoured(tables)) {
     if (!heights)
       throw std::invalid_argument(
@@ -64,7 +65,8 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                       "at once, not a mesh and not one in tiles; leave them out",
                       *first));
     add_scours(*heights, placed, tables, seed);
-    seafloor.grid = std::make_shared<const refine::HeightGrid>(height_grid(*heights));
+    seafloor.grid =
+        std::make_shared<const refine::HeightGrid>(height_grid(*heights, control.stop_check));
     seafloor.mean_bed_m = seafloor.grid->mean_height_m();
   }
   std::size_t parts = 0;

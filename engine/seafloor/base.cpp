@@ -46,12 +46,13 @@ Heightfield fractal_grid(const SeafloorOptions& options) {
   return field;
 }
 
-Heightfield make_fractal(const SeafloorOptions& options, std::uint64_t seed, int threads) {
+Heightfield make_fractal(const SeafloorOptions& options, std::uint64_t seed,
+                         const WorkControl& control) {
   Heightfield field = fractal_grid(options);
   field.z_m.assign(static_cast<std::size_t>(field.columns) * static_cast<std::size_t>(field.rows),
                    -options.depth_m);
-  add_fractal(field, options.fractal, seed, threads);
-  add_ripples(field, options.ripples, seed);
+  add_fractal(field, options.fractal, seed, control);
+  add_ripples(field, options.ripples, seed, control);
   return field;
 }
 
@@ -77,7 +78,8 @@ SurveyScatter scatter_of(const SeafloorOptions& options, std::uint64_t seed) {
   return {options.uncertainty_scatter, seed};
 }
 
-Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed, int threads) {
+Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed,
+                        const WorkControl& control) {
   Heightfield field =
       read_survey(survey_of(options), options.water_level_m, scatter_of(options, seed));
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
@@ -91,7 +93,7 @@ Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed, int 
     }
   refuse_all_land(options, lowest, highest, under_water / points);
   if (options.detail.cell_m == 0.0) return field;
-  return with_detail(field, options.detail, seed, threads);
+  return with_detail(field, options.detail, seed, control);
 }
 
 }  // namespace
@@ -106,9 +108,10 @@ Heightfield base_grid(const SeafloorOptions& options) {
   return options.detail.cell_m > 0.0 ? grid_with_detail(grid, options.detail) : grid;
 }
 
-Heightfield make_base(const SeafloorOptions& options, std::uint64_t seed, int threads) {
-  return options.kind == SeafloorKind::fractal ? make_fractal(options, seed, threads)
-                                               : make_survey(options, seed, threads);
+Heightfield make_base(const SeafloorOptions& options, std::uint64_t seed,
+                      const WorkControl& control) {
+  return options.kind == SeafloorKind::fractal ? make_fractal(options, seed, control)
+                                               : make_survey(options, seed, control);
 }
 
 refine::HeightTiles::Heights base_in_windows(const SeafloorOptions& options, std::uint64_t seed) {

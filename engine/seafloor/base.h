@@ -6,6 +6,7 @@
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
+#include <ensonify/engine/work_control.h>
 #include <ensonify/refine/height_tiles.h>
 
 namespace ensonify::engine {
@@ -22,7 +23,8 @@ Heightfield base_grid(const SeafloorOptions& options);
 
 /// The base at once. Throws what base_grid() and read_survey() throw, and refine::MeshError for a
 /// survey that lies above the sea surface.
-Heightfield make_base(const SeafloorOptions& options, std::uint64_t seed, int threads);
+Heightfield make_base(const SeafloorOptions& options, std::uint64_t seed,
+                      const WorkControl& control);
 
 /// The base in windows of its grid (bed/generated_tiles.h, survey_tiles()).
 refine::HeightTiles::Heights base_in_windows(const SeafloorOptions& options, std::uint64_t seed);

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include <ensonify/engine/trace/exact/exact_side.h>
+#include <ensonify/engine/work_control.h>
 #include <ensonify/refine/height_grid.h>
 
 namespace ensonify::engine {
@@ -54,13 +55,15 @@ double height_of(const std::optional<BedPoint>& point) {
 
 }  // namespace
 
-BedGrid::BedGrid(const Seafloor& seafloor) : heights_(seafloor.grid) {
+BedGrid::BedGrid(const Seafloor& seafloor, const std::function<void()>& stop_check)
+    : heights_(seafloor.grid) {
   if (heights_) return;
   bed_ = {seafloor.mesh.positions, std::span(seafloor.mesh.faces).first(seafloor.bed_faces), {}};
-  make_cells();
+  make_cells(stop_check);
 }
 
-void BedGrid::make_cells() {
+void BedGrid::make_cells(const std::function<void()>& stop_check) {
+  RareStopCheck check_stop(stop_check);
   const refine::Bounds box = refine::bounds(bed_);
   lowest_ = box.lowest.head<2>().cast<double>();
   const Eigen::Vector2d extent = box.highest.head<2>().cast<double>() - lowest_;
@@ -71,6 +74,7 @@ void BedGrid::make_cells() {
     cells_ = (extent / cell_m_).array().floor().cast<std::int64_t>() + 1;
     entries = 0.0;
     for (std::uint32_t face = 0; face < bed_.faces.size(); ++face) {
+      check_stop();
       const auto [low, high] = cells_of(face);
       entries += (high - low + 1).cast<double>().prod();
     }
@@ -79,12 +83,18 @@ void BedGrid::make_cells() {
 
   first_.assign(static_cast<std::size_t>(cells_.prod()) + 1, 0);
   for (std::uint32_t face = 0; face < bed_.faces.size(); ++face)
-    for_each_cell(face, [&](std::size_t cell) { ++first_[cell + 1]; });
+    for_each_cell(face, [&](std::size_t cell) {
+      check_stop();
+      ++first_[cell + 1];
+    });
   for (std::size_t cell = 1; cell < first_.size(); ++cell) first_[cell] += first_[cell - 1];
   faces_.resize(first_.back());
   std::vector<std::uint64_t> next(first_.begin(), first_.end() - 1);
   for (std::uint32_t face = 0; face < bed_.faces.size(); ++face)
-    for_each_cell(face, [&](std::size_t cell) { faces_[next[cell]++] = face; });
+    for_each_cell(face, [&](std::size_t cell) {
+      check_stop();
+      faces_[next[cell]++] = face;
+    });
 }
 
 BedGrid::Cells BedGrid::cell_of(const Eigen::Vector2d& place) const {

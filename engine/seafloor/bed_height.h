@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -29,8 +30,9 @@ struct BedPoint {
 class BedGrid {
  public:
   static constexpr double bytes_per_face = 24.0;  ///< memory that it needs over a mesh, at least
-  /// The seafloor must have a grid or a mesh and outlive this object.
-  explicit BedGrid(const Seafloor& seafloor);
+  /// The seafloor must have a grid or a mesh and outlive this object. `stop_check` is called now
+  /// and then while a grid is made; what it throws ends that.
+  explicit BedGrid(const Seafloor& seafloor, const std::function<void()>& stop_check = {});
 
   double height_m(double x_m, double y_m) const;
   /// None over a hole and outside the seafloor.
@@ -50,7 +52,7 @@ class BedGrid {
   template <class F>
   void for_each_cell(std::uint32_t face, F&& f) const;
 
-  void make_cells();
+  void make_cells(const std::function<void()>& stop_check);
   std::optional<BedPoint> top_in_grid(double x_m, double y_m) const;
   std::vector<Eigen::Vector3f> grid_vertices_within(const refine::Bounds& box) const;
 

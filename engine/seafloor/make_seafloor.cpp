@@ -37,7 +37,7 @@ Ground make_ground(const SeafloorOptions& options, std::uint64_t seed, const Wor
   if (!options.is_grid())
     throw std::invalid_argument("seafloor: a mesh has no grid of heights; write it to a .ply file");
   Ground ground;
-  ground.field = make_base(options, seed, control.threads);
+  ground.field = make_base(options, seed, control);
   ground.map = lay_seabed(ground.field, options.seabed, options.material, seed, nullptr, control);
   if (options.kind == SeafloorKind::fractal) refuse_land(ground.field.z_m, options.depth_m);
   return ground;
@@ -76,8 +76,10 @@ double mean_height_m(refine::Triangles triangles) {
 }
 
 /// A bed that was made at once, before its objects.
-void take_bed(const Ground& ground, std::size_t objects, Seafloor& seafloor) {
-  seafloor.grid = std::make_shared<const refine::HeightGrid>(height_grid(ground.field));
+void take_bed(const Ground& ground, std::size_t objects, const WorkControl& control,
+              Seafloor& seafloor) {
+  seafloor.grid =
+      std::make_shared<const refine::HeightGrid>(height_grid(ground.field, control.stop_check));
   seafloor.mesh.world_origin = ground.field.world_origin;
   seafloor.utm_zone = ground.field.utm_zone;
   seafloor.vertices = seafloor.grid->vertices();
@@ -97,7 +99,7 @@ Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
   Ground ground = make_ground(options, seed, control);
   if (first_scoured(objects)) {
     Seafloor seafloor;
-    take_bed(ground, count_of(objects), seafloor);
+    take_bed(ground, count_of(objects), control, seafloor);
     add_objects(objects, seed, materials, &ground.field, seafloor, plan, control);
   }
   return std::move(ground.field);
@@ -129,17 +131,17 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
     ground = make_ground(options, seed, control);
     require_faces_fit(options, ground.field, plan, form);
     seafloor.warnings = coarse_cell_warnings(ground.field, options.seabed);
-    take_bed(ground, count_of(objects), seafloor);
+    take_bed(ground, count_of(objects), control, seafloor);
   }
   add_objects(objects, seed, materials, seafloor.grid ? &ground.field : nullptr, seafloor, plan,
               control);
-  if (form == BedForm::mesh) take_bed_to_mesh(seafloor);
+  if (form == BedForm::mesh) take_bed_to_mesh(seafloor, control.stop_check);
   return seafloor;
 }
 
-void take_bed_to_mesh(Seafloor& seafloor) {
+void take_bed_to_mesh(Seafloor& seafloor, const std::function<void()>& stop_check) {
   if (!seafloor.grid) return;
-  seafloor.mesh = seafloor.whole_mesh();
+  seafloor.mesh = seafloor.whole_mesh(stop_check);
   seafloor.grid = nullptr;
 }
 

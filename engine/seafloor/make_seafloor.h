@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
@@ -35,7 +36,8 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                        std::span<const Material> materials = {}, const MemoryPlan& plan = {},
                        BedForm form = BedForm::mesh, const WorkControl& control = {});
 
-/// Turns a seafloor whose bed is in a grid into one that is a mesh. Faces and labels stay.
-void take_bed_to_mesh(Seafloor& seafloor);
+/// Turns a seafloor whose bed is in a grid into one that is a mesh. Faces and labels stay. What
+/// `stop_check` throws ends the work; the seafloor is then as it was.
+void take_bed_to_mesh(Seafloor& seafloor, const std::function<void()>& stop_check = {});
 
 }  // namespace ensonify::engine

@@ -51,8 +51,8 @@ void Seafloor::add_repairs(const refine::RepairReport& report, const std::filesy
   warnings.push_back(fmt::format("{}: repaired: {}", file.filename().string(), what));
 }
 
-refine::TriangleMesh Seafloor::whole_mesh() const {
-  return grid ? with_objects(grid->mesh()) : mesh;
+refine::TriangleMesh Seafloor::whole_mesh(const std::function<void()>& stop_check) const {
+  return grid ? with_objects(grid->mesh(stop_check)) : mesh;
 }
 
 refine::TriangleMesh Seafloor::with_objects(refine::TriangleMesh bed) const {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -115,7 +116,7 @@ struct Seafloor {
   void add_repairs(const refine::RepairReport& report, const std::filesystem::path& file);
   /// All faces of a seafloor without a progressive mesh, in their order. Throws what a bed in tiles
   /// throws, and std::bad_alloc.
-  refine::TriangleMesh whole_mesh() const;
+  refine::TriangleMesh whole_mesh(const std::function<void()>& stop_check = {}) const;
   /// With `grid`: the objects' faces after those of `bed`, some of the bed's. Throws
   /// std::bad_alloc.
   refine::TriangleMesh with_objects(refine::TriangleMesh bed) const;

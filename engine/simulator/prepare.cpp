@@ -246,7 +246,8 @@ class Preparing {
             how_.more_bytes,
         fmt::format("the {} faces of the seafloor and a tree over them", faces),
         "take --surface footprint");
-    with_memory_for("the seafloor", [&] { take_bed_to_mesh(result_->seafloor); });
+    with_memory_for("the seafloor",
+                    [&] { take_bed_to_mesh(result_->seafloor, still_in("seafloor")); });
   }
 
   // The choice depends on the scene only, not on the cache, so the output does not depend on the
@@ -308,8 +309,8 @@ class Preparing {
 
 }  // namespace
 
-const BedGrid& PreparedSeafloor::bed() const {
-  std::call_once(bed_once_, [&] { bed_.emplace(seafloor); });
+const BedGrid& PreparedSeafloor::bed(const std::function<void()>& stop_check) const {
+  std::call_once(bed_once_, [&] { bed_.emplace(seafloor, stop_check); });
   return *bed_;
 }
 

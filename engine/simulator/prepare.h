@@ -30,8 +30,9 @@ struct PreparedSeafloor {
   std::vector<std::string> warnings;  ///< of the cache
 
   /// Finds the height of the bed, for a seafloor without a progressive mesh. The first call
-  /// makes it; any number of threads may call. The seafloor must not change afterwards.
-  const BedGrid& bed() const;
+  /// makes it, with this stop check; any number of threads may call. The seafloor must not change
+  /// afterwards.
+  const BedGrid& bed(const std::function<void()>& stop_check = {}) const;
 
  private:
   mutable std::once_flag bed_once_;

@@ -61,12 +61,12 @@ Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
   if (!seafloor.objects.empty() || !seafloor.grid) report_tree();
   if (seafloor.grid) {
     parts.objects = std::make_shared<const refine::BallTree>(seafloor.mesh, report_tree);
-    prepared->bed();  // makes its grid
+    prepared->bed(how.stop_check);  // makes its grid
   } else if (!seafloor.progressive) {
     parts.all = seafloor.mesh;
     with_memory_for("the tree over the seafloor", [&] {
       parts.whole = make_intersector(parts.intersector, seafloor.mesh, parts.options);
-      prepared->bed();  // makes its grid
+      prepared->bed(how.stop_check);  // makes its grid
     });
   }
   code_path = make_intersector(parts.intersector, {}, parts.options)->code_path();

@@ -15,7 +15,8 @@ struct IntersectorOptions {
   /// The instruction set that the last bits of a float back-end may depend on (see
   /// instruction_sets in embree.h); empty: the best that all machines of the last ten years have.
   std::string instruction_set;
-  /// Called now and then in a long query, by any thread; what it throws ends the query.
+  /// Called now and then in a long query, and by the exact back-ends also while they make a tree;
+  /// by any thread. What it throws ends the query or the tree.
   std::function<void()> stop_check = {};
 
   IntersectorOptions of_one_ping() const {

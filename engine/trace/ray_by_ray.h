@@ -30,6 +30,9 @@ class RayByRay : public Intersector {
     }
   }
 
+ protected:
+  const std::function<void()>& stop_check() const { return stop_check_; }
+
  private:
   /// The nearest hit by the contract, or a miss. It checks the ray (check_ray()), because those of
   /// lists are not checked before.

@@ -420,6 +420,16 @@ TEST_CASE("Making a bed, which takes minutes, is stopped by SIGTERM at once") {
   }
 }
 
+TEST_CASE("The exact reference's tree, which takes long to make, is stopped by SIGTERM at once") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  std::vector<std::string> words{
+      "run", "tiny.toml", "-o", "out", "--quiet", "--surface=static", "--intersector=pluecker"};
+  for (const char* key : {"extent_east_m=100", "extent_north_m=100", "cell_m=0.05"})
+    words.insert(words.end(), {"-D", std::string("seafloor.") + key});
+  for (const int after_s : {3, 6}) check_stops(folder, words, std::chrono::seconds(after_s));
+}
+
 TEST_CASE("A ping that takes minutes, and many objects, are stopped by SIGTERM at once") {
   using Words = std::vector<std::string>;
   for (const auto& [more, words] : std::vector<std::pair<std::string, Words>>{

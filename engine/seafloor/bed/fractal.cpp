@@ -11,8 +11,9 @@
 
 namespace ensonify::engine {
 
-void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed, int threads) {
-  add_fractal(field, relief, RandomStream(seed, Purpose::fractal_relief), threads);
+void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed,
+                 const WorkControl& control) {
+  add_fractal(field, relief, RandomStream(seed, Purpose::fractal_relief), control);
 }
 
 SpectralField fractal_field(const Heightfield& grid, const FractalRelief& relief) {
@@ -60,9 +61,9 @@ SpectralField fractal_field(const Heightfield& grid, const FractalRelief& relief
 }
 
 void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomStream& noise,
-                 int threads) {
+                 const WorkControl& control) {
   const SpectralField what = fractal_field(field, relief);
-  if (relief.height_at_1m_m != 0.0) add_spectral_field(field, what, noise, threads);
+  if (relief.height_at_1m_m != 0.0) add_spectral_field(field, what, noise, control);
 }
 
 }  // namespace ensonify::engine

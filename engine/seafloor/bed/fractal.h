@@ -4,6 +4,7 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 
@@ -33,9 +34,9 @@ struct FractalRelief {
 /// spectrum `paper` is scaled to the same height difference at 1 m. Needs 8 bytes per point of the
 /// square. Throws std::invalid_argument for H outside (0, 1), or a negative height or length.
 void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed,
-                 int threads = 1);
+                 const WorkControl& control = {});
 /// The same, with the random stream of a layer.
 void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomStream& noise,
-                 int threads = 1);
+                 const WorkControl& control = {});
 
 }  // namespace ensonify::engine

@@ -64,10 +64,11 @@ SpectralField ripple_field(const Heightfield& grid, const RippleRelief& relief) 
   return what;
 }
 
-void add_ripples(Heightfield& field, const RippleRelief& relief, std::uint64_t seed) {
+void add_ripples(Heightfield& field, const RippleRelief& relief, std::uint64_t seed,
+                 const WorkControl& control) {
   const SpectralField what = ripple_field(field, relief);
   if (relief.rms_height_m > 0.0)
-    add_spectral_field(field, what, RandomStream(seed, Purpose::ripple_relief));
+    add_spectral_field(field, what, RandomStream(seed, Purpose::ripple_relief), control);
 }
 
 }  // namespace ensonify::engine

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 
@@ -19,6 +20,7 @@ struct RippleRelief {
 /// Adds such ripples: amplitude (|k - k0|^2 + k_w^2)^(-(H+1)/2) + (|k + k0|^2 + k_w^2)^(-(H+1)/2),
 /// scaled to the rms height, with a mean of zero. Throws std::invalid_argument for a non-positive
 /// wavelength, width or H, a negative height, or cells longer than a quarter of the wavelength.
-void add_ripples(Heightfield& field, const RippleRelief& relief, std::uint64_t seed);
+void add_ripples(Heightfield& field, const RippleRelief& relief, std::uint64_t seed,
+                 const WorkControl& control = {});
 
 }  // namespace ensonify::engine

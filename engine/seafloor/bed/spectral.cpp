@@ -86,7 +86,7 @@ std::size_t count(int number) { return static_cast<std::size_t>(number); }
 /// white noise begins at the number `first` of the stream.
 GridTransform::Values one_transform(const Heightfield& field, const Size& size,
                                     const SpectralField& what, const RandomStream& noise,
-                                    std::uint64_t first, int threads) {
+                                    std::uint64_t first, const WorkControl& control) {
   const int columns = size.columns, rows = size.rows;
   const GridTransform transform(rows, columns, GridTransform::Ways::backward);
   const std::size_t stride = transform.stride(), terms = stride / 2;
@@ -120,11 +120,13 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
     std::fill(parts + 2 * used, parts + stride, 0.0);
   };
   // The sum for the calibration depends on the order of its terms.
-  refine::for_parts(count(rows), what.weight ? 1 : threads,
+  refine::for_parts(count(rows), what.weight ? 1 : control.threads,
                     [&](std::size_t first_row, std::size_t end_row) {
                       std::vector<double> amplitudes(terms);
-                      for (std::size_t row = first_row; row < end_row; ++row)
+                      for (std::size_t row = first_row; row < end_row; ++row) {
+                        control.check_stop();
                         fill_row(static_cast<int>(row), amplitudes);
+                      }
                     });
   // A real field's terms at k and -k are conjugate. Both are stored where kx is 0 or Nyquist's.
   for (const std::size_t column : {std::size_t{0}, terms - 1})
@@ -134,7 +136,9 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
       spectrum[partner * terms + column] =
           partner == row ? std::numbers::sqrt2 * term.real() : std::conj(term);
     }
+  control.check_stop();
   transform.backward(heights);
+  control.check_stop();
 
   const double scale = what.weight ? std::sqrt(what.calibrated_m2 / calibration) : 1.0;
   for (std::size_t row = 0; row < count(field.rows); ++row)
@@ -146,10 +150,11 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
 /// The heights at the field's points, row by row: in one transform, or its short waves in one and
 /// its long ones, `level` lattices up, interpolated.
 GridTransform::Values make_waves(const Heightfield& field, const SpectralField& what,
-                                 const RandomStream& noise, int threads, int level = 0) {
+                                 const RandomStream& noise, const WorkControl& control,
+                                 int level = 0) {
   const std::uint64_t first = static_cast<std::uint64_t>(level) << 40;  // beyond any transform's
   if (!has_bands(field, what))
-    return one_transform(field, size_of(field, what), what, noise, first, threads);
+    return one_transform(field, size_of(field, what), what, noise, first, control);
 
   SpectralField longer = level == 0 ? calibrated(what, field) : what;
   SpectralField shorter = longer;
@@ -162,9 +167,9 @@ GridTransform::Values make_waves(const Heightfield& field, const SpectralField& 
     return share == 0.0 ? 0.0 : share * amplitude(kx, ky);
   };
   const Heightfield coarser = coarser_lattice(field);
-  const GridTransform::Values long_waves = make_waves(coarser, longer, noise, threads, level + 1);
+  const GridTransform::Values long_waves = make_waves(coarser, longer, noise, control, level + 1);
   GridTransform::Values values =
-      one_transform(field, size_of_short_waves(field, what), shorter, noise, first, threads);
+      one_transform(field, size_of_short_waves(field, what), shorter, noise, first, control);
   const auto points = [](const Heightfield& of) { return count(of.columns) * count(of.rows); };
   add_interpolated({long_waves.get(), points(coarser)}, window_of(field),
                    {values.get(), points(field)});
@@ -174,7 +179,7 @@ GridTransform::Values make_waves(const Heightfield& field, const SpectralField& 
 }  // namespace
 
 void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise,
-                        int threads) {
+                        const WorkControl& control) {
   if (!fits_one_transform(field, what)) {
     const Size size = size_of(field, what);
     throw std::invalid_argument(
@@ -183,7 +188,7 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Ran
                     what.regular_m > 0.0 ? "or shorter or less regular waves"
                                          : "or a smaller extent (the longer side counts)"));
   }
-  const GridTransform::Values values = make_waves(field, what, noise, threads);
+  const GridTransform::Values values = make_waves(field, what, noise, control);
   double mean_m = 0.0;
   for (std::size_t i = 0; i < field.z_m.size(); ++i) mean_m += values.get()[i];
   mean_m /= static_cast<double>(field.z_m.size());

@@ -4,6 +4,7 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 
@@ -31,9 +32,9 @@ struct SpectralField {
 /// Adds a part of such a field, minus the mean of that part. The long waves of a field whose period
 /// is much longer than the heightfield are made on coarser lattices (wave_bands.h). Throws
 /// std::invalid_argument if a period has more than 2^29 cells, std::bad_alloc if it does not fit in
-/// memory.
+/// memory. The stop check is called for each row of a transform, but not during a transform.
 void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise,
-                        int threads = 1);
+                        const WorkControl& control = {});
 
 /// The field without a weight, its amplitude multiplied by the factor that the weight asks for. The
 /// integral is a sum over the longest waves, then over wider and wider steps of wavenumber.

@@ -224,7 +224,7 @@ Heightfield grid_with_detail(const Heightfield& survey, const SurveyDetail& deta
 }
 
 Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, std::uint64_t seed,
-                        int threads) {
+                        const WorkControl& control) {
   if (detail.cell_m == 0.0) return survey;
   Heightfield fine = grid_with_detail(survey, detail);
   const double points = static_cast<double>(fine.columns) * fine.rows;
@@ -238,7 +238,7 @@ Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, s
   interpolate(survey, parts_of(survey, detail), fine);
   if (scale.height_at_1m_m == 0.0) return fine;
   add_spectral_field(fine, missing_field(scale, survey), RandomStream(seed, Purpose::survey_detail),
-                     threads);
+                     control);
   return fine;
 }
 

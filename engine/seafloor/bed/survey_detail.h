@@ -5,6 +5,7 @@
 #include <span>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 
@@ -35,6 +36,6 @@ Heightfield grid_with_detail(const Heightfield& survey, const SurveyDetail& deta
 /// the power which the interpolated heights lack. Holes stay holes. Throws std::invalid_argument
 /// for a cell that is not finer than the survey's or makes more than 2^28 points.
 Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, std::uint64_t seed,
-                        int threads = 1);
+                        const WorkControl& control = {});
 
 }  // namespace ensonify::engine

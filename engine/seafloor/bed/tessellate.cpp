@@ -14,12 +14,14 @@ GridPlaces places(const Heightfield& grid) {
   return places;
 }
 
-refine::HeightGrid height_grid(const Heightfield& field) {
+refine::HeightGrid height_grid(const Heightfield& field, const std::function<void()>& stop_check) {
   GridPlaces at = places(field);
   refine::HeightGridBuilder builder(std::move(at.x_m), std::move(at.y_m), field.world_origin);
-  for (int row = 0; row < field.rows; ++row)
+  for (int row = 0; row < field.rows; ++row) {
+    if (stop_check) stop_check();
     builder.add_row(
         std::span(field.z_m).subspan(field.index(0, row), static_cast<std::size_t>(field.columns)));
+  }
   return std::move(builder).finish();
 }
 

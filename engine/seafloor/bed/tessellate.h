@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
@@ -15,8 +16,10 @@ struct GridPlaces {
 GridPlaces places(const Heightfield& grid);
 
 /// The surface over these heights; its faces are those that HeightGrid defines. Throws
-/// refine::MeshError if no cell is whole, or a position does not fit its type.
-refine::HeightGrid height_grid(const Heightfield& field);
+/// refine::MeshError if no cell is whole, or a position does not fit its type. `stop_check` is
+/// called for each row; what it throws ends the work.
+refine::HeightGrid height_grid(const Heightfield& field,
+                               const std::function<void()>& stop_check = {});
 
 /// Its faces. Throws as height_grid() does.
 refine::TriangleMesh tessellate(const Heightfield& field);

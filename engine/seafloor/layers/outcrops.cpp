@@ -179,7 +179,7 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
                 {.height_at_1m_m = relief.roughness_at_1m_m,
                  .hurst = relief.hurst,
                  .longest_m = longest_roughness_m(relief)},
-                draws.of(layer_stream::rock), draws.control.threads);
+                draws.of(layer_stream::rock), draws.control);
   // The rock is level below the sediment where its area ends.
   for (std::size_t point = 0; point < rough.z_m.size(); ++point)
     rough.z_m[point] *= std::min(1.0, 2.0 * weight[point]);

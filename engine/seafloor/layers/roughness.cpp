@@ -10,7 +10,7 @@ void add_roughness(Heightfield& field, const FractalRelief& relief, const LayerD
   if (draws.roughness)
     draws.roughness->add(field, relief, draws);
   else
-    add_fractal(field, relief, draws.of(layer_stream::roughness), draws.control.threads);
+    add_fractal(field, relief, draws.of(layer_stream::roughness), draws.control);
 }
 
 }  // namespace

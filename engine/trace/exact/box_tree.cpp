@@ -22,14 +22,14 @@ BoxLine::BoxLine(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction
   for (int axis = 0; axis < 3; ++axis) backwards_[axis] = std::signbit(direction[axis]);
 }
 
-void BoxTree::grow_over(std::span<Item> items) {
+void BoxTree::grow_over(std::span<Item> items, RareStopCheck& check_stop) {
   forks_.clear();
   order_.clear();
   order_.reserve(items.size());
-  root_ = grow(items);
+  root_ = grow(items, check_stop);
 }
 
-BoxTree::Branch BoxTree::grow(std::span<Item> items) {
+BoxTree::Branch BoxTree::grow(std::span<Item> items, RareStopCheck& check_stop) {
   Branch branch;
   if (items.size() <= leaf) {
     branch.first = static_cast<std::uint32_t>(order_.size());
@@ -49,10 +49,14 @@ BoxTree::Branch BoxTree::grow(std::span<Item> items) {
   (middles.corner[1] - middles.corner[0]).maxCoeff(&axis);
   const std::size_t half = items.size() / 2;
   std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(),
-                   [&](const Item& a, const Item& b) { return middle(a)[axis] < middle(b)[axis]; });
+                   [&](const Item& a, const Item& b) {
+                     check_stop();
+                     return middle(a)[axis] < middle(b)[axis];
+                   });
   branch.first = static_cast<std::uint32_t>(forks_.size());
   forks_.emplace_back();
-  const Branch low = grow(items.first(half)), high = grow(items.subspan(half));
+  const Branch low = grow(items.first(half), check_stop),
+               high = grow(items.subspan(half), check_stop);
   forks_[branch.first] = {low, high};
   branch.box.take(low.box);
   branch.box.take(high.box);

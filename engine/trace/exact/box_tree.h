@@ -3,11 +3,14 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
 
 #include <Eigen/Core>
+
+#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 
@@ -66,14 +69,18 @@ class BoxLine {
 /// their largest spread.
 class BoxTree {
  public:
-  /// Over boxes 0 to count - 1; `box_of` returns the box of a number.
+  /// Over boxes 0 to count - 1; `box_of` returns the box of a number. `stop_check` is called now
+  /// and then; what it throws ends the building.
   template <class BoxOf>
-  void build(std::uint32_t count, BoxOf&& box_of) {
+  void build(std::uint32_t count, BoxOf&& box_of, const std::function<void()>& stop_check) {
+    RareStopCheck check_stop(stop_check);
     std::vector<Item> items;
     items.reserve(count);
-    for (std::uint32_t number = 0; number < count; ++number)
+    for (std::uint32_t number = 0; number < count; ++number) {
+      check_stop();
       items.push_back({box_of(number), number});
-    grow_over(items);
+    }
+    grow_over(items, check_stop);
   }
 
   /// Calls meet(number) for every box that the line cuts ahead of 0 and enters no farther than
@@ -119,8 +126,8 @@ class BoxTree {
     Box box;
     std::uint32_t number;
   };
-  void grow_over(std::span<Item> items);
-  Branch grow(std::span<Item> items);
+  void grow_over(std::span<Item> items, RareStopCheck& check_stop);
+  Branch grow(std::span<Item> items, RareStopCheck& check_stop);
 
   Branch root_;
   std::vector<std::array<Branch, 2>> forks_;

@@ -9,7 +9,7 @@ namespace {
 class BruteForce final : public RayByRay {
  public:
   using RayByRay::RayByRay;
-  void build(refine::Triangles triangles) override { faces_.build(triangles); }
+  void build(refine::Triangles triangles) override { faces_.build(triangles, stop_check()); }
 
   std::string_view code_path() const override { return "portable"; }
 

@@ -10,8 +10,9 @@ class Pluecker final : public RayByRay {
  public:
   using RayByRay::RayByRay;
   void build(refine::Triangles triangles) override {
-    faces_.build(triangles);
-    tree_.build(faces_.count(), [this](std::uint32_t face) { return faces_.box(face); });
+    faces_.build(triangles, stop_check());
+    tree_.build(
+        faces_.count(), [this](std::uint32_t face) { return faces_.box(face); }, stop_check());
   }
 
   std::string_view code_path() const override { return "portable"; }

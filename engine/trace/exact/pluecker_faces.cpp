@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/trace/exact/exact_side.h>
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 namespace {
@@ -43,7 +44,8 @@ PlueckerQuery::PlueckerQuery(const Ray& ray)
       t_max_(std::min(ray.t_max, std::numeric_limits<double>::max())),
       limit_(std::ldexp(t_max_, -doublings_) + 0x1p-1000) {}
 
-void PlueckerFaces::build(refine::Triangles triangles) {
+void PlueckerFaces::build(refine::Triangles triangles, const std::function<void()>& stop_check) {
+  RareStopCheck check_stop(stop_check);
   check_vertices(triangles);
   constexpr std::size_t most = (std::size_t{1} << 31) / 3;
   if (triangles.faces.size() > most)
@@ -56,13 +58,16 @@ void PlueckerFaces::build(refine::Triangles triangles) {
   };
   std::vector<HalfEdge> half_edges;
   half_edges.reserve(3 * triangles.faces.size());
-  for (std::uint32_t face = 0; face < triangles.faces.size(); ++face)
+  for (std::uint32_t face = 0; face < triangles.faces.size(); ++face) {
+    check_stop();
     for (std::uint32_t k = 0; k < 3; ++k) {
       const auto [from, to] =
           std::minmax({triangles.faces[face][k], triangles.faces[face][(k + 1) % 3]});
       half_edges.push_back({from, to, face, k});
     }
-  std::sort(half_edges.begin(), half_edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+  }
+  std::sort(half_edges.begin(), half_edges.end(), [&](const HalfEdge& a, const HalfEdge& b) {
+    check_stop();
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);
   });
   triangles_ = triangles;
@@ -76,6 +81,7 @@ void PlueckerFaces::build(refine::Triangles triangles) {
   edges_.clear();
   edges_.reserve(edges);
   for (std::size_t i = 0; i < half_edges.size(); ++i) {
+    check_stop();
     const HalfEdge& half = half_edges[i];
     if (begins_edge(i)) edges_.push_back(edge_between(half.from, half.to));
     const auto edge = static_cast<std::uint32_t>(edges_.size() - 1);

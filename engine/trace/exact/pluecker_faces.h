@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -46,8 +47,9 @@ class PlueckerQuery {
 class PlueckerFaces {
  public:
   /// Keeps a view of the triangles. Throws refine::MeshError for a vertex that is not finite or
-  /// beyond 1e18, and for more than 715 million faces.
-  void build(refine::Triangles triangles);
+  /// beyond 1e18, and for more than 715 million faces. `stop_check` is called now and then; what it
+  /// throws ends the building.
+  void build(refine::Triangles triangles, const std::function<void()>& stop_check);
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(faces_.size()); }
   Box box(std::uint32_t face) const;
