@@ -332,6 +332,7 @@ class Generator {
                           {.cache = control_.cache,
                            .threads = threads_each_,
                            .progress = on_stage,
+                           .stop_check = [this] { report_progress(); },
                            .memory = memory_each_});
     before.reset();
     clock.enter("tree");
@@ -357,7 +358,8 @@ class Generator {
                                       .on_outputs =
                                           [&](const RunOutputs& outputs) {
                                             products_disk_s = write_products(
-                                                recipe_.options(), sample, outputs, staging.path());
+                                                recipe_.options(), sample, outputs, staging.path(),
+                                                {control_.memory, [this] { report_progress(); }});
                                           }});
     clock.enter("disk");
     stage(staging.path() / "scene.toml", dump_scene(sample.scene, false));

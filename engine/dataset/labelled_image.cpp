@@ -129,6 +129,15 @@ Picture averaged(const Picture& from, std::size_t columns, std::size_t rows) {
   return to;
 }
 
+/// What a pixel of a view takes while it is gathered: its labels, a Run, and the pictures.
+double bytes_per_pixel(std::span<const Picture> pictures) {
+  double bytes = sizeof(Run);
+  const BinLayers layers;
+  for_each_label([&](auto layer) { bytes += sizeof(*(layers.*layer).data()); });
+  for (const Picture& picture : pictures) bytes += picture.channels;
+  return bytes;
+}
+
 /// A waterfall without labels, with a number of rows.
 Waterfall unlabelled(const Sonar& sonar, std::size_t rows) {
   Waterfall waterfall(sonar, 0);
@@ -186,7 +195,8 @@ LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures) {
               line.rows() > 1 ? length_along_m(line) / static_cast<double>(line.rows() - 1) : 0.0};
 }
 
-LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
+LabelledImage ground_view(const LabelledImage& slant, double pixel_m, const MemoryLimit& memory,
+                          const std::function<void()>& stop_check) {
   const Waterfall& line = slant.labels;
   const std::vector<double> along_m = rows_along_m(line);
   std::vector<std::size_t> order(along_m.size());
@@ -201,7 +211,13 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
         "ground range: pixels of {} m are longer than the range of {} m; use smaller pixels",
         pixel_m, line.sonar.range_m));
   sonar.range_m = sonar.bins * pixel_m;
-  const auto rows = static_cast<std::size_t>(length_m / pixel_m) + 1;
+  const double all_rows = std::floor(length_m / pixel_m) + 1.0;
+  const double all_columns = sonar.bins * static_cast<double>(sides_of(sonar).size());
+  memory.require(all_rows * all_columns * bytes_per_pixel(slant.pictures),
+                 fmt::format("the {:.0f} x {:.0f} pixels of {} in ground range", all_columns,
+                             all_rows, slant.name),
+                 fmt::format("take pixels longer than {} m (dataset.ground_px_m)", pixel_m));
+  const auto rows = static_cast<std::size_t>(all_rows);
   LabelledImage view{.name = slant.name + "_ground",
                      .geometry = "ground",
                      .labels = unlabelled(sonar, rows),
@@ -215,6 +231,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
   PixelMap map;
   std::size_t nearest = 0;  // in order
   for (std::size_t row = 0; row < rows; ++row) {
+    if (stop_check) stop_check();
     const double at_m = start_m + static_cast<double>(row) * pixel_m;
     const auto off_m = [&](std::size_t n) { return std::abs(along_m[order[n]] - at_m); };
     while (nearest + 1 < order.size() && off_m(nearest + 1) <= off_m(nearest)) ++nearest;

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/waterfall.h>
+#include <ensonify/engine/memory.h>
 
 namespace ensonify::engine {
 
@@ -38,9 +40,12 @@ LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures);
 /// The line in ground range, as if the bed were level below each ping (Blondel, The Handbook of
 /// Sidescan Sonar, 2009, slant-range correction), from the sonar's height over it: square pixels of
 /// side pixel_m, each with the values of the nearest row and the bin at its slant range. Pixels
-/// without such a bin have no data. Throws std::invalid_argument if pixel_m is longer than the
-/// range.
-LabelledImage ground_view(const LabelledImage& slant, double pixel_m);
+/// without such a bin have no data. `stop_check` is called for each row; what it throws ends the
+/// work. Throws std::invalid_argument if pixel_m is longer than the range, MemoryError if its
+/// pixels do not fit into the memory.
+LabelledImage ground_view(const LabelledImage& slant, double pixel_m,
+                          const MemoryLimit& memory = {},
+                          const std::function<void()>& stop_check = {});
 
 /// How many pixels a length has, at least one; pixel_m is the across_m or along_m of a view. Throws
 /// std::invalid_argument if that is 0, because the line does not move.

@@ -40,14 +40,15 @@ const Outline& shown_part(const Target& target) {
 class Products {
  public:
   Products(const DatasetOptions& options, const SampleScene& sample, const Seafloor& seafloor,
-           const std::filesystem::path& folder)
+           const std::filesystem::path& folder, const ProductsControl& control)
       : options_(options),
         sample_(sample),
         classes_(sample.scene.output.class_names),
         names_{sample.scene.output.class_names, sample.scene.output.sediment_names},
         shadow_class_(options.shadow_class ? category(std::string(shadow_name)) : 0),
         seafloor_(seafloor),
-        folder_(folder) {
+        folder_(folder),
+        control_(control) {
     check_numbered(seafloor.classes, classes_, "class");
     check_numbered(seafloor.materials, sample.scene.output.sediment_names, "material");
     for (std::vector<std::string>* list : {&names_.classes, &names_.materials})
@@ -64,13 +65,19 @@ class Products {
       write(fmt::format("{}.r{}.png", slant.name, r), encode_png(slant.pictures[r]));
     if (options_.slant) add_geometry(slant, visibility, sonar, 0);
     if (options_.ground_px_m > 0.0)
-      add_geometry(ground_view(slant, options_.ground_px_m), visibility, sonar, 1);
+      add_geometry(ground_view(slant, options_.ground_px_m, control_.memory, control_.stop_check),
+                   visibility, sonar, 1);
   }
 
   double disk_s() const { return disk_s_; }
 
  private:
+  void check_stop() const {
+    if (control_.stop_check) control_.stop_check();
+  }
+
   void write(const std::string& name, std::span<const std::byte> content) {
+    check_stop();
     const Clock::time_point start = Clock::now();
     const std::filesystem::path file = folder_ / name;
     std::filesystem::create_directories(file.parent_path());
@@ -103,6 +110,7 @@ class Products {
     std::size_t number = 0;
     for (const std::size_t row : starts(line.labels.rows(), rows))
       for (const std::size_t column : starts(line.labels.columns(), columns)) {
+        check_stop();  // tiles may be left out by the million
         const Rectangle part{column, row, columns, rows};
         if (tiles.least_bed > 0.0 && bed_share(line, part) < tiles.least_bed) continue;
         add_image(line, part, fmt::format("tiles/{}_{:04}", line.name, number++), "tile");
@@ -302,6 +310,7 @@ class Products {
   const std::size_t shadow_class_;           // number of the class of shadows; 0: none
   const Seafloor& seafloor_;
   const std::filesystem::path& folder_;
+  const ProductsControl& control_;
   std::map<std::uint32_t, TargetRecord> line_targets_;  // in this geometry, by instance
   double disk_s_ = 0.0;
 };
@@ -309,9 +318,10 @@ class Products {
 }  // namespace
 
 double write_products(const DatasetOptions& options, const SampleScene& sample,
-                      const RunOutputs& outputs, const std::filesystem::path& folder) {
+                      const RunOutputs& outputs, const std::filesystem::path& folder,
+                      const ProductsControl& control) {
   const Simulator& simulator = outputs.simulator;
-  Products products(options, sample, simulator.seafloor(), folder);
+  Products products(options, sample, simulator.seafloor(), folder, control);
   for (std::size_t i = 0; i < outputs.lines.size(); ++i)
     products.add_line(outputs.lines[i], simulator.calibration(i), outputs.object_visibility[i], i);
   return products.disk_s();

@@ -1,11 +1,19 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
 #include <ensonify/engine/dataset/recipe.h>
+#include <ensonify/engine/memory.h>
 #include <ensonify/engine/run.h>
 
 namespace ensonify::engine {
+
+/// How products are made.
+struct ProductsControl {
+  MemoryLimit memory = {};
+  std::function<void()> stop_check = {};  ///< called before each file, and now and then between
+};
 
 /// Writes into a sample's folder what the dataset has in addition to the run's own files: labels of
 /// the whole lines, more displays, ground range, tiles, chips. An image STEM.png has
@@ -13,8 +21,10 @@ namespace ensonify::engine {
 /// further displays are STEM.r1.png with STEM.r1.txt and so on. The lines' labels have the numbers
 /// of the scene's output.class_names and sediment_names. Returns the seconds that writing to the
 /// disk took. Throws std::invalid_argument for tiles or chips larger than a line, and for labels
-/// that are not among these names; std::system_error.
+/// that are not among these names; MemoryError for an image in ground range that does not fit;
+/// std::system_error; and what the stop check throws.
 double write_products(const DatasetOptions& options, const SampleScene& sample,
-                      const RunOutputs& outputs, const std::filesystem::path& folder);
+                      const RunOutputs& outputs, const std::filesystem::path& folder,
+                      const ProductsControl& control);
 
 }  // namespace ensonify::engine

@@ -123,6 +123,26 @@ TEST_CASE("ground pixels longer than the range are refused, and pings over a hol
   CHECK(ground.labels.pixels.region[1 * ground.labels.columns() + 10] == 2);
 }
 
+TEST_CASE("a ground view that does not fit into the memory is refused before it takes any") {
+  const LabelledImage view = sample_view(4, 100, 20.0, 0.5, 6.0);
+  // 1.5 m by 40 m of pixels of 0.1 mm: 6e9.
+  CHECK_THROWS_WITH(ground_view(view, 1e-4, {.bytes = 16e9}),
+                    Catch::Contains("400000 x 15001 pixels") && Catch::Contains("ground_px_m"));
+  CHECK_NOTHROW(ground_view(view, 0.01, {.bytes = 16e9}));
+}
+
+TEST_CASE("a ground view can be stopped at any row") {
+  const LabelledImage view = sample_view(4, 100, 20.0, 0.5, 6.0);
+  struct Stop {};
+  int rows = 0;
+  CHECK_THROWS_AS(ground_view(view, 0.1, {},
+                              [&] {
+                                if (++rows == 9) throw Stop();
+                              }),
+                  Stop);
+  CHECK(rows == 9);
+}
+
 TEST_CASE("a resampled view has the labels of the nearest pixels and the means of the pictures") {
   const LabelledImage view = sample_view(6, 5, 20.0, 0.5, 6.0);  // 10 x 6 pixels
   const LabelledImage same = resampled(view, 10, 6);
