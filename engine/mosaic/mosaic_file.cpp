@@ -15,6 +15,8 @@
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
+#include <ensonify/engine/seafloor/bed/gdal_cache.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -81,6 +83,7 @@ MosaicFile::MosaicFile(const std::filesystem::path& file, std::int64_t columns, 
                        const std::map<std::string, std::string>& texts)
     : file_(file), type_(type), new_file_(file), open_(std::make_unique<Open>()) {
   [[maybe_unused]] static const bool registered = (GDALRegister_GTiff(), true);
+  GDALSetCacheMax64(gdal_cache_bytes);
   CPLStringList options;
   options.SetNameValue("TILED", "YES");
   options.SetNameValue("COMPRESS", "DEFLATE");

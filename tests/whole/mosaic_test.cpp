@@ -541,6 +541,20 @@ TEST_CASE("A mosaic has the coordinate reference system of its run, or none") {
                     Catch::Contains("is not that of the first run"));
 }
 
+TEST_CASE("The bytes of a mosaic do not depend on the size of GDAL's cache") {
+  const TemporaryFolder folder;
+  run_scene(folder, level_bed, "run");
+  const auto bytes_with = [&](const std::string& cache_mb) {
+    const fs::path file = "mosaic_" + cache_mb + ".tif";
+    const Outcome outcome =
+        run_program(folder.path(), {"mosaic", "run", "--pixel-m", "0.01", "-o", file, "--quiet"},
+                    {"GDAL_CACHEMAX=" + cache_mb});
+    REQUIRE(outcome.code == 0);
+    return read_text(folder.path() / file);
+  };
+  CHECK((bytes_with("1") == bytes_with("500")));
+}
+
 TEST_CASE("A mosaic that is stopped leaves nothing behind") {
   const TemporaryFolder folder;
   run_scene(folder, level_bed, "run");

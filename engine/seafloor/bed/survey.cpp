@@ -26,6 +26,7 @@
 #include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/ascii_grid.h>
+#include <ensonify/engine/seafloor/bed/gdal_cache.h>
 #include <ensonify/engine/seafloor/bed/npy_grid.h>
 #include <ensonify/engine/seafloor/bed/soundings.h>
 #include <ensonify/engine/seafloor/bed/survey_checks.h>
@@ -258,10 +259,10 @@ class SurveyReader {
 
   /// Windows side by side share the rows of files that keep whole rows together.
   void keep_rows_in_cache() {
-    constexpr std::int64_t min_bytes = 64 << 20, rows = 1400;
+    constexpr std::int64_t rows = 1400;
     const std::int64_t row_bytes =
         std::int64_t{field_.columns} * GDALGetDataTypeSizeBytes(band().GetRasterDataType());
-    GDALSetCacheMax64(std::max(min_bytes, rows * row_bytes));
+    GDALSetCacheMax64(std::max(gdal_cache_bytes, rows * row_bytes));
   }
 
   GDALRasterBand& band() { return *dataset_->GetRasterBand(band_); }
