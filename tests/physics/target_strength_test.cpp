@@ -1,8 +1,10 @@
 // The echo of a solid against its closed form.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
+#include <cstdint>
 #include <numbers>
 #include <numeric>
 #include <span>
@@ -196,6 +198,78 @@ double double_bounce_m2(double one_m, double other_m, double turned_rad, double 
   return std::norm(both / single) * flat_m * flat_m;
 }
 
+/// Adds a triangle in the plane x = 0 that faces -x.
+void add_upright(refine::TriangleMesh& mesh, const std::array<Eigen::Vector2d, 3>& corners) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const Eigen::Vector2d& corner : corners)
+    mesh.positions.emplace_back(0.0f, static_cast<float>(corner.x()),
+                                static_cast<float>(corner.y()));
+  mesh.faces.push_back({first, first + 2, first + 1});
+}
+
+/// An upright ring that faces -x.
+refine::TriangleMesh upright_ring(double inner_m, double outer_m) {
+  constexpr int sides = 64;
+  refine::TriangleMesh mesh;
+  const auto at = [&](double radius_m, int side) {
+    const double angle_rad = 2.0 * std::numbers::pi * (side % sides) / sides;
+    return Eigen::Vector2d(radius_m * std::cos(angle_rad), radius_m * std::sin(angle_rad));
+  };
+  for (int i = 0; i < sides; ++i) {
+    add_upright(mesh, {at(inner_m, i), at(outer_m, i), at(outer_m, i + 1)});
+    add_upright(mesh, {at(inner_m, i), at(outer_m, i + 1), at(inner_m, i + 1)});
+  }
+  return mesh;
+}
+
+/// An upright plate that faces -x, of those of 4 x 4 square cells that are there.
+template <class IsThere>
+refine::TriangleMesh upright_cells(double length_m, const IsThere& is_there) {
+  refine::TriangleMesh mesh;
+  const auto at = [&](int i, int k) {
+    return (length_m * Eigen::Vector2d(0.25 * i - 0.5, 0.25 * k - 0.5)).eval();
+  };
+  for (int i = 0; i < 4; ++i)
+    for (int k = 0; k < 4; ++k)
+      if (is_there(i, k)) {
+        add_upright(mesh, {at(i, k), at(i + 1, k), at(i + 1, k + 1)});
+        add_upright(mesh, {at(i, k), at(i + 1, k + 1), at(i, k + 1)});
+      }
+  return mesh;
+}
+
+/// |integral of exp(2 i k R) r^2 / R^2 over a flat body|^2 / lambda^2, as a sum over places of its
+/// faces, with the two-way beam; the body as echo_of() has it, `r` its middle's range.
+double kirchhoff_db(const Body& body, const Sonar& sonar, double range_m) {
+  const double wavelength_m = 1500.0 / sonar.frequency_hz;
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(body.heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Vector3d middle(range_m, body.north_m, 0.0);
+  std::complex<double> sum = 0.0;
+  for (const refine::Face& face : body.mesh.faces) {
+    const auto corner = [&](std::size_t i) {
+      return (turn * body.mesh.positions[face[i]].cast<double>() + middle).eval();
+    };
+    const Eigen::Vector3d a = corner(0), one = corner(1) - a, other = corner(2) - a;
+    constexpr int steps = 24;
+    const double area_m2 = 0.5 * one.cross(other).norm() / (steps * steps);
+    const auto add = [&](double u, double v) {
+      const Eigen::Vector3d place = a + u / steps * one + v / steps * other;
+      const double r = place.norm(),
+                   x = std::numbers::pi * sonar.array_length_m / wavelength_m * place.y() / r;
+      const double beam = std::abs(x) < 1e-9 ? 1.0 : std::pow(std::sin(x) / x, 2.0);
+      sum += std::polar(area_m2 * beam * std::pow(range_m / r, 2.0),
+                        4.0 * std::numbers::pi / wavelength_m * (r - range_m));
+    };
+    for (int i = 0; i < steps; ++i)
+      for (int k = 0; i + k < steps; ++k) {
+        add(i + 1.0 / 3.0, k + 1.0 / 3.0);
+        if (i + k + 1 < steps) add(i + 2.0 / 3.0, k + 2.0 / 3.0);
+      }
+  }
+  return scatter::to_db(std::norm(sum / wavelength_m));
+}
+
 }  // namespace
 
 TEST_CASE("a sphere has the target strength a^2 / 4, however narrow its lobe, from every side") {
@@ -346,6 +420,29 @@ TEST_CASE("the round end of a cylinder glints as Kirchhoff's integral over its d
                 sonar) == Approx(end_db(radius_m, turned_rad)).margin(0.6));
     }
   }
+}
+
+TEST_CASE("a ring, a plate with a window and an angled one glint as Kirchhoff's integral has it") {
+  const refine::TriangleMesh ring = upright_ring(0.4, 0.6);
+  const refine::TriangleMesh window =
+      upright_cells(1.0, [](int i, int k) { return i % 3 == 0 || k % 3 == 0; });
+  const refine::TriangleMesh angled =
+      upright_cells(1.0, [](int i, int k) { return i == 0 || k == 0; });
+  for (const refine::TriangleMesh* mesh : {&ring, &window, &angled})
+    for (const auto& [frequency_hz, range_m] :
+         {std::pair{100e3, 10.0}, {100e3, 40.0}, {100e3, 200.0}, {400e3, 40.0}, {400e3, 200.0}})
+      for (const double turned_deg : {0.0, 0.3})
+        for (const double north_m : {0.0, 0.25, -0.45}) {
+          const Sonar sonar = wide_sonar(range_m + 2.0, frequency_hz);
+          const Body body{*mesh, nothing, 1.0, turned_deg * degree, north_m};
+          const double expected_db = kirchhoff_db(body, sonar, range_m);
+          const double got_db = target_strength_db(echo_of(body, sonar, range_m), sonar);
+          CAPTURE(mesh->faces.size(), frequency_hz, range_m, turned_deg, north_m, expected_db,
+                  got_db);
+          const double mirror_m2 = 0.25 * range_m * range_m;
+          CHECK(scatter::from_db(got_db) ==
+                Approx(scatter::from_db(expected_db)).epsilon(0.2).margin(0.01 * mirror_m2));
+        }
 }
 
 TEST_CASE("two plates in a right angle glint by way of both, as Kirchhoff's integral has it") {

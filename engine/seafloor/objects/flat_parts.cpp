@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -65,6 +66,23 @@ std::vector<std::uint32_t> places_of(refine::Triangles triangles,
   return place;
 }
 
+// From a sonar at r >= D^2 / lambda a rectangle is right for any shape of the length D: pieces of a
+// flat part need not be shorter than this, or than this share of it.
+constexpr double shortest_piece_m = 0.05, shortest_piece = 0.05;
+
+using Corners = std::array<Vector3d, 3>;
+
+double area_m2_of(const Corners& face) {
+  return 0.5 * (face[1] - face[0]).cross(face[2] - face[0]).norm();
+}
+
+/// The second moments per area of a flat part about its middle, along two axes in its plane.
+struct Moments {
+  Vector3d x, y;
+  double xx, yy, xy;
+  double root_m2() const { return std::sqrt(std::max(xx * yy - xy * xy, 0.0)); }
+};
+
 /// What the faces of a flat part add up to.
 struct Sum {
   double area_m2 = 0.0;
@@ -74,7 +92,7 @@ struct Sum {
   Matrix3d bend = Matrix3d::Zero();        // sum over edges of length angle^2 u u, and of
   Matrix3d directions = Matrix3d::Zero();  // length u u; u: unit, in the plane, across the edge
 
-  void add(const std::array<Vector3d, 3>& corners, double its_area_m2) {
+  void add(const Corners& corners, double its_area_m2) {
     if (area_m2 == 0.0) origin = corners[0];
     Vector3d middle = Vector3d::Zero();
     for (const Vector3d& corner : corners) middle += (corner - origin) / 3.0;
@@ -91,13 +109,29 @@ struct Sum {
     if (!(length > 1e-6 * directions.trace())) return 0.0f;
     return static_cast<float>(std::sqrt(axis.dot(bend * axis) / length));
   }
+  Matrix3d spread() const {
+    const Vector3d middle = first / area_m2;
+    return second / area_m2 - middle * middle.transpose();
+  }
+  Moments moments(const Vector3d& normal) const {
+    const Matrix3d about_middle = spread();
+    const Vector3d x = normal.unitOrthogonal(), y = normal.cross(x);
+    return {x, y, x.dot(about_middle * x), y.dot(about_middle * y), x.dot(about_middle * y)};
+  }
+  /// Whether it has a hole or a bay that neither a rectangle nor an ellipse can stand for. Among
+  /// convex shapes of one area a triangle has the largest product of the moments, (A / 6 sqrt 3)^2:
+  /// what has more is not convex. Facets of a curved surface are left as they are.
+  bool is_hollow(const Vector3d& normal) const {
+    constexpr double rounding = 1.01;
+    const double most_convex_m2 = area_m2 / (6.0 * std::numbers::sqrt3);
+    return directions.isZero(0.0) && moments(normal).root_m2() > rounding * most_convex_m2;
+  }
   FlatPart flat_part(const Vector3d& normal, std::uint32_t surface) const {
     const Vector3d middle = first / area_m2;
-    const Matrix3d spread = second / area_m2 - middle * middle.transpose();
-    const Vector3d x = normal.unitOrthogonal(), y = normal.cross(x);
-    const double xx = x.dot(spread * x), yy = y.dot(spread * y), xy = x.dot(spread * y);
-    const double turn = 0.5 * std::atan2(2.0 * xy, xx - yy);
-    const Vector3d along = std::cos(turn) * x + std::sin(turn) * y;
+    const Matrix3d spread = this->spread();
+    const Moments moments = this->moments(normal);
+    const double turn = 0.5 * std::atan2(2.0 * moments.xy, moments.xx - moments.yy);
+    const Vector3d along = std::cos(turn) * moments.x + std::sin(turn) * moments.y;
     const Vector3d across = normal.cross(along);
     // A rectangle of length L has the second moment L^2 / 12.
     const double shortest = 1e-12 * area_m2;
@@ -106,8 +140,7 @@ struct Sum {
     const double length_m = std::sqrt(area_m2 * ratio);
     // Among shapes of one area, an ellipse has the smallest product of the moments, (A / 4 pi)^2; a
     // rectangle has (A / 12)^2. The limit is halfway between them.
-    const bool round =
-        std::sqrt(std::max(xx * yy - xy * xy, 0.0)) < 0.5 * (0.25 / pi + 1.0 / 12.0) * area_m2;
+    const bool round = moments.root_m2() < 0.5 * (0.25 / pi + 1.0 / 12.0) * area_m2;
     return {.middle = origin + middle,
             .normal = normal.cast<float>(),
             .along = along.cast<float>(),
@@ -117,9 +150,61 @@ struct Sum {
             .bend_along_rad = bend_rad(along),
             .bend_across_rad = bend_rad(across),
             .round = round,
+            .piece = false,
             .surface = surface};
   }
 };
+
+/// What of a face lies on one side of the plane through `place` that is square to `way`: on that of
+/// `way` or, if not `beyond`, on the other.
+void add_half(const Corners& face, const Vector3d& place, const Vector3d& way, bool beyond,
+              std::vector<Corners>& half) {
+  const double sign = beyond ? 1.0 : -1.0;
+  std::array<Vector3d, 4> polygon;
+  std::size_t corners = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3d &a = face[i], &b = face[(i + 1) % 3];
+    const double a_m = sign * way.dot(a - place), b_m = sign * way.dot(b - place);
+    if (a_m >= 0.0) polygon[corners++] = a;
+    if ((a_m > 0.0 && b_m < 0.0) || (a_m < 0.0 && b_m > 0.0))
+      polygon[corners++] = a + a_m / (a_m - b_m) * (b - a);
+  }
+  for (std::size_t i = 2; i < corners; ++i)
+    if (const Corners part{polygon[0], polygon[i - 1], polygon[i]}; area_m2_of(part) > 0.0)
+      half.push_back(part);
+}
+
+/// Halves a hollow flat part across its longer axis until each piece fills its rectangle or is no
+/// longer than that.
+void add_pieces(std::vector<Corners> faces, const Vector3d& normal, std::uint32_t surface,
+                double shortest_m, std::vector<FlatPart>& pieces,
+                const std::function<void()>& stop_check) {
+  constexpr double filled = 0.85;
+  check_now_and_then(stop_check, 0);
+  Sum sum;
+  for (const Corners& face : faces) sum.add(face, area_m2_of(face));
+  if (!(sum.area_m2 > 0.0)) return;
+  FlatPart piece = sum.flat_part(normal, surface);
+  piece.round = false;
+  piece.piece = true;
+  const Vector3d along = piece.along.cast<double>(), across = piece.across.cast<double>();
+  Eigen::AlignedBox2d box;
+  for (const Corners& face : faces)
+    for (const Vector3d& corner : face)
+      box.extend(
+          Eigen::Vector2d(along.dot(corner - piece.middle), across.dot(corner - piece.middle)));
+  if (box.sizes().maxCoeff() <= shortest_m || sum.area_m2 >= filled * box.volume()) {
+    pieces.push_back(piece);
+    return;
+  }
+  std::array<std::vector<Corners>, 2> halves;
+  for (const Corners& face : faces)
+    for (const bool beyond : {false, true})
+      add_half(face, piece.middle, along, beyond, halves[beyond ? 1 : 0]);
+  faces = {};  // large
+  for (std::vector<Corners>& half : halves)
+    add_pieces(std::move(half), normal, surface, shortest_m, pieces, stop_check);
+}
 
 struct Edge {
   std::uint32_t from, to;
@@ -150,10 +235,25 @@ std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const doub
   return edges;
 }
 
-}  // namespace
+/// Flat parts, and the pieces of those that are hollow.
+struct FlatParts {
+  std::vector<FlatPart> whole;
+  std::map<std::size_t, std::vector<FlatPart>> pieces;  // by the number in `whole`
 
-std::vector<FlatPart> flat_parts_of(refine::Triangles triangles,
-                                    const std::function<void()>& stop_check) {
+  /// All in their order, with the pieces of a flat part in its place.
+  std::vector<FlatPart> in_pieces() && {
+    if (pieces.empty()) return std::move(whole);
+    std::vector<FlatPart> all;
+    for (std::size_t i = 0; i < whole.size(); ++i)
+      if (const auto its = pieces.find(i); its != pieces.end())
+        all.insert(all.end(), its->second.begin(), its->second.end());
+      else
+        all.push_back(whole[i]);
+    return all;
+  }
+};
+
+FlatParts find_flat_parts(refine::Triangles triangles, const std::function<void()>& stop_check) {
   const auto faces = static_cast<std::uint32_t>(triangles.faces.size());
   std::vector<Vector3d> normals(faces);
   std::vector<double> areas_m2(faces);
@@ -190,12 +290,13 @@ std::vector<FlatPart> flat_parts_of(refine::Triangles triangles,
       first_faces.push_back(f);
     }
   std::vector<Sum> sums(first_faces.size());
-  const auto sum_of = [&](std::uint32_t face) -> Sum& { return sums[number[flat.of(face)]]; };
+  const auto number_of = [&](std::uint32_t face) { return number[flat.of(face)]; };
+  const auto corners_of = [&](std::uint32_t f) {
+    return Corners{triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)};
+  };
   for (std::uint32_t f = 0; f < faces; ++f) {
     check_now_and_then(stop_check, f);
-    if (areas_m2[f] > 0.0)
-      sum_of(f).add({triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)},
-                    areas_m2[f]);
+    if (areas_m2[f] > 0.0) sums[number_of(f)].add(corners_of(f), areas_m2[f]);
   }
   for (const Bend& bend : bends)
     for (const std::uint64_t side : bend.sides) {
@@ -206,18 +307,39 @@ std::vector<FlatPart> flat_parts_of(refine::Triangles triangles,
       const Vector3d across = way.cross(normals[face]);  // its length is the edge's
       const double length_m = across.norm();
       const Matrix3d direction = across * across.transpose() / length_m;
-      Sum& sum = sum_of(face);
+      Sum& sum = sums[number_of(face)];
       sum.directions += direction;
       sum.bend += bend.angle_rad * bend.angle_rad * direction;
     }
-  std::vector<FlatPart> flat_parts;
-  flat_parts.reserve(sums.size());
-  for (std::size_t i = 0; i < sums.size(); ++i) {
+  FlatParts flat_parts;
+  flat_parts.whole.reserve(sums.size());
+  std::map<std::uint32_t, std::vector<Corners>> hollow;  // the faces of such flat parts
+  for (std::uint32_t i = 0; i < sums.size(); ++i) {
     check_now_and_then(stop_check, i);
     const std::uint32_t face = first_faces[i];
-    flat_parts.push_back(sums[i].flat_part(normals[face], smooth.of(face)));
+    flat_parts.whole.push_back(sums[i].flat_part(normals[face], smooth.of(face)));
+    if (sums[i].is_hollow(normals[face])) hollow[i];
+  }
+  for (std::uint32_t f = 0; f < faces && !hollow.empty(); ++f) {
+    check_now_and_then(stop_check, f);
+    if (!(areas_m2[f] > 0.0)) continue;
+    if (const auto its = hollow.find(number_of(f)); its != hollow.end())
+      its->second.push_back(corners_of(f));
+  }
+  for (auto& [i, its_faces] : hollow) {
+    const FlatPart& whole = flat_parts.whole[i];
+    add_pieces(std::move(its_faces), normals[first_faces[i]], whole.surface,
+               std::max(shortest_piece_m, shortest_piece * double(whole.length_m)),
+               flat_parts.pieces[i], stop_check);
   }
   return flat_parts;
+}
+
+}  // namespace
+
+std::vector<FlatPart> flat_parts_of(refine::Triangles triangles,
+                                    const std::function<void()>& stop_check) {
+  return find_flat_parts(triangles, stop_check).in_pieces();
 }
 
 FlatPartBlock::FlatPartBlock(std::span<const FlatPart> flat_parts, std::size_t its_first,
@@ -387,9 +509,10 @@ std::vector<RightCorner> right_corners(std::span<const FlatPart> flat_parts,
 
 ObjectSurface::ObjectSurface(refine::Triangles triangles, std::uint16_t its_label,
                              const std::function<void()>& stop_check)
-    : label(its_label),
-      flat_parts(flat_parts_of(triangles, stop_check)),
-      corners(right_corners(flat_parts, stop_check)) {
+    : label(its_label) {
+  FlatParts found = find_flat_parts(triangles, stop_check);
+  corners = right_corners(found.whole, stop_check);  // a piece shows less of an edge than the whole
+  flat_parts = std::move(found).in_pieces();
   const refine::Bounds box = refine::bounds(triangles);
   middle = 0.5 * (box.lowest + box.highest).cast<double>();
   radius_m = 0.5 * double((box.highest - box.lowest).norm());

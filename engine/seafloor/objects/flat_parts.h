@@ -15,7 +15,8 @@ namespace ensonify::engine {
 
 /// A flat part of a body's surface: faces that join in one plane. It is described as the rectangle
 /// that has their area and second moments, or as the ellipse that has their area and the
-/// rectangle's ratio of sides. Where the surface is curved, its facets are such parts.
+/// rectangle's ratio of sides. Where the surface is curved, its facets are such parts. One with a
+/// hole or a bay, for which no rectangle can stand, is cut into pieces that are such parts.
 struct FlatPart {
   Eigen::Vector3d middle;
   Eigen::Vector3f normal;         ///< unit, out of the body
@@ -25,6 +26,7 @@ struct FlatPart {
   /// has a real edge.
   float bend_along_rad, bend_across_rad;
   bool round;             ///< nearer to an ellipse than to a rectangle
+  bool piece;             ///< of a flat part that was cut; the others have the same `surface`
   std::uint32_t surface;  ///< parts that join without a real edge have the same number
 };
 

@@ -167,9 +167,8 @@ void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& g
   if (!way || is_thinly_covered(*way)) return;
   const BuriedSight sight = see_buried(*way);
   if (!(sight.energy > 0.0)) return;
-  add_glint_at(to + from_part, sight.time_range_m,
-               sight.energy * specular * mirror->cross_section_m2(wavelength_m), group.label,
-               flat_part.surface);
+  add_mirror_at(to + from_part, sight.time_range_m, sight.energy * specular, group.label, flat_part,
+                *mirror, wavelength_m);
 }
 
 }  // namespace ensonify::engine

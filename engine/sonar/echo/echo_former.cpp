@@ -364,7 +364,7 @@ void EchoFormer::add_glints(EchoLine& line) {
     const auto below = static_cast<std::ptrdiff_t>(std::floor(place));
     const double share = place - static_cast<double>(below);
     const double turns = std::fmod(2.0 * glint.range_m / wavelength_m_, 1.0);
-    const double phase = 2.0 * std::numbers::pi * turns;
+    const double phase = 2.0 * std::numbers::pi * turns + glint.phase_rad;
     const auto of_bin = static_cast<std::size_t>(
         std::clamp<std::ptrdiff_t>(below, 0, static_cast<std::ptrdiff_t>(gain_.size()) - 1));
     const double intensity = laid.energy * gain_[of_bin];

@@ -93,13 +93,17 @@ MirrorExtent::MirrorExtent(double its_length_m, double bend_rad, double its_tilt
 
 bool MirrorExtent::reaches() const { return std::abs(tilt) < 0.5 * length_m / range_m + reach; }
 
+bool MirrorExtent::is_far(double wavelength_m) const {
+  return length_m * length_m < 0.09 * (wavelength_m * range_m);
+}
+
 double MirrorExtent::power_m2(double wavelength_m) const {
   const double zone_m2 = wavelength_m * range_m;
   if (curved) {
     const double half = 0.5 * length_m / range_m;
     return 0.25 * zone_m2 * (std::erf((tilt + half) / lobe) - std::erf((tilt - half) / lobe));
   }
-  if (length_m * length_m < 0.09 * zone_m2) {  // far away
+  if (is_far(wavelength_m)) {
     const double field_m = length_m * sinc(2.0 * length_m * tilt / wavelength_m);
     return field_m * field_m;
   }
@@ -109,10 +113,27 @@ double MirrorExtent::power_m2(double wavelength_m) const {
                    fresnel(per_m * (-0.5 * length_m - middle_m)));
 }
 
+double MirrorExtent::phase_rad(double wavelength_m) const {
+  const double zone_m2 = wavelength_m * range_m, middle_m = range_m * tilt;
+  const double off_m = std::max(std::abs(middle_m) - 0.5 * length_m, 0.0);  // the nearest place
+  const double per_m2 = 2.0 * pi / zone_m2;
+  if (is_far(wavelength_m))
+    return per_m2 * (middle_m * middle_m - off_m * off_m) +
+           (sinc(2.0 * length_m * tilt / wavelength_m) < 0.0 ? pi : 0.0);
+  const double per_m = 2.0 / std::sqrt(zone_m2);
+  return std::arg(fresnel(per_m * (0.5 * length_m - middle_m)) -
+                  fresnel(per_m * (-0.5 * length_m - middle_m))) -
+         per_m2 * off_m * off_m;
+}
+
 double Mirror::cross_section_m2(double wavelength_m) const {
   const double power_m4 = round ? ellipse_power_m4(one, other, wavelength_m)
                                 : one.power_m2(wavelength_m) * other.power_m2(wavelength_m);
   return power_m4 / (wavelength_m * wavelength_m);
+}
+
+double Mirror::phase_rad(double wavelength_m) const {
+  return one.phase_rad(wavelength_m) + other.phase_rad(wavelength_m);
 }
 
 std::optional<Mirror> mirror_of(const FlatPart& flat_part, const Vector3d& away,

@@ -51,8 +51,11 @@ struct MirrorExtent {
   MirrorExtent(double its_length_m, double bend_rad, double its_tilt, double its_range_m,
                double wavelength_m);
   bool reaches() const;
+  bool is_far(double wavelength_m) const;  ///< far enough for the sinc of a plane wave
   /// I, m^2.
   double power_m2(double wavelength_m) const;
+  /// The phase of a flat one's integral, against that of the path to its nearest place.
+  double phase_rad(double wavelength_m) const;
 };
 
 /// The part of a flat part that is most nearly a mirror.
@@ -62,6 +65,8 @@ struct Mirror {
   bool round;  ///< an ellipse
 
   double cross_section_m2(double wavelength_m) const;
+  /// The phase of a flat rectangle's echo, against that of the path to the place.
+  double phase_rad(double wavelength_m) const;
 };
 
 /// That of a flat part whose middle is `away` from the sonar; none where it has no glint.

@@ -14,7 +14,9 @@ struct ObjectEcho {
   Eigen::Vector3d place;  ///< from the sonar
   double grazing_rad;
   std::uint16_t label;
-  std::uint32_t surface;  ///< FlatPart::surface
+  std::uint32_t surface;   ///< FlatPart::surface
+  bool piece = false;      ///< FlatPart::piece; those of one surface add with their phases
+  double phase_rad = 0.0;  ///< of a glint, against that of the path
 };
 
 }  // namespace ensonify::engine

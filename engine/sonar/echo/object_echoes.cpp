@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <tuple>
 
-#include <ensonify/engine/sonar/echo/glint.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 
 namespace ensonify::engine {
@@ -180,6 +180,17 @@ void ObjectEchoes::add_glint_at(const Vector3d& place, double range_m, double en
                      .surface = surface});
 }
 
+/// Adds the glint of a flat part. energy_per_m2: of 1 m^2 of cross-section.
+void ObjectEchoes::add_mirror_at(const Vector3d& place, double range_m, double energy_per_m2,
+                                 std::uint16_t label, const FlatPart& flat_part,
+                                 const Mirror& mirror, double wavelength_m) {
+  add_glint_at(place, range_m, energy_per_m2 * mirror.cross_section_m2(wavelength_m), label,
+               flat_part.surface);
+  if (!flat_part.piece) return;
+  glints_.back().piece = true;
+  glints_.back().phase_rad = mirror.phase_rad(wavelength_m);
+}
+
 void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
                              const Vector3d& apparent, double specular,
                              const ObjectSurface& object) {
@@ -188,9 +199,8 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
   const Vector3d place = away + mirror->offset;
   const std::optional<Sight> sight = sight_of(place);
   if (!sight) return;
-  add_glint_at(place, sight->range_m,
-               sight->energy * specular * mirror->cross_section_m2(wavelength_m_), object.label,
-               flat_part.surface);
+  add_mirror_at(place, sight->range_m, sight->energy * specular, object.label, flat_part, *mirror,
+                wavelength_m_);
 }
 
 void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
@@ -287,8 +297,12 @@ void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
   add(mirror.rough, mirror.slope);
 }
 
-/// Facets of one surface at about one range are one glint, at their mean range.
+/// Facets of one surface at about one range are one glint, at their mean range, and so are the
+/// pieces of a flat part. These add with their phases.
 void ObjectEchoes::join_glints() {
+  const auto turn_rad = [&](double path_m) {
+    return 4.0 * std::numbers::pi / wavelength_m_ * path_m;
+  };
   std::erase_if(glints_, [](const ObjectEcho& glint) { return !(glint.energy > 0.0); });
   std::ranges::sort(glints_, {}, [](const ObjectEcho& glint) {
     return std::tuple(glint.label, glint.surface, glint.range_m);
@@ -296,6 +310,13 @@ void ObjectEchoes::join_glints() {
   std::size_t count = 0;
   for (std::size_t i = 0, end; i < glints_.size(); i = end) {
     ObjectEcho sum = glints_[i];
+    const double first_m = sum.range_m;
+    std::complex<double> field;
+    const auto add_field = [&](const ObjectEcho& piece) {
+      field +=
+          std::polar(std::sqrt(piece.energy), turn_rad(piece.range_m - first_m) + piece.phase_rad);
+    };
+    if (sum.piece) add_field(sum);
     sum.range_m *= sum.energy;
     sum.place *= sum.energy;
     for (end = i + 1; end < glints_.size(); ++end) {
@@ -306,9 +327,14 @@ void ObjectEchoes::join_glints() {
       sum.energy += glint.energy;
       sum.range_m += glint.energy * glint.range_m;
       sum.place += glint.energy * glint.place;
+      if (sum.piece) add_field(glint);
     }
     sum.range_m /= sum.energy;
     sum.place /= sum.energy;
+    if (sum.piece) {
+      sum.energy = std::norm(field);
+      sum.phase_rad = std::arg(field) - turn_rad(sum.range_m - first_m);
+    }
     glints_[count++] = sum;
   }
   glints_.erase(glints_.begin() + static_cast<std::ptrdiff_t>(count), glints_.end());

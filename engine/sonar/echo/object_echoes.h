@@ -13,6 +13,7 @@
 #include <ensonify/engine/seafloor/objects/buried_surfaces.h>
 #include <ensonify/engine/seafloor/objects/flat_parts.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/echo/glint.h>
 #include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/object_echo.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>
@@ -56,7 +57,8 @@ struct FirstHits {
 /// The echoes of objects that rays cannot sample, from the flat parts of their surfaces.
 ///
 /// Glints: the mirror-like part of a solid's echo, by physical optics (glint.h). Flat parts of one
-/// surface at about one range are one glint.
+/// surface at about one range are one glint: facets of a curved one add their energies, pieces of a
+/// plane one their fields.
 ///
 /// Small objects: those that only a few planes of the fan would meet, however long they are across
 /// the track. Their flat parts, in cells no longer than those planes are apart, scatter
@@ -127,6 +129,9 @@ class ObjectEchoes {
                  const Eigen::Vector3d& apparent, double specular, const ObjectSurface& object);
   void add_glint_at(const Eigen::Vector3d& place, double range_m, double energy,
                     std::uint16_t label, std::uint32_t surface);
+  void add_mirror_at(const Eigen::Vector3d& place, double range_m, double energy_per_m2,
+                     std::uint16_t label, const FlatPart& flat_part, const Mirror& mirror,
+                     double wavelength_m);
   void add_corner(const RightCorner& corner, double specular, const ObjectSurface& object);
   void add_facets(const FlatPart& flat_part, const Eigen::Vector3d& away,
                   const ObjectSurface& object, double small_m);

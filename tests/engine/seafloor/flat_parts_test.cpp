@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 #include <vector>
@@ -57,7 +58,73 @@ refine::TriangleMesh boxes(int count, double extent_m) {
   return all;
 }
 
+/// A flat ring in the plane z = 0, of triangles between its two circles.
+refine::TriangleMesh ring(double inner_m, double outer_m, std::uint32_t sides) {
+  refine::TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < sides; ++i)
+    for (const double radius_m : {inner_m, outer_m}) {
+      const double angle_rad = 2.0 * std::numbers::pi * i / sides;
+      mesh.positions.push_back(
+          (radius_m * Vector3d(std::cos(angle_rad), std::sin(angle_rad), 0.0)).cast<float>());
+    }
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const std::uint32_t inner = 2 * i, next = 2 * ((i + 1) % sides);
+    mesh.faces.push_back({inner, inner + 1, next + 1});
+    mesh.faces.push_back({inner, next + 1, next});
+  }
+  return mesh;
+}
+
 }  // namespace
+
+TEST_CASE("The pieces of a flat ring lie on it, and have its area and its middle") {
+  for (const double inner_m : {0.6, 0.8, 1.1}) {
+    CAPTURE(inner_m);
+    constexpr double outer_m = 1.2;
+    constexpr std::uint32_t sides = 64;
+    const std::vector<FlatPart> pieces = flat_parts_of(ring(inner_m, outer_m, sides));
+    CHECK(pieces.size() > 16);
+    CHECK(pieces.size() < 600);
+    double area_m2 = 0.0;
+    Vector3d first = Vector3d::Zero();
+    for (const FlatPart& piece : pieces) {
+      CHECK(piece.piece);
+      CHECK(piece.surface == pieces[0].surface);
+      CHECK(piece.middle.norm() > inner_m);
+      CHECK(piece.middle.norm() < outer_m);
+      const double its_m2 = double(piece.length_m) * double(piece.width_m);
+      area_m2 += its_m2;
+      first += its_m2 * piece.middle;
+    }
+    const double turn_rad = 2.0 * std::numbers::pi / sides;
+    CHECK(area_m2 ==
+          Approx(0.5 * sides * std::sin(turn_rad) * (outer_m * outer_m - inner_m * inner_m))
+              .epsilon(1e-5));
+    CHECK(first.norm() < 1e-5);
+  }
+}
+
+TEST_CASE("Flat parts that are convex, or nearly so, and curved surfaces are not cut") {
+  const auto is_cut = [](const refine::TriangleMesh& mesh) {
+    return std::ranges::any_of(flat_parts_of(mesh), &FlatPart::piece);
+  };
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  for (std::size_t i = 0; i < 200; ++i) {  // polygons on an ellipse, from triangles on
+    std::vector<double> turns(3 + i % 8);
+    for (double& turn : turns) turn = 2.0 * std::numbers::pi * share(random);
+    std::ranges::sort(turns);
+    const double width = 0.01 + share(random);
+    refine::TriangleMesh mesh;
+    for (const double turn : turns)
+      mesh.positions.push_back(Vector3d(std::cos(turn), width * std::sin(turn), 0.0).cast<float>());
+    for (std::uint32_t k = 1; k + 1 < turns.size(); ++k) mesh.faces.push_back({0, k, k + 1});
+    CHECK_FALSE(is_cut(mesh));
+  }
+  CHECK_FALSE(is_cut(ring(0.2, 1.2, 64)));
+  for (const char* shape : {"sphere", "cylinder", "box", "boulder", "tyre"})
+    CHECK_FALSE(is_cut(make_body(shape_named(shape), {}, RandomStream(7, Purpose::test)).mesh));
+}
 
 TEST_CASE("The right corners of many flat parts are those of all their pairs, in their order") {
   const std::vector<FlatPart> flat_parts = flat_parts_of(boxes(60, 12.0));
