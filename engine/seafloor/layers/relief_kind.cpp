@@ -19,7 +19,7 @@ void check_relief_value(std::string_view list, std::string_view key, double low,
 }
 
 void check_cover(std::string_view list, double per_hectare, double diameter_m, double mean_square) {
-  constexpr double most = 10.0;
+  constexpr double most = 20.0;
   const double cover = 1e-4 * per_hectare * diameter_m * diameter_m * mean_square;
   if (!(cover <= most))
     throw std::invalid_argument(

@@ -90,7 +90,7 @@ void check_relief(const Relief& relief) {
         row.member);
 }
 
-/// Throws std::invalid_argument for features that would cover the bed more than ten times.
+/// Throws std::invalid_argument for features that would cover the bed more than twenty times.
 /// mean_square: of their diameters, in squares of diameter_m.
 void check_cover(std::string_view list, double per_hectare, double diameter_m,
                  double mean_square = 1.0);

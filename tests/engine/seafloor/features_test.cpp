@@ -348,7 +348,7 @@ TEST_CASE("Boulders lie in clusters, as many on average as those that do not") {
   CHECK(of_clustered > 1.5);
 }
 
-TEST_CASE("Boulders may cover the bed ten times, by the mean square of their diameters") {
+TEST_CASE("Boulders may cover the bed twenty times, by the mean square of their diameters") {
   for (const double spread : {0.0, 0.5, 1.0, 2.0}) {
     // Of a log-normal variable with the median 1 that ends at 5, by the midpoint rule.
     double mean_square = 0.0;
@@ -358,13 +358,13 @@ TEST_CASE("Boulders may cover the bed ten times, by the mean square of their dia
     const auto lay = [&](double cover) {
       Laid laid(flat(2, 2, 0.25, 0.25));
       add_boulders(laid.field,
-                   {.per_hectare = cover / (1e-4 * 1.21 * mean_square),
-                    .diameter_m = 1.1,
+                   {.per_hectare = cover / (1e-4 * 4.84 * mean_square),
+                    .diameter_m = 2.2,
                     .diameter_spread = spread},
                    draws(1), anywhere, laid.marked);
     };
-    CHECK_NOTHROW(lay(9.99));
-    CHECK_THROWS_WITH(lay(10.01), Catch::Contains("would cover the bed 10.0"));
+    CHECK_NOTHROW(lay(19.98));
+    CHECK_THROWS_WITH(lay(20.02), Catch::Contains("would cover the bed 20.0"));
   }
 }
 
