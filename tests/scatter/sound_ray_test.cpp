@@ -266,7 +266,7 @@ TEST_CASE("A level ray bends to the slower side, and runs straight along a duct'
   CHECK(go(rises, 20.0).point().depth_m < 9.76);
 }
 
-TEST_CASE("A ray that is level but for rounding runs along a duct's axis in few steps") {
+TEST_CASE("A ray that is level except for rounding runs along a duct's axis in few steps") {
   const SoundSpeedProfile duct({{0.0, 1510.0}, {12.0, 1500.0}, {40.0, 1502.0}});
   for (const double down : {3e-14, -3e-14, 1e-18, 1e-10}) {
     SoundRay ray(duct, 12.0, 1.0, down);

@@ -445,7 +445,7 @@ TEST_CASE("A ping that takes minutes, and many objects, are stopped by SIGTERM a
   }
 }
 
-TEST_CASE("A program whose output nobody reads is ended by a signal") {
+TEST_CASE("A signal ends a program that waits for a reader of its output") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   REQUIRE(mkfifo((folder / "address").c_str(), 0600) == 0);

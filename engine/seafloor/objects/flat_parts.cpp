@@ -13,6 +13,7 @@
 
 #include <ensonify/engine/seafloor/objects/facets.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/engine/work_control.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
@@ -20,11 +21,6 @@ namespace {
 
 using Eigen::Matrix3d, Eigen::Vector3d;
 using std::numbers::pi;
-
-/// Calls the check once for very many of a loop's turns.
-void check_now_and_then(const std::function<void()>& stop_check, std::size_t turn) {
-  if (stop_check && turn % 65536 == 0) stop_check();
-}
 
 /// Sets that grow together; each is named by its lowest member.
 class Sets {
@@ -57,7 +53,7 @@ std::vector<std::uint32_t> places_of(refine::Triangles triangles,
     used.insert(used.end(), face.begin(), face.end());
   std::ranges::sort(used);
   used.erase(std::unique(used.begin(), used.end()), used.end());
-  check_now_and_then(stop_check, 0);
+  if (stop_check) stop_check();
   std::ranges::stable_sort(used, {}, at);
   std::vector<std::uint32_t> place(triangles.positions.size());
   for (std::size_t i = 0; i < used.size(); ++i)
@@ -180,7 +176,7 @@ void add_pieces(std::vector<Corners> faces, const Vector3d& normal, std::uint32_
                 double shortest_m, std::vector<FlatPart>& pieces,
                 const std::function<void()>& stop_check) {
   constexpr double filled = 0.85;
-  check_now_and_then(stop_check, 0);
+  if (stop_check) stop_check();
   Sum sum;
   for (const Corners& face : faces) sum.add(face, area_m2_of(face));
   if (!(sum.area_m2 > 0.0)) return;
@@ -222,7 +218,7 @@ struct Bend {
 std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const double> areas_m2,
                                const std::function<void()>& stop_check) {
   const std::vector<std::uint32_t> place = places_of(triangles, stop_check);
-  check_now_and_then(stop_check, 0);
+  if (stop_check) stop_check();
   std::vector<Edge> edges;
   edges.reserve(3 * areas_m2.size());
   for (std::size_t f = 0; f < areas_m2.size(); ++f)
@@ -254,11 +250,12 @@ struct FlatParts {
 };
 
 FlatParts find_flat_parts(refine::Triangles triangles, const std::function<void()>& stop_check) {
+  RareStopCheck check_stop(stop_check);
   const auto faces = static_cast<std::uint32_t>(triangles.faces.size());
   std::vector<Vector3d> normals(faces);
   std::vector<double> areas_m2(faces);
   for (std::uint32_t f = 0; f < faces; ++f) {
-    check_now_and_then(stop_check, f);
+    check_stop();
     const Vector3d a = triangles.corner(f, 0);
     const Vector3d product = (triangles.corner(f, 1) - a).cross(triangles.corner(f, 2) - a);
     areas_m2[f] = 0.5 * product.norm();
@@ -268,7 +265,7 @@ FlatParts find_flat_parts(refine::Triangles triangles, const std::function<void(
   std::vector<Bend> bends;
   Sets flat(faces), smooth(faces);
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
-    check_now_and_then(stop_check, i);
+    check_stop();
     const Edge &a = edges[i], &b = edges[i + 1];
     if (a.from != b.from || a.to != b.to) continue;
     const Vector3d &m = normals[a.face()], &n = normals[b.face()];
@@ -295,7 +292,7 @@ FlatParts find_flat_parts(refine::Triangles triangles, const std::function<void(
     return Corners{triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)};
   };
   for (std::uint32_t f = 0; f < faces; ++f) {
-    check_now_and_then(stop_check, f);
+    check_stop();
     if (areas_m2[f] > 0.0) sums[number_of(f)].add(corners_of(f), areas_m2[f]);
   }
   for (const Bend& bend : bends)
@@ -315,13 +312,13 @@ FlatParts find_flat_parts(refine::Triangles triangles, const std::function<void(
   flat_parts.whole.reserve(sums.size());
   std::map<std::uint32_t, std::vector<Corners>> hollow;  // the faces of such flat parts
   for (std::uint32_t i = 0; i < sums.size(); ++i) {
-    check_now_and_then(stop_check, i);
+    check_stop();
     const std::uint32_t face = first_faces[i];
     flat_parts.whole.push_back(sums[i].flat_part(normals[face], smooth.of(face)));
     if (sums[i].is_hollow(normals[face])) hollow[i];
   }
   for (std::uint32_t f = 0; f < faces && !hollow.empty(); ++f) {
-    check_now_and_then(stop_check, f);
+    check_stop();
     if (!(areas_m2[f] > 0.0)) continue;
     if (const auto its = hollow.find(number_of(f)); its != hollow.end())
       its->second.push_back(corners_of(f));
@@ -437,10 +434,6 @@ void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>&
     }
 }
 
-}  // namespace
-
-namespace {
-
 /// A flat part whose neighbours all stand in real edges, and a ball that holds what add_corners()
 /// looks at: its rectangle and the gap around it.
 struct EdgedPart {
@@ -474,12 +467,12 @@ std::vector<PartPair> square_pairs(std::span<const EdgedPart> planes,
   std::vector<std::uint32_t> order(planes.size());
   std::iota(order.begin(), order.end(), std::uint32_t{0});
   std::ranges::sort(order, {}, low_m);
-  std::size_t tested = 0;
+  RareStopCheck check_stop(stop_check);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const EdgedPart& one = planes[order[i]];
     const double high_m = one.flat_part->middle[axis] + one.radius_m;
     for (std::size_t k = i + 1; k < order.size() && low_m(order[k]) <= high_m; ++k) {
-      check_now_and_then(stop_check, ++tested);
+      check_stop();
       const EdgedPart& other = planes[order[k]];
       if (one.touches(other) && are_square(*one.flat_part, *other.flat_part))
         pairs.emplace_back(std::minmax(order[i], order[k]));
