@@ -104,7 +104,10 @@ TEST_CASE(
 
 TEST_CASE("while the navigation is stale a run reports the last pose and records this") {
   Scene scene = spoilt_scene();
-  scene.seed = GENERATE(range(1u, 5u));
+  SECTION("at any ping") {}
+  SECTION("at the first ping, which has no earlier report") {
+    while (!(reported_since_s(scene.artefacts, scene.seed, 0.0) < 0.0)) ++scene.seed;
+  }
   Simulator simulator(scene);
   const ScenePings all = ping_all(scene, simulator, 1);
   const std::vector<PingRow>& pings = all.images.front().pings;
@@ -118,7 +121,7 @@ TEST_CASE("while the navigation is stale a run reports the last pose and records
     REQUIRE_FALSE(same_pose(pings[i].pose, pings[i - 1].pose));
     stale += stands;
   }
-  CHECK(stale > 3);
+  CHECK(stale > 5);
   CHECK(stale < int(pings.size()) - 5);
 }
 
