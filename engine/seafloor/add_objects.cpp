@@ -64,7 +64,7 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
           fmt::format("objects.{}: scour_ratio and tail_ratio need a bed of heights that is made "
                       "at once, not a mesh and not one in tiles; leave them out",
                       *first));
-    add_scours(*heights, placed, tables, seed);
+    add_scours(*heights, placed, tables, seed, control);
     seafloor.grid =
         std::make_shared<const refine::HeightGrid>(height_grid(*heights, control.stop_check));
     seafloor.mean_bed_m = seafloor.grid->mean_height_m();

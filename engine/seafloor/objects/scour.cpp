@@ -8,16 +8,18 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/points_near.h>
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
+#include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
 namespace {
 
-using Eigen::Vector2d, Eigen::Vector3d;
+using Eigen::ArrayXd, Eigen::ArrayXXd, Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr double moat_widths = 4.0;   // to where it has faded
 constexpr double tail_heights = 6.0;  // its length
@@ -50,7 +52,7 @@ class Footing {
 
   /// `standing`: objects, of which this may be one, that keep what lies under them.
   void scour(Heightfield& bed, const ObjectOptions& table, const RandomStream& draws,
-             std::span<const Footing* const> standing) const {
+             std::span<const Footing* const> standing, const WorkControl& control) const {
     if (base_.all.empty()) return;
     const Vector2d down(std::sin(table.current_rad), std::cos(table.current_rad));
     const double depth_m = table.scour_ratio * height_m_;
@@ -61,13 +63,13 @@ class Footing {
     const double reach_m = 1.5 * base_.box.diagonal().norm() +
                            std::max((tail_heights + 1.0) * height_m_, moat_widths * width_m);
     Heightfield near = around_base(reach_m);
-    near.z_m = SmoothField(draws, 4.0 * half_m, 20.0 * half_m).over(near);
+    near.z_m = SmoothField(draws, 4.0 * half_m, 20.0 * half_m).over(near, control.threads);
     const auto share = [&](int column, int row) {
       constexpr double spread = 0.5;
       return std::exp(spread * near.at(column - near.first_column, row - near.first_row) -
                       0.5 * spread * spread);
     };
-    if (depth_m > 0.0) dig(depth_m, width_m, down, share, standing, bed);
+    if (depth_m > 0.0) dig(depth_m, width_m, down, share, standing, control, bed);
     if (table.tail_ratio > 0.0) leave_tail(table.tail_ratio * height_m_, down, share, bed);
   }
 
@@ -154,65 +156,85 @@ class Footing {
     height_m_ = *middle;
   }
 
-  /// The way to a point of the bed from the object. That from the object's nearest point alone
-  /// would jump, and the moat's depth with it, in corners such as that of a wing and a fuselage:
-  /// all its points count, the nearest the most.
-  struct Way {
-    double square_m2 = std::numeric_limits<double>::infinity();  // of the distance
-    double weights = 0.0;
-    Vector2d sum = Vector2d::Zero();
+  /// The ways to the points of a part of the bed's grid from the object. That from the object's
+  /// nearest point alone would jump, and the moat's depth with it, in corners such as that of a
+  /// wing and a fuselage: all its points count, the nearest the most.
+  struct Ways {
+    ArrayXXd square_m2;  // of the distance; infinite beyond the reach
+    ArrayXXd weights, sum_east_m, sum_north_m;
+
+    Ways(int columns, int rows)
+        : square_m2(ArrayXXd::Constant(columns, rows, std::numeric_limits<double>::infinity())),
+          weights(ArrayXXd::Zero(columns, rows)),
+          sum_east_m(weights),
+          sum_north_m(weights) {}
+    Vector2d mean(int column, int row) const {
+      return Vector2d(sum_east_m(column, row), sum_north_m(column, row)) / weights(column, row);
+    }
   };
-  /// The ways to a part of the bed's grid; those that are longer than the reach stay infinite.
-  std::vector<Way> ways_to(const Heightfield& part, double reach_m) const {
-    std::vector<Way> ways(static_cast<std::size_t>(part.points()));
+  Ways ways_to(const Heightfield& part, double reach_m) const {
+    Ways ways(part.columns, part.rows);
+    ArrayXd x_m(part.columns), dx_m(part.columns), square_m2(part.columns), weight(part.columns);
+    for (int column = 0; column < part.columns; ++column) x_m[column] = part.x_m(column);
     // Of the points under the object, one at its edge is the nearest to a point outside.
-    for (const Vector2d& place : base_.edge)
-      for_each_point_near(part, place.x(), place.y(), reach_m,
-                          [&](int column, int row, double dx, double dy) {
-                            Way& way = ways[part.index(column, row)];
-                            const double square_m2 = dx * dx + dy * dy;
-                            way.square_m2 = std::min(way.square_m2, square_m2);
-                            const double nearness = 1.0 / (square_m2 * square_m2);
-                            const double weight = nearness * nearness;
-                            way.weights += weight;
-                            way.sum += weight * Vector2d(dx, dy);
-                          });
+    for (const Vector2d& place : base_.edge) {
+      const GridRange near = points_near(part, place.x(), place.y(), reach_m);
+      const int count = near.east - near.west + 1;
+      if (count <= 0) continue;
+      const auto add = [&](ArrayXXd& sums, int row, const auto& terms) {
+        sums.col(row).segment(near.west, count) += terms;
+      };
+      auto dx = dx_m.head(count), square = square_m2.head(count), w = weight.head(count);
+      dx = x_m.segment(near.west, count) - place.x();
+      for (int row = near.south; row <= near.north; ++row) {
+        const double dy = part.y_m(row) - place.y();
+        square = dx * dx + dy * dy;
+        auto nearest = ways.square_m2.col(row).segment(near.west, count);
+        nearest = nearest.min(square);
+        w = 1.0 / (square * square);
+        w *= w;
+        add(ways.weights, row, w);
+        add(ways.sum_east_m, row, w * dx);
+        add(ways.sum_north_m, row, w * dy);
+      }
+    }
     const double cell_m = std::min(part.cell_east_m, part.cell_north_m);
     for (const Vector2d& place : base_.all)
-      for_each_point_near(part, place.x(), place.y(), 0.1 * cell_m,
-                          [&](int column, int row, double, double) {
-                            ways[part.index(column, row)].square_m2 = 0.0;
-                          });
+      for_each_point_near(
+          part, place.x(), place.y(), 0.1 * cell_m,
+          [&](int column, int row, double, double) { ways.square_m2(column, row) = 0.0; });
     return ways;
   }
 
   /// Deepest a width from the object, and half as deep in the lee.
   template <class Share>
   void dig(double depth_m, double width_m, const Vector2d& down, const Share& share,
-           std::span<const Footing* const> standing, Heightfield& bed) const {
+           std::span<const Footing* const> standing, const WorkControl& control,
+           Heightfield& bed) const {
     const double reach_m = moat_widths * width_m;
     Heightfield dug_m = around_base(reach_m);
     dug_m.z_m.resize(static_cast<std::size_t>(dug_m.points()));
-    constexpr int strip_rows = 256;  // a way takes more memory than a height
-    for (int south = 0; south < dug_m.rows; south += strip_rows) {
-      const int first_row = dug_m.first_row + south;
-      const Heightfield strip = bed_.window(dug_m.first_column, first_row, dug_m.columns,
-                                            std::min(strip_rows, dug_m.rows - south));
-      const std::vector<Way> ways = ways_to(strip, reach_m);
-      for (int row = 0; row < strip.rows; ++row)
-        for (int column = 0; column < strip.columns; ++column) {
-          const Way& way = ways[strip.index(column, row)];
-          const double distance_m = std::sqrt(way.square_m2);
+    constexpr int strip_rows = 4;  // so that the nearest cache holds the ways to a strip
+    const auto strips = static_cast<std::size_t>((dug_m.rows + strip_rows - 1) / strip_rows);
+    refine::parallel_for(strips, control.threads, [&](std::size_t strip, int) {
+      control.check_stop();
+      const int first = static_cast<int>(strip) * strip_rows;
+      const Heightfield rows = bed_.window(dug_m.first_column, dug_m.first_row + first,
+                                           dug_m.columns, std::min(strip_rows, dug_m.rows - first));
+      const Ways ways = ways_to(rows, reach_m);
+      for (int row = 0; row < rows.rows; ++row)
+        for (int column = 0; column < rows.columns; ++column) {
+          const double distance_m = std::sqrt(ways.square_m2(column, row));
           const double widths = distance_m / width_m;
           if (!(widths > 0.0 && widths < moat_widths)) continue;
-          const Vector2d from = way.sum / way.weights;
+          const Vector2d from = ways.mean(column, row);
           const double open = 0.75 - 0.25 * from.dot(down) / std::max(from.norm(), distance_m);
           const double fading = std::min(1.0, 2.0 - 2.0 * widths / moat_widths);
-          dug_m.at(column, south + row) = depth_m * open * widths * std::exp(1.0 - widths) *
+          dug_m.at(column, first + row) = depth_m * open * widths * std::exp(1.0 - widths) *
                                           fading *
-                                          share(dug_m.first_column + column, first_row + row);
+                                          share(rows.first_column + column, rows.first_row + row);
         }
-    }
+    });
     const double deepest_m = std::ranges::max(dug_m.z_m);
     for (const Footing* other : standing)
       if (other != this) other->keep_base(dug_m, deepest_m);
@@ -279,7 +301,8 @@ std::optional<std::size_t> first_scoured(std::span<const ObjectOptions> tables) 
 }
 
 void add_scours(Heightfield& bed, const PlacedObjects& placed,
-                std::span<const ObjectOptions> tables, std::uint64_t seed) {
+                std::span<const ObjectOptions> tables, std::uint64_t seed,
+                const WorkControl& control) {
   // All are found on the bed as it was.
   std::vector<std::pair<std::size_t, Footing>> footings;  // by object
   for (std::size_t i = 0; i < placed.objects.size(); ++i)
@@ -292,7 +315,7 @@ void add_scours(Heightfield& bed, const PlacedObjects& placed,
       standing.push_back(&footing);
   for (const auto& [i, footing] : footings)
     if (const auto& table = tables[placed.objects[i].record.table]; is_scoured(table))
-      footing.scour(bed, table, RandomStream(seed, Purpose::object_scour, {i}), standing);
+      footing.scour(bed, table, RandomStream(seed, Purpose::object_scour, {i}), standing, control);
 }
 
 }  // namespace ensonify::engine

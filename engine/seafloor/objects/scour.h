@@ -8,6 +8,7 @@
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
+#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 
@@ -22,6 +23,7 @@ std::optional<std::size_t> first_scoured(std::span<const ObjectOptions> tables);
 /// wall would be steeper than sand stands. The tail is six times as long as the height. Both change
 /// along the object at random.
 void add_scours(Heightfield& bed, const PlacedObjects& placed,
-                std::span<const ObjectOptions> tables, std::uint64_t seed);
+                std::span<const ObjectOptions> tables, std::uint64_t seed,
+                const WorkControl& control);
 
 }  // namespace ensonify::engine
