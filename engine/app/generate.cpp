@@ -141,8 +141,7 @@ void generate_dataset(const GenerateArguments& arguments) {
                              print_note("ensonify: sample {} failed: {}\n", sample, why);
                            }});
   }
-  print_warnings(report.warnings);
-  if (!arguments.quiet) print_warnings(report.extrapolation.appended_to({}));
+  print_warnings(report.extrapolation.appended_to(report.warnings));
   if (!arguments.quiet) print_report(report, arguments.folder, threads);
   if (arguments.json) print_json(report, arguments.folder, threads);
   if (report.stopped)

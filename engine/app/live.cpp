@@ -54,8 +54,7 @@ void show(const LiveArguments& arguments) {
                                   progress.report(stage, 0, 1);
                                 }});
   }
-  print_warnings(session->warnings());
-  if (!arguments.quiet) print_warnings(session->extrapolation().appended_to({}));
+  print_warnings(session->extrapolation().appended_to(session->warnings()));
   const LiveServer server(*session, arguments.server);
   print(server.address() + "\n");
   if (!arguments.quiet)

@@ -166,8 +166,7 @@ void run_scene(RunArguments arguments) {
     if (arguments.json) print_object({{"folder", arguments.folder.string()}, {"stopped", true}});
     throw;
   }
-  print_warnings(report.warnings);
-  if (!arguments.quiet) print_warnings(report.extrapolation.appended_to({}));
+  print_warnings(report.extrapolation.appended_to(report.warnings));
   if (!arguments.quiet && report.counts.at("pings") > 0)
     print_report(report, scene.run.intersector, arguments.folder, threads);
   if (arguments.json) print_json(report, arguments.folder, threads);

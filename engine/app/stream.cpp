@@ -62,9 +62,8 @@ class PoseSession {
       name = *known;  // answers have the usual spelling
     }
     report_scene();
-    if (!arguments.quiet)
-      print_warnings(Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials)
-                         .appended_to({}));
+    print_warnings(Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials)
+                       .appended_to({}));
   }
 
   /// Answers a request. Throws SceneError, refine::MeshError or std::invalid_argument for a faulty

@@ -27,12 +27,12 @@ void add_once(std::vector<std::string>& warnings, std::string warning) {
 }
 
 scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, const Sonar& sonar,
-                                   double sound_speed_mps, std::vector<std::string>& warnings) {
+                                   double bed_sound_speed_mps, std::vector<std::string>& warnings) {
   const Material material = material_named(name, scene.materials);
   const bool relief = name == scene.seafloor.material &&
                       scene.seafloor.kind == SeafloorKind::fractal &&
                       scene.seafloor.fractal.sediments_own;
-  const auto backscatter = backscatter_of(material, sonar.frequency_hz, sound_speed_mps,
+  const auto backscatter = backscatter_of(material, sonar.frequency_hz, bed_sound_speed_mps,
                                           relief ? scene.seafloor.cell_m : 0.0);
   for (std::string& warning : warnings_of(material, *backscatter, sonar.frequency_hz))
     add_once(warnings, std::move(warning));
@@ -230,7 +230,7 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
   if (scene.arrivals.double_bounce) made->mirrors.push_back({});
   for (std::size_t i = 1; i < materials.size(); ++i) {
     made->material_tables.push_back(
-        table_of(materials[i], scene, sonar, water.sound_speed_mps(), warnings));
+        table_of(materials[i], scene, sonar, water.bed_sound_speed_mps(), warnings));
     const Material material = material_named(materials[i], scene.materials);
     made->smooth_specular.push_back(smooth_specular(material));
     made->sediments.push_back(sediment_of(material));

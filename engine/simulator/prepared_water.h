@@ -20,6 +20,10 @@ class PreparedWater {
 
   /// Converts time to range.
   double sound_speed_mps() const { return sound_speed_mps_; }
+  /// Of the water at the mean bed, by which the bed's backscatter is computed.
+  double bed_sound_speed_mps() const {
+    return cast_ ? cast_->speed_mps(bed_depth_m_) : sound_speed_mps_;
+  }
   /// The cast, with absorption at this frequency; none if the scene has no cast.
   std::optional<scatter::SoundSpeedProfile> profile(double frequency_hz) const;
   /// The medium of a sonar at an altitude. `profile` is profile(frequency_hz), or null; it must

@@ -294,8 +294,8 @@ TEST_CASE("a sonar that moves or turns receives less: the overlap of its two bea
       const double a = std::numbers::pi * sonar.array_length_m * s / wavelength_m;
       return std::abs(a) < 1e-6 ? 1.0 : std::pow(std::sin(a) / a, 2);
     };
-    double sum = 0.0;
-    for (double s = -0.0075 + 5e-6; s < 0.0075; s += 1e-5) sum += beam(s) * beam(s + turned_rad);
+    double sum = 0.0;  // with the side lobes, where the beam turned by more than half its width
+    for (double s = -0.15 + 5e-6; s < 0.15; s += 1e-5) sum += beam(s) * beam(s + turned_rad);
     return sum;
   };
   const auto compare = [&](double lost_db, double at_range_m) {
@@ -305,12 +305,18 @@ TEST_CASE("a sonar that moves or turns receives less: the overlap of its two bea
       CHECK(scatter::to_db(moving[side].bins.intensity_mean[bin] /
                            fixed[side].bins.intensity_mean[bin]) == Approx(lost_db).margin(0.03));
   };
-  pose.velocity_mps = {0.0, 2.0, 0.0};
-  for (const double r : {12.0, 30.0, 70.0})
-    compare(scatter::to_db(overlap(2.0 * 2.0 / 1500.0) / overlap(0.0)), r);
+  for (const double speed_mps : {2.0, 4.0, 5.5, 7.0}) {
+    pose.velocity_mps = {0.0, speed_mps, 0.0};
+    for (const double r : {12.0, 30.0, 70.0})
+      compare(scatter::to_db(overlap(2.0 * speed_mps / 1500.0) / overlap(0.0)), r);
+  }
   pose.velocity_mps = {0.0, 0.0, 0.0};
-  pose.heading_rate_radps = 0.05;  // turns the array by 2 r / c times that across the ground range
-  for (const double r : {20.0, 70.0})
-    compare(scatter::to_db(overlap(0.05 * 2.0 * std::sqrt(r * r - 100.0) / 1500.0) / overlap(0.0)),
-            r);
+  // A change of heading turns the array by 2 r / c times its rate, across the ground range.
+  for (const double rate_radps : {0.05, 0.09}) {
+    pose.heading_rate_radps = rate_radps;
+    for (const double r : {20.0, 70.0})
+      compare(scatter::to_db(overlap(rate_radps * 2.0 * std::sqrt(r * r - 100.0) / 1500.0) /
+                             overlap(0.0)),
+              r);
+  }
 }

@@ -11,6 +11,7 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/eigenray.h>
@@ -369,6 +370,32 @@ TEST_CASE("with straight rays a cast leaves no end of the range without an echo"
     CHECK(std::ranges::count(regions, static_cast<std::uint32_t>(Region::shadow)) == 0);
     CHECK(regions.back() == static_cast<std::uint32_t>(Region::seabed));
     CHECK(line.bins.intensity_mean.back() > 0.0f);
+  }
+}
+
+TEST_CASE("a bed scatters as under the water that lies on it, not under the mean of the cast") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "layers.csv")
+      << "depth_m,soundspeed_mps\n0,1522\n12,1522\n14,1450\n30,1450\n";
+  Scene scene = level_scene();
+  scene.sea.profile = {"layers.csv", folder / "layers.csv"};
+  scene.sea.refraction = RefractionMode::full;
+  const auto ping = [&](const std::string& material) {
+    scene.seafloor.material = material;
+    Simulator simulator(scene);
+    return simulator.ping_numbered({.position = {0.0, 0.0, -10.0}}, 0)[1].bins;
+  };
+  const BinLayers sand = ping("medium sand"), shells = ping("shells");
+  const auto material = backscatter_of(material_named("medium sand", {}),
+                                       scene.sonars.front().frequency_hz, 1450.0, 0.0);
+  for (const double range_m : {20.0, 30.0, 45.0}) {
+    const auto bin = static_cast<std::size_t>(range_m / scene.sonars.front().bin_m());
+    const double grazing_rad = sand.grazing_rad[bin];
+    CAPTURE(range_m, grazing_rad);
+    CHECK(scatter::to_db(sand.intensity_mean[bin] / shells.intensity_mean[bin]) ==
+          Approx(scatter::to_db(material->cross_section(grazing_rad) /
+                                scatter::Lambert(-14.0).cross_section(grazing_rad)))
+              .margin(0.01));
   }
 }
 

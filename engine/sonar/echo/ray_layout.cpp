@@ -121,7 +121,11 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
         sonar.beams > 1
             ? std::atan(beam_offset_m / nearest_m) + reach_rad(transmit, null, 1.0, nearest_m)
             : reach_rad(transmit, null, sonar.defocus(worst_m), worst_m);
-    return std::min(sent_rad,
+    // A receiver that looks at the edge of what the transmitter sounds also hears its next lobe.
+    // The tables of the beams (beam.h) end one lobe farther.
+    const double next_lobe_rad =
+        std::clamp(drifting_rad - 0.25 * sent_rad, 0.0, transmit.null_rad(1));
+    return std::min(sent_rad + next_lobe_rad,
                     reach_rad(receive, null, sonar.defocus(worst_m), worst_m) + drifting_rad);
   };
   const double wider = reach(1, drift_rad, first_return_m) / reach(1, 0.0, first_return_m);
@@ -198,10 +202,13 @@ std::shared_ptr<const RayLayout> RayLayouts::at(double altitude_m, double neares
   };
   const int step = step_of(altitude_m), nearest_step = step_of(nearest_m);
   const int roll_tilt_step = static_cast<int>(std::lround(roll_tilt_rad / roll_tilt_step_rad));
-  // A receiver that is as wide as the transmitter receives all that the transmitter insonifies, so
-  // no extra planes are needed.
+  // A receiver that is as wide as the transmitter, and looks nearly where that does, receives all
+  // that the transmitter insonifies, so no extra planes are needed.
   const bool narrower = sonar_.beams > 1 || sonar_.receive_length_m() > sonar_.array_length_m;
-  const int drift_step = narrower ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
+  const double aside_rad = 0.5 * sonar_.transmit_array(wavelength_m_).null_rad(1);
+  const int drift_step = narrower || drift_rad > aside_rad
+                             ? static_cast<int>(std::ceil(drift_rad / drift_step_rad))
+                             : 0;
   const double height_m = std::exp2(step / steps_per_octave);
   const double rise_step_rad = 0.5 * height_m / sonar_.range_m;
   const int rise_step = rise_rad > 0.0 ? static_cast<int>(std::ceil(rise_rad / rise_step_rad)) : 0;
