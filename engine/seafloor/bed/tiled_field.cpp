@@ -62,6 +62,21 @@ TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_
   rest.period_m = what_.period_m;
   add_spectral_field(coarse_, rest,
                      RandomStream(seed_, purpose_, {band_count_ + 1, 0, 1 + 2 * number_}));
+  take_mean_over(grid);
+}
+
+/// Takes the mean of the rest over the grid from it; the coarse grid is larger.
+void TiledField::take_mean_over(const Heightfield& grid) {
+  const auto last = [&](int points) {
+    return coarse_margin +
+           static_cast<int>(std::lround((points - 1) * cell_m_ / coarse_.cell_east_m));
+  };
+  double sum_m = 0.0;
+  int count = 0;
+  for (int row = coarse_margin; row <= last(grid.rows); ++row)
+    for (int column = coarse_margin; column <= last(grid.columns); ++column, ++count)
+      sum_m += coarse_.at(column, row);
+  for (double& z_m : coarse_.z_m) z_m -= sum_m / count;
 }
 
 double TiledField::spacing_m(std::size_t band) const {

@@ -16,7 +16,7 @@ namespace ensonify::engine {
 /// is white noise of a lattice that fits it, with a kernel of finite width: a place's height
 /// depends on the noise around it alone, so it does not matter how the grid is cut up, and there
 /// are no seams. Bands and rest overlap with weights whose squares add up to 1, so that the
-/// spectrum is that of the single transform, within 2 %.
+/// spectrum is that of the single transform, within 2 %. The rest has no mean over the grid.
 class TiledField {
  public:
   /// Cells of the coarse grid: 128 MB.
@@ -50,6 +50,7 @@ class TiledField {
   double spacing_m(std::size_t band) const;
   Band make_band(std::size_t band, int points) const;
   static void fill_filter(Band& band);
+  void take_mean_over(const Heightfield& grid);
   std::vector<double> waves(std::size_t band, const LatticeWindow& window) const;
   std::vector<double> waves_of(std::size_t band, const LatticeWindow& window) const;
 

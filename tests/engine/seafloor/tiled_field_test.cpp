@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
+#include <numeric>
 #include <vector>
 
 #include <ensonify/engine/seafloor/bed/generated_tiles.h>
@@ -84,6 +85,23 @@ TEST_CASE("A fractal in tiles has the variogram and the spectrum of a single tra
   // Waves of 8 to 128 points, over all three bands' borders; then the shortest ones.
   CHECK(std::abs(of_tiles.radial_slope(16, 256) - of_one.radial_slope(16, 256)) < 0.1);
   CHECK(std::abs(of_tiles.radial_slope(128, 700) - of_one.radial_slope(128, 700)) < 0.1);
+}
+
+TEST_CASE("A long and narrow fractal in tiles has its mean at zero") {
+  constexpr double cell_m = 0.25;
+  constexpr int rows = 200;
+  constexpr double coarse_cells = 513.0 * 513.0;  // of 4 m, so that the bed is many of them wide
+  const Heightfield grid = flat(3 * block, rows, cell_m, cell_m);
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const TiledField tiled(grid, fractal_field(grid, {.height_at_1m_m = 0.1, .hurst = 0.9}), seed,
+                           Purpose::test, coarse_cells);
+    Heightfield bed = in_tiles(tiled, 3, 1, cell_m);
+    bed.rows = rows;  // the rest of the blocks lies beyond the grid
+    bed.z_m.resize(static_cast<std::size_t>(bed.points()));
+    const double mean_m = std::accumulate(bed.z_m.begin(), bed.z_m.end(), 0.0) / bed.points();
+    CAPTURE(seed, std::sqrt(variance(bed)));
+    CHECK(std::abs(mean_m) < 0.05 * std::sqrt(variance(bed)));
+  }
 }
 
 TEST_CASE("Ripples in tiles have their rms height and their wavelength") {
