@@ -204,15 +204,23 @@ TEST_CASE("A survey in tiles with smooth detail has the echoes that it has in me
 
 TEST_CASE("A bed needs tiles where it cannot be made at once") {
   SeafloorOptions options;
-  options.cell_m = 0.1;
-  options.extent_east_m = options.extent_north_m = 1100.0;
-  CHECK_FALSE(needs_tiles(options));
-  options.extent_east_m = 1300.0;
-  CHECK(needs_tiles(options));
-  options.extent_east_m = 700.0;
-  options.extent_north_m = 600.0;
-  options.fractal.hurst = 0.8;  // its period is twice as long
-  CHECK(needs_tiles(options));
+  options.cell_m = 1.0;
+  options.extent_east_m = 100.0;
+  const auto most_cells_to = [&](double& extent_m, double hurst) {
+    options.fractal.hurst = hurst;
+    extent_m = 100.0;
+    while (!needs_tiles(options)) extent_m += 1.0;
+    const double most = extent_m - 1.0;
+    extent_m = 100.0;
+    return most;
+  };
+  // doc/large_beds.md states these numbers. 2^29 numbers are a square of 23170, but FFTW gets only
+  // lengths without prime factors above 5: the next one is 23040, two periods of the bed, or four.
+  for (double* extent_m : {&options.extent_east_m, &options.extent_north_m}) {
+    CHECK(most_cells_to(*extent_m, 0.7) == 23040 / 2 - 1);
+    CHECK(most_cells_to(*extent_m, 0.71) == 23040 / 4 - 1);
+  }
+  options.extent_east_m = 7000.0;
   CHECK_THROWS_WITH(make_seafloor(options, 1),
                     Catch::Contains("too large to be made at once") &&
                         Catch::Contains("make seafloor.cell_m larger or the extent smaller"));
