@@ -17,6 +17,7 @@ namespace {
 /// Prints the header and the table of a file with the tiles of a bed.
 void print_tiles(const refine::HeightTiles& tiles) {
   const refine::HeightTiles::Shape& shape = tiles.shape();
+  const Eigen::Vector3d& origin = shape.world_origin;
   const std::size_t cells = (shape.x_m.size() - 1) * (shape.y_m.size() - 1);
   refine::HeightGrid::Range all;
   for (const refine::HeightGrid::Range& range : tiles.ranges())
@@ -28,17 +29,17 @@ void print_tiles(const refine::HeightTiles& tiles) {
   line("columns", shape.x_m.size());
   line("rows", shape.y_m.size());
   line("triangles_without_holes", 2 * cells);
-  line("x_min", shape.x_m.front());
-  line("x_max", shape.x_m.back());
-  line("y_min", shape.y_m.front());
-  line("y_max", shape.y_m.back());
+  line("x_min", origin.x() + shape.x_m.front());
+  line("x_max", origin.x() + shape.x_m.back());
+  line("y_min", origin.y() + shape.y_m.front());
+  line("y_max", origin.y() + shape.y_m.back());
   line("tiles", tiles.tiles());
   line("tiles_made", tiles.tiles_made());
   if (!all.empty()) {
-    line("z_min_of_made", all.lowest);
-    line("z_max_of_made", all.highest);
+    line("z_min_of_made", origin.z() + all.lowest);
+    line("z_max_of_made", origin.z() + all.highest);
   }
-  line("mean_height_m", shape.mean_height_m);
+  line("mean_height_m", origin.z() + shape.mean_height_m);
   line("made_from", tiles.key());
   print(out);
 }
@@ -55,8 +56,8 @@ void print_progressive(const refine::ProgressiveMesh& mesh) {
          return face != refine::ProgressiveMesh::none;
        }));
   for (int axis = 0; axis < 3; ++axis) {
-    line(fmt::format("{}_min", "xyz"[axis]), mesh.bounds.lowest[axis]);
-    line(fmt::format("{}_max", "xyz"[axis]), mesh.bounds.highest[axis]);
+    line(fmt::format("{}_min", "xyz"[axis]), mesh.world_origin[axis] + mesh.bounds.lowest[axis]);
+    line(fmt::format("{}_max", "xyz"[axis]), mesh.world_origin[axis] + mesh.bounds.highest[axis]);
   }
   line("base_vertices", mesh.roots.size());
   line("base_triangles", mesh.base_faces().size());

@@ -10,6 +10,7 @@
 #include <ensonify/engine/output/npz.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/world_reference.h>
+#include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/parallel_for.h>
@@ -43,10 +44,17 @@ void write_seafloor(const SeafloorArguments& arguments) {
   };
   const WorkControl control{refine::thread_count(0), [&] { report("seafloor"); }};
   if (kind == ".ply") {
-    const refine::TriangleMesh mesh =
-        seafloor_of(scene, {arguments.memory}, BedForm::mesh, control).mesh;
+    Seafloor seafloor = seafloor_of(scene, {arguments.memory}, BedForm::mesh, control);
+    if (seafloor.progressive) {
+      const auto faces = static_cast<double>(seafloor.faces);
+      arguments.memory.require(
+          faces * refine::mesh_bytes_per_face,
+          fmt::format("the {:.0f} faces of {}", faces, scene.seafloor.progressive.path.string()),
+          "analyse a coarser bed, or a part of it");
+      with_memory_for("the seafloor", [&] { restore_mesh(seafloor); });
+    }
     report("file");
-    refine::write_ply(arguments.file, mesh);
+    refine::write_ply(arguments.file, seafloor.mesh);
   } else {
     const Heightfield field = heights_of(scene, {arguments.memory}, control);
     report("file");

@@ -27,6 +27,15 @@ std::string slow_scene() {
   return scene.replace(scene.find(cell), cell.size(), "cell_m = 0.08");
 }
 
+/// The places of the corners of all faces.
+std::vector<std::array<Eigen::Vector3f, 3>> corners_of(const fs::path& file) {
+  const refine::TriangleMesh mesh = refine::read_mesh(file);
+  std::vector<std::array<Eigen::Vector3f, 3>> corners;
+  for (const refine::Face& face : mesh.faces)
+    corners.push_back({mesh.positions[face[0]], mesh.positions[face[1]], mesh.positions[face[2]]});
+  return corners;
+}
+
 }  // namespace
 
 TEST_CASE("analyse writes a progressive mesh for a scene, from a scene and from a mesh") {
@@ -68,6 +77,8 @@ TEST_CASE("analyse writes a progressive mesh for a scene, from a scene and from 
   CHECK(read_text(folder / "a/left-right.png") == read_text(folder / "b/left-right.png"));
 
   REQUIRE(run_program(folder.path(), {"seafloor", "s.toml", "-o", "bed.ply"}).code == 0);
+  REQUIRE(run_program(folder.path(), {"seafloor", "again.toml", "-o", "again.ply"}).code == 0);
+  CHECK((corners_of(folder / "again.ply") == corners_of(folder / "bed.ply")));
   const Outcome mesh = run_program(
       folder.path(), {"analyse", "bed.ply", "-o", "mesh.mesh", "-D", "seafloor.material=silt"});
   REQUIRE(mesh.code == 0);
@@ -84,6 +95,7 @@ TEST_CASE("analyse writes a progressive mesh for a scene, from a scene and from 
     CHECK(tree_of(folder.path()).size() == before);
   };
   refused({"analyse", "again.toml", "-o", "c.mesh"}, "its seafloor is already analysed");
+  refused({"seafloor", "again.toml", "-o", "c.npy", "--quiet"}, "has no grid of heights");
   refused({"analyse", "none.ply", "-o", "c.mesh"}, "none.ply: there is no such file");
   refused({"analyse", "none.toml", "-o", "c.mesh"}, "none.toml");
   refused({"analyse", "s.toml", "-o", "none/c.mesh"}, "none/c.mesh", 1);

@@ -6,12 +6,16 @@
 #include <chrono>
 #include <csignal>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <random>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
+
+#include <ensonify/refine/height_tiles.h>
 
 #include "support/catch.h"
 #include "support/files.h"
@@ -238,6 +242,24 @@ pings_per_file = 500
   CHECK(in_last < 300.0);
 }
 #endif
+
+TEST_CASE("mesh-info says where in the world a file of tiles lies") {
+  const TemporaryFolder folder;
+  {
+    ensonify::refine::HeightTiles tiles(
+        {-1.0f, 0.0f, 1.0f}, {-4.0f, 4.0f}, {500000.5, 6000000.0, 2.0},
+        [](ensonify::refine::HeightTiles::Shape& shape) { shape.mean_height_m = -10.0; },
+        [](int, int, int, int, std::span<double> z_m, std::span<std::uint8_t>) {
+          std::ranges::fill(z_m, -10.0);
+        },
+        folder / "bed.tiles", "key");
+    tiles.require(0);
+  }
+  CHECK(run_program(folder.path(), {"mesh-info", "bed.tiles"}).out ==
+        "columns 3\nrows 2\ntriangles_without_holes 4\nx_min 499999.5\nx_max 500001.5\n"
+        "y_min 5999996\ny_max 6000004\ntiles 1\ntiles_made 1\nz_min_of_made -8\n"
+        "z_max_of_made -8\nmean_height_m -8\nmade_from key\n");
+}
 
 TEST_CASE("stream takes a bed in tiles, and commands that need all of a bed say what to do") {
   const TemporaryFolder folder;
