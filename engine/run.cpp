@@ -135,7 +135,8 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
     run.warnings.push_back(std::move(warning));
   require_pings(run, simulator.sonars(), parts);
   run.world = {track.middle(),
-               world_reference(scene, simulator.seafloor().mesh.world_origin, track.middle())};
+               world_reference(simulator.seafloor().reference,
+                               simulator.seafloor().mesh.world_origin, track.middle())};
   const RunPlan plan = make_plan(scene, run.world.reference, control.verify_pings, parts);
   PartRecord whole = parts.count() > 1 ? make_several_parts(run, output, simulator, track, plan)
                                        : make_one_part(run, output, simulator, track, plan);

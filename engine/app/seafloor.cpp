@@ -58,12 +58,12 @@ void write_seafloor(const SeafloorArguments& arguments) {
   } else {
     const Heightfield field = heights_of(scene, {arguments.memory}, control);
     report("file");
-    refine::write_file(arguments.file,
-                       kind == ".tif"
-                           ? encode_geotiff(field, world_reference(scene, field.world_origin,
-                                                                   given_origin(scene.track)))
-                           : encode_npy(field.z_m, static_cast<std::size_t>(field.rows),
-                                        static_cast<std::size_t>(field.columns)));
+    refine::write_file(
+        arguments.file,
+        kind == ".tif" ? encode_geotiff(field, world_reference(field.reference, field.world_origin,
+                                                               given_origin(scene.track)))
+                       : encode_npy(field.z_m, static_cast<std::size_t>(field.rows),
+                                    static_cast<std::size_t>(field.columns)));
   }
 }
 

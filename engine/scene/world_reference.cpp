@@ -9,13 +9,9 @@ std::optional<GeographicPlace> given_origin(const TrackOptions& track) {
   return GeographicPlace{*track.origin_latitude_rad, *track.origin_longitude_rad};
 }
 
-std::string world_reference(const Scene& scene, const Eigen::Vector3d& world_origin,
+std::string world_reference(const std::string& of_bed, const Eigen::Vector3d& world_origin,
                             const std::optional<GeographicPlace>& middle) {
-  std::string reference;
-  if (scene.seafloor.kind == SeafloorKind::survey)
-    reference = survey_reference({scene.seafloor.survey.path, scene.seafloor.survey_cell_m});
-  if (reference.empty() && middle) reference = reference_about(*middle, world_origin);
-  return reference;
+  return of_bed.empty() && middle ? reference_about(*middle, world_origin) : of_bed;
 }
 
 }  // namespace ensonify::engine

@@ -13,10 +13,9 @@ namespace ensonify::engine {
 /// The place of the seabed's middle that the scene gives.
 std::optional<GeographicPlace> given_origin(const TrackOptions& track);
 
-/// The coordinate reference system of a scene's world as WKT: the survey's own, or a local one
-/// about the place of the seabed's middle; empty if neither is known. Throws refine::MeshError for
-/// a survey that cannot be opened.
-std::string world_reference(const Scene& scene, const Eigen::Vector3d& world_origin,
+/// The coordinate reference system of a scene's world as WKT: that of the bed, or else a local one
+/// about the place of the seabed's middle; empty if neither is known.
+std::string world_reference(const std::string& of_bed, const Eigen::Vector3d& world_origin,
                             const std::optional<GeographicPlace>& middle);
 
 }  // namespace ensonify::engine

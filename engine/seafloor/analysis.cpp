@@ -60,18 +60,20 @@ std::string about(const Seafloor& seafloor) {
                         {"middle_m", to_json(feature.middle_m)},
                         {"size_m", to_json(feature.size_m)},
                         {"label", to_json(feature.label)}});
-  return json_text(Json{{"vertices", seafloor.vertices},
-                        {"faces", seafloor.faces},
-                        {"bed_faces", seafloor.bed_faces},
-                        {"mean_bed_m", seafloor.mean_bed_m},
-                        {"utm_zone", seafloor.utm_zone},
-                        {"labels", labels},
-                        {"classes", seafloor.classes},
-                        {"materials", seafloor.materials},
-                        {"objects", objects},
-                        {"features", features},
-                        {"repairs", seafloor.repairs},
-                        {"warnings", seafloor.warnings}});
+  Json json{{"vertices", seafloor.vertices},
+            {"faces", seafloor.faces},
+            {"bed_faces", seafloor.bed_faces},
+            {"mean_bed_m", seafloor.mean_bed_m},
+            {"utm_zone", seafloor.utm_zone},
+            {"labels", labels},
+            {"classes", seafloor.classes},
+            {"materials", seafloor.materials},
+            {"objects", objects},
+            {"features", features},
+            {"repairs", seafloor.repairs},
+            {"warnings", seafloor.warnings}};
+  if (!seafloor.reference.empty()) json["reference"] = seafloor.reference;
+  return json_text(json);
 }
 
 /// Reads that text. Throws Json::exception, or std::out_of_range for numbers that contradict one
@@ -84,6 +86,7 @@ void take(std::string_view text, Seafloor& seafloor) {
   json.at("mean_bed_m").get_to(seafloor.mean_bed_m);
   if (!json.at("utm_zone").is_number_integer()) throw std::out_of_range("utm_zone");
   json.at("utm_zone").get_to(seafloor.utm_zone);
+  seafloor.reference = json.value("reference", "");  // older files have none
   json.at("classes").get_to(seafloor.classes);
   json.at("materials").get_to(seafloor.materials);
   whole_numbers(json.at("repairs")).get_to(seafloor.repairs);

@@ -82,6 +82,7 @@ void take_bed(const Ground& ground, std::size_t objects, const WorkControl& cont
       std::make_shared<const refine::HeightGrid>(height_grid(ground.field, control.stop_check));
   seafloor.mesh.world_origin = ground.field.world_origin;
   seafloor.utm_zone = ground.field.utm_zone;
+  seafloor.reference = ground.field.reference;
   seafloor.vertices = seafloor.grid->vertices();
   seafloor.faces = seafloor.bed_faces = seafloor.grid->faces();
   seafloor.mean_bed_m = seafloor.grid->mean_height_m();

@@ -80,7 +80,8 @@ struct Seafloor {
   bool labels_in_grid = false;  ///< the kinds of the grid's tiles are the labels of the bed's faces
   std::vector<std::string> classes = {std::string(name_of_number_0)};
   std::vector<std::string> materials = {std::string(name_of_number_0)};
-  int utm_zone = 0;  ///< of the mesh's world, as in Heightfield
+  int utm_zone = 0;       ///< of the mesh's world, as in Heightfield
+  std::string reference;  ///< likewise
   std::vector<ObjectRecord> objects;
   std::vector<FeatureRecord> features;  ///< only features that have a point of the bed
   std::size_t repairs = 0;              ///< number of repairs to all mesh files

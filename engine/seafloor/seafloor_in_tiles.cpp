@@ -85,6 +85,7 @@ void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const
       tiles.file, tiles.key, kinds.size() > 1));
   seafloor.mesh.world_origin = world_origin;
   seafloor.utm_zone = grid.utm_zone;
+  seafloor.reference = grid.reference;
   seafloor.vertices = seafloor.grid->vertices();
   seafloor.faces = seafloor.bed_faces = seafloor.grid->faces();
   seafloor.mean_bed_m = seafloor.grid->mean_height_m();

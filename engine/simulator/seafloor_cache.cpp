@@ -16,6 +16,7 @@
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
@@ -113,10 +114,12 @@ std::string seafloor_key(const Scene& scene) {
                   refine::progressive_mesh_version, library_versions(), scene.bed_seed());
   for (const Section<Scene>& section : scene_sections())
     if (section.name.starts_with("seafloor")) add_keys(text, section, scene);
-  // A VRT file only lists other files, so their identities belong to the key too.
-  if (scene.seafloor.kind == SeafloorKind::survey)
+  if (scene.seafloor.kind == SeafloorKind::survey) {
+    // A VRT file only lists other files, so their identities belong to the key too.
     for (const fs::path& file : files_of_survey(scene.seafloor.survey.path))
       if (file != scene.seafloor.survey.path) text += identity_of(file) + '\n';
+    text += base_grid(scene.seafloor).reference + '\n';  // may be in another file beside it
+  }
   // Tiles hold only the bed, so objects are not part of the key.
   const bool bed_alone = needs_tiles(scene.seafloor);
   for_each_list(scene, [&](const auto& section, const auto& list) {

@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/quantile.h>
-#include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/ball_tree.h>
@@ -87,7 +86,7 @@ TrackPoses Simulator::SharedState::track_over(BedHeight& bed) const {
                                 .has_world = scene.seafloor.kind != SeafloorKind::fractal &&
                                              !seafloor.mesh.world_origin.isZero(),
                                 .utm_zone = seafloor.utm_zone,
-                                .reference = world_reference(scene, {}, std::nullopt)}},
+                                .reference = seafloor.reference}},
                      water.sound_speed_mps());
 }
 

@@ -6,6 +6,7 @@
 
 #include "support/catch.h"
 #include "support/files.h"
+#include "support/grids.h"
 #include "support/program.h"
 #include "support/tiny_scene.h"
 #include "support/tree.h"
@@ -99,6 +100,61 @@ TEST_CASE("analyse writes a progressive mesh for a scene, from a scene and from 
   refused({"analyse", "none.ply", "-o", "c.mesh"}, "none.ply: there is no such file");
   refused({"analyse", "none.toml", "-o", "c.mesh"}, "none.toml");
   refused({"analyse", "s.toml", "-o", "none/c.mesh"}, "none/c.mesh", 1);
+}
+
+TEST_CASE("a survey that was analysed lies where the survey lies") {
+  // UTM, and the equal-area map of Europe, which is no zone of UTM: both at 52 N, 10 E.
+  struct Map {
+    std::uint16_t epsg;
+    double west_m, north_m;
+  };
+  const auto [epsg, west_m, north_m] =
+      GENERATE(Map{32632, 568600.0, 5761550.0}, Map{3035, 4320950.0, 3210050.0});
+  CAPTURE(epsg);
+  const TemporaryFolder folder;
+  Tiff survey;
+  survey.columns = survey.rows = 101;
+  survey.transform = {west_m, 1, 0, north_m, 0, -1};
+  survey.epsg = epsg;
+  for (int i = 0; i < 101 * 101; ++i)
+    survey.heights.push_back(-20.0f + 0.3f * static_cast<float>(i % 7));
+  write_text(folder / "survey.tif", survey.bytes());
+  write_text(folder / "track.csv", "t_s,lat_deg,lon_deg\n0,52.0000,10.0000\n9,52.0001,10.0001\n");
+  const auto scene = [](const std::string& bed) {
+    return "version = 1\n[seafloor]\n" + bed +
+           "[track]\nkind = \"file\"\nfile = \"track.csv\"\naltitude_m = 8\nping_interval_s = 1\n"
+           "[sonar.s]\nrange_m = 15\nbins = 100\nelevations = 128\n[output]\nxtf = true\n"
+           "[run]\nsurface = \"refined\"\n";
+  };
+  write_text(folder / "survey.toml", scene("kind = \"survey\"\nsurvey = \"survey.tif\"\n"));
+  write_text(folder / "again.toml", scene("kind = \"progressive\"\nprogressive = \"bed.mesh\"\n"));
+  const auto program = [&](std::vector<std::string> arguments) {
+    const Outcome outcome = run_program(folder.path(), std::move(arguments));
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    return outcome.out;
+  };
+  program({"analyse", "survey.toml", "-o", "bed.mesh"});
+  const auto run = [&](const std::string& name) {
+    program({"run", name + ".toml", "-o", name, "--quiet"});
+    return nlohmann::json::parse(read_text(folder / name / "manifest.json")).at("reference");
+  };
+  CHECK(run("survey") == run("again"));
+  for (const char* file : {"s_pings.csv", "s.xtf", "s.png"})
+    CHECK((read_text(folder / "survey" / file) == read_text(folder / "again" / file)));
+  CHECK(program({"mosaic", "survey", "again", "-o", "m.tif", "--quiet"}) ==
+        program({"mosaic", "survey", "-o", "m.tif", "--quiet"}));
+
+  program({"seafloor", "survey.toml", "-o", "bed.ply"});
+  const auto bounds = [&](const std::string& file) {
+    const std::string about = program({"mesh-info", file});
+    const std::size_t begin = about.find("x_min");
+    const std::size_t end = about.find('\n', about.find("z_max"));
+    return about.substr(begin, end - begin);
+  };
+  CHECK(bounds("bed.mesh") == bounds("bed.ply"));
+  CHECK_THAT(bounds("bed.mesh"),
+             Catch::StartsWith("x_min " + std::to_string(static_cast<int>(west_m)) + ".5\n"));
 }
 
 TEST_CASE("two processes that build the same seafloor leave one good file") {

@@ -66,15 +66,6 @@ class SurveyReader {
     return files_of_mosaic(file_);
   }
 
-  std::string reference() {
-    const Quiet quiet(*this);
-    open();
-    const OGRSpatialReference* reference = dataset_->GetSpatialRef();
-    std::string text = reference ? wkt_of(*reference) : std::string();
-    if (reference && text.empty()) fail_without_reference();
-    return text;
-  }
-
   Heightfield header() {
     const Quiet quiet(*this);
     return read_header();
@@ -412,8 +403,10 @@ class SurveyReader {
     field_.world_origin = {west + 0.5 * field_.columns * east_step,
                            north + 0.5 * field_.rows * north_step, water_level_m_};
     field_.utm_zone = utm_zone(*dataset_);
-    if (const OGRSpatialReference* reference = dataset_->GetSpatialRef())
+    if (const OGRSpatialReference* reference = dataset_->GetSpatialRef()) {
       field_.reference = wkt_of(*reference);
+      if (field_.reference.empty()) fail_without_reference();
+    }
   }
 
   void read_heights() {
@@ -568,8 +561,6 @@ Heightfield read_survey(const SurveyFile& file, double water_level_m,
                         const SurveyScatter& scatter) {
   return SurveyReader(file, water_level_m, scatter).read();
 }
-
-std::string survey_reference(const SurveyFile& file) { return SurveyReader(file, 0.0).reference(); }
 
 std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d& world_origin) {
   OGRSpatialReference system;

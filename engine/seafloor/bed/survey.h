@@ -43,10 +43,6 @@ struct SurveyFile {
 Heightfield read_survey(const SurveyFile& file, double water_level_m,
                         const SurveyScatter& scatter = {});
 
-/// The coordinate reference system of such a file as WKT; empty if the file names none. Throws
-/// refine::MeshError for a file that cannot be opened.
-std::string survey_reference(const SurveyFile& file);
-
 /// The reference system, as WKT, of a world with this middle: transverse Mercator about it on WGS
 /// 84, which agrees with tangent_place to 3 mm at 7 km.
 std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d& world_origin);

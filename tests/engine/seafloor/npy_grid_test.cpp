@@ -70,7 +70,7 @@ TEST_CASE("an .npy file may have holes, and is read by windows") {
   std::vector<double> window(2);
   survey_tiles(file, 0.0)(1, 1, 2, 1, window, {});
   CHECK(window == std::vector<double>{-5, -6});
-  CHECK(survey_reference(file).empty());
+  CHECK(read_survey_header(file).reference.empty());
 }
 
 TEST_CASE("the cell size of an .npy file is in metres, however small") {
