@@ -48,7 +48,9 @@ void add_keys(std::string& text, const Section<Owner>& section, const Owner& own
     const ConstOption option = key.option(owner);
     if (const auto* file = std::get_if<const InputFile*>(&option)) {
       if ((*file)->path.empty()) continue;
-      text += fmt::format("{} = {}\n", key.name, identity_of((*file)->path));
+      // What is cached has warnings that name the file.
+      text += fmt::format("{} = {} {}\n", key.name, (*file)->path.filename().string(),
+                          identity_of((*file)->path));
     } else if (const auto value = option_text(key, owner)) {
       text += fmt::format("{} = {}\n", key.name, *value);
     }

@@ -14,8 +14,9 @@ inline constexpr const char* cached_extension = ".mesh";
 inline constexpr const char* tiles_extension = ".tiles";
 inline constexpr const char* clusters_extension = ".clusters";
 
-/// What an analysed seafloor depends on: the scene's seafloor and objects, the contents of their
-/// files, the seed, and the versions of what makes it; as a hash of 32 digits.
+/// What an analysed seafloor depends on: the scene's seafloor and objects, the contents and the
+/// names of their files (not their folders), the seed, and the versions of what makes it; as a hash
+/// of 32 digits.
 std::string seafloor_key(const Scene& scene);
 
 /// The file in a cache that a scene's analysed seafloor is taken from, or kept in.

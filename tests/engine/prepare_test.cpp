@@ -96,8 +96,56 @@ TEST_CASE("a seafloor's key follows its options, its files and the seed, and not
   const std::string box = read_text(folder / "box.ply");
   write_text(folder / "box.ply", box + "\n");
   CHECK(seafloor_key(scene) != key);
-  write_text(folder / "other.ply", box);
-  CHECK(key_with([&](Scene& s) { s.objects.front().mesh.path = folder / "other.ply"; }) == key);
+  const auto key_with_box = [&](const fs::path& file) {
+    write_text(file, box);
+    return key_with([&](Scene& s) { s.objects.front().mesh.path = file; });
+  };
+  fs::create_directory(folder / "elsewhere");
+  CHECK(key_with_box(folder / "elsewhere/box.ply") == key);
+  CHECK(key_with_box(folder / "other.ply") != key);  // warnings have the file's name
+}
+
+TEST_CASE("a survey's key follows its coordinate reference system, which may lie beside it") {
+  const TemporaryFolder folder;
+  write_text(folder / "bed.asc",
+             "ncols 3\nnrows 2\nxllcorner 1\nyllcorner 2\ncellsize 2\n-9 -9 -9\n-9 -9 -9\n");
+  Scene scene;
+  scene.seafloor.kind = SeafloorKind::survey;
+  scene.seafloor.survey = {"bed.asc", folder / "bed.asc"};
+  const std::string without = seafloor_key(scene);
+  CHECK(seafloor_key(scene) == without);
+  write_text(folder / "bed.prj",
+             "PROJCS[\"local\",GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,"
+             "298.257223563]],PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]],"
+             "PROJECTION[\"Transverse_Mercator\"],PARAMETER[\"latitude_of_origin\",54],"
+             "PARAMETER[\"central_meridian\",10],PARAMETER[\"scale_factor\",1],"
+             "PARAMETER[\"false_easting\",0],PARAMETER[\"false_northing\",0],UNIT[\"metre\",1]]");
+  CHECK(seafloor_key(scene) != without);
+}
+
+TEST_CASE("a run's warnings name its own mesh files, whatever another run has cached") {
+  const TemporaryFolder folder;
+  Scene scene = scene_with_object(folder.path());
+  const bool as_bed = GENERATE(false, true);
+  CAPTURE(as_bed);
+  refine::TriangleMesh mesh =
+      as_bed ? refine::TriangleMesh{{{-40, -20, -9}, {40, -20, -9}, {40, 20, -9}, {-40, 20, -9}},
+                                    {{0, 1, 2}, {0, 2, 3}}}
+             : refine::read_mesh(folder / "box.ply");
+  mesh.faces.push_back(mesh.faces.front());  // is removed, with a warning
+  const auto scene_with = [&](const std::string& name) {
+    refine::write_ply(folder / name, mesh);
+    Scene with = scene;
+    if (as_bed) with.seafloor.kind = SeafloorKind::mesh;
+    (as_bed ? with.seafloor.mesh : with.objects.front().mesh) = {name, folder / name};
+    return with;
+  };
+  const Scene a = scene_with("a.ply"), b = scene_with("b.ply");
+  RunReport report;
+  const auto expected = run_into(folder / "expected", b, "", &report);
+  CHECK_THAT(report.warnings.front(), Catch::StartsWith("b.ply: repaired: "));
+  run_into(folder / "a", a, folder / "cache");
+  CHECK((run_into(folder / "b", b, folder / "cache") == expected));
 }
 
 TEST_CASE("a run's bytes are the same without a cache, with a cold one and with a warm one") {
