@@ -20,6 +20,8 @@
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/scene_paths.h>
+#include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 
@@ -240,15 +242,22 @@ void add_override(const std::string& key, std::string value, DrawnValues& values
   if (!value.empty()) values.overrides.push_back(key + "=" + value);
 }
 
-/// Collects the names of all files that the samples can use. `scene` has every optional table; a
-/// key that is drawn gives all its values.
+/// The value that a key has in one scene, and all that can be drawn.
+std::vector<std::string> possible_values(const RecipeText& text, const std::string& key,
+                                         const std::string& value) {
+  std::vector<std::string> values;
+  if (const auto drawn = text.distributions.find(key); drawn != text.distributions.end())
+    drawn->second.collect_values(values);
+  for (std::string& drawn : values) drawn = plain_text(drawn);
+  values.push_back(value);
+  return values;
+}
+
+/// Collects the names of all files that the samples can use. `scene` has every optional table.
 void collect_files(const RecipeText& text, Scene& scene, std::set<std::string>& names) {
   for_each_file(scene, [&](const std::string& key, const InputFile& file) {
-    std::vector<std::string> values{file.name};
-    if (const auto drawn = text.distributions.find(key); drawn != text.distributions.end())
-      drawn->second.collect_values(values);
-    for (const std::string& value : values)
-      if (!plain_text(value).empty()) names.insert(plain_text(value));
+    for (const std::string& name : possible_values(text, key, file.name))
+      if (!name.empty()) names.insert(name);
   });
 }
 
@@ -258,13 +267,7 @@ void collect_object_labels(const RecipeText& text, std::span<const ObjectOptions
                            std::set<std::string>& targets, std::set<std::string>& part_classes,
                            std::set<std::string>& materials) {
   const auto possible = [&](std::size_t number, std::string_view key, const std::string& value) {
-    std::vector<std::string> values;
-    if (const auto drawn = text.distributions.find(fmt::format("objects.{}.{}", number, key));
-        drawn != text.distributions.end())
-      drawn->second.collect_values(values);
-    for (std::string& text_of : values) text_of = plain_text(text_of);
-    values.push_back(value);
-    return values;
+    return possible_values(text, fmt::format("objects.{}.{}", number, key), value);
   };
   const auto may_be = [&](std::size_t number, std::string_view key, std::string_view value,
                           const std::string& given) {
@@ -356,7 +359,34 @@ struct PossibleNames {
   std::set<std::string> targets, grounds{"seabed"}, materials;
 };
 
-PossibleNames possible_names(const DrawnKeys& keys, Scene& scene) {
+/// Adds the names that the files of seafloors analysed before have. Throws refine::MeshError for a
+/// file that is none.
+void collect_analysed_labels(const DrawnKeys& keys, const Scene& scene, const ScenePaths& paths,
+                             PossibleNames& names) {
+  constexpr const char* key = "seafloor.progressive";
+  const std::vector<std::string> files =
+      possible_values(keys, key, scene.seafloor.progressive.name);
+  for (const std::string& file : std::set(files.begin(), files.end())) {
+    std::filesystem::path path;
+    try {
+      if (!file.empty()) path = resolve(key, file, paths);
+    } catch (const SceneError&) {  // no such file: the sample that draws it is refused
+    }
+    if (path.empty()) continue;
+    const Seafloor seafloor = open_analysed(path);
+    const auto add_targets = [&](const auto& things) {
+      for (const auto& thing : things)
+        names.targets.insert(seafloor.classes.at(thing.label.class_id));
+    };
+    add_targets(seafloor.objects);
+    add_targets(seafloor.features);
+    // Number 0 is no name. possible_names() takes the classes of targets out of the ground.
+    names.grounds.insert(seafloor.classes.begin() + 1, seafloor.classes.end());
+    names.materials.insert(seafloor.materials.begin() + 1, seafloor.materials.end());
+  }
+}
+
+PossibleNames possible_names(const DrawnKeys& keys, Scene& scene, const ScenePaths& paths) {
   PossibleNames names;
   names.materials.insert(scene.seafloor.material);
   std::set<std::string>&targets = names.targets, &grounds = names.grounds;
@@ -383,6 +413,7 @@ PossibleNames possible_names(const DrawnKeys& keys, Scene& scene) {
       for (const std::string& value : values) materials.insert(plain_text(value));
   }
   collect_object_labels(keys, scene.objects, targets, grounds, materials);
+  collect_analysed_labels(keys, scene, paths, names);
   for (std::set<std::string>* all : {&targets, &grounds, &materials}) all->erase("");
   for (const std::string& target : targets) grounds.erase(target);
   return names;
@@ -474,7 +505,7 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
     allow_only(d, scene.places, key, off,
                "a sample has one part: leave it out; 'dataset.tiles' cuts images into pieces");
   collect_files(d, scene, files_);
-  auto [targets, grounds, materials] = possible_names(d, scene);
+  auto [targets, grounds, materials] = possible_names(d, scene, paths());
   for (const std::string& chosen : options_.chips.classes)
     if (!targets.contains(chosen))
       throw refuse(

@@ -37,7 +37,8 @@ struct DrawnKeys;  // in the source
 class Recipe {
  public:
   /// With overrides key=value, as for a scene; a value may be a distribution. Throws SceneError
-  /// with `file:line:column` for what is wrong.
+  /// with `file:line:column` for what is wrong, and refine::MeshError for a wrong file in
+  /// `seafloor.progressive`, from which it reads names of labels.
   Recipe(const std::filesystem::path& file, const std::filesystem::path& data_folder,
          std::vector<std::string> overrides = {});
   /// The same from text; `name` stands for the file.

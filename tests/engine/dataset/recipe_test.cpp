@@ -14,6 +14,8 @@
 #include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/simulator/prepare.h>
 
 using namespace ensonify::engine;
 
@@ -519,6 +521,77 @@ TEST_CASE("classes of layers whose features have instances are targets, others a
     CHECK(recipe.target_classes() == (kind.has_instances() ? 2 : 0));
     CHECK(recipe.class_names() == std::vector<std::string>{"a", "b", "seabed"});
   });
+}
+
+TEST_CASE("a recipe over beds that were analysed has the names of the recipes of these beds") {
+  const ensonify::tests::TemporaryFolder folder;
+  const std::string bed = R"(version = 1
+[dataset]
+samples = 2
+[seafloor]
+extent_east_m = 40
+extent_north_m = 40
+cell_m = 0.4
+[[seafloor.patches]]
+share = 0.4
+patch_m = 10
+class = "rough"
+material = "gravel"
+)";
+  const std::vector<std::string> beds{bed + R"(
+[[objects]]
+shape = "ladder"
+class = "ladder"
+part_classes = true
+)",
+                                      bed + R"(
+[[seafloor.boulders]]
+per_hectare = 200
+diameter_m = 2
+class = "stone"
+[[objects]]
+shape = "box"
+class = "crate"
+material = "wood"
+)"};
+  const auto analysed = [&](const Scene& scene, const std::string& name) {
+    Seafloor seafloor = seafloor_of(scene);
+    analyse(seafloor, 1);
+    save_analysed(seafloor, "", folder / name);
+  };
+  const auto recipe_over = [&](const std::string& files) {
+    return Recipe(
+        "version = 1\n[dataset]\nsamples = 2\n[seafloor]\nkind = \"progressive\"\n"
+        "progressive = " +
+            files + "\n",
+        (folder / "r.toml").string(), {});
+  };
+  std::set<std::string> targets, classes, materials;
+  const auto targets_of = [](const Recipe& recipe) {
+    const std::vector<std::string> names = recipe.class_names();
+    return std::set(names.begin(),
+                    names.begin() + static_cast<std::ptrdiff_t>(recipe.target_classes()));
+  };
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Recipe expected(beds[i], "r.toml", {});
+    analysed(expected.sample(0).scene, fmt::format("{}.pm", i));
+    const Recipe over = recipe_over(fmt::format("\"{}.pm\"", i));
+    CHECK(over.class_names() == expected.class_names());
+    CHECK(over.target_classes() == expected.target_classes());
+    CHECK(over.material_names() == expected.material_names());
+    targets.merge(targets_of(expected));
+    for (const std::string& name : expected.class_names()) classes.insert(name);
+    for (const std::string& name : expected.material_names()) materials.insert(name);
+  }
+  CHECK(targets == std::set<std::string>{"crate", "ladder", "stone"});
+  const Recipe both = recipe_over("{ choice = [\"0.pm\", \"1.pm\"] }");
+  CHECK(targets_of(both) == targets);
+  const auto as_set = [](const auto& names) { return std::set(names.begin(), names.end()); };
+  CHECK(as_set(both.class_names()) == classes);
+  CHECK(as_set(both.material_names()) == materials);
+  CHECK_THROWS_WITH(recipe_over("\"none.pm\""), Catch::Contains("No such file"));
+  ensonify::tests::write_text(folder / "text.pm", bed);
+  CHECK_THROWS_WITH(recipe_over("\"text.pm\""), Catch::Contains("not a progressive mesh"));
 }
 
 TEST_CASE("what a dataset's labels cannot follow is refused with what to do instead") {
