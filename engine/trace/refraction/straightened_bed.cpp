@@ -145,6 +145,7 @@ float StraightenedBed::find_longest_edge_m() {
   float east_m = 0.0f, north_m = 0.0f;  // rises, at most
   for (std::size_t row = first_row_; row < end_row_; ++row) {
     const auto [first, end] = columns_of(row);
+    if (first == end) continue;
     grid_->heights(static_cast<int>(row), first,
                    std::span(heights_m_)
                        .subspan(static_cast<std::size_t>(column_0_[row] + first),
