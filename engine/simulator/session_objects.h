@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <ensonify/engine/moving_object.h>
-#include <ensonify/engine/seafloor/objects/flat_parts.h>
+#include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/face_sources/faces_with_bodies.h>

@@ -15,7 +15,7 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/seafloor/objects/flat_parts.h>
+#include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/simulate.h>

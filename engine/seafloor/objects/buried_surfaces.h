@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/seafloor/bed_height.h>
-#include <ensonify/engine/seafloor/objects/flat_parts.h>
+#include <ensonify/engine/seafloor/objects/object_surface.h>
 
 namespace ensonify::engine {
 

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/objects/flat_parts.h>
+#include <ensonify/engine/seafloor/objects/object_surface.h>
 
 namespace ensonify::engine {
 

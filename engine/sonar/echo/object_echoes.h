@@ -11,7 +11,7 @@
 
 #include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/seafloor/objects/buried_surfaces.h>
-#include <ensonify/engine/seafloor/objects/flat_parts.h>
+#include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/echo/glint.h>
 #include <ensonify/engine/sonar/echo/medium.h>

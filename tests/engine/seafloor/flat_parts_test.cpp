@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/objects/flat_parts.h>
+#include <ensonify/engine/seafloor/objects/object_surface.h>
 
 #include <algorithm>
 #include <cmath>
@@ -82,7 +82,7 @@ TEST_CASE("The pieces of a flat ring lie on it, and have its area and its middle
     CAPTURE(inner_m);
     constexpr double outer_m = 1.2;
     constexpr std::uint32_t sides = 64;
-    const std::vector<FlatPart> pieces = flat_parts_of(ring(inner_m, outer_m, sides));
+    const std::vector<FlatPart> pieces = flat_parts_of(ring(inner_m, outer_m, sides)).in_pieces();
     CHECK(pieces.size() > 16);
     CHECK(pieces.size() < 600);
     double area_m2 = 0.0;
@@ -106,7 +106,7 @@ TEST_CASE("The pieces of a flat ring lie on it, and have its area and its middle
 
 TEST_CASE("Flat parts that are convex, or nearly so, and curved surfaces are not cut") {
   const auto is_cut = [](const refine::TriangleMesh& mesh) {
-    return std::ranges::any_of(flat_parts_of(mesh), &FlatPart::piece);
+    return std::ranges::any_of(flat_parts_of(mesh).in_pieces(), &FlatPart::piece);
   };
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> share(0.0, 1.0);
@@ -127,7 +127,7 @@ TEST_CASE("Flat parts that are convex, or nearly so, and curved surfaces are not
 }
 
 TEST_CASE("The right corners of many flat parts are those of all their pairs, in their order") {
-  const std::vector<FlatPart> flat_parts = flat_parts_of(boxes(60, 12.0));
+  const std::vector<FlatPart> flat_parts = flat_parts_of(boxes(60, 12.0)).whole;
   std::vector<RightCorner> of_pairs;
   for (std::size_t i = 0; i < flat_parts.size(); ++i)
     for (std::size_t k = i + 1; k < flat_parts.size(); ++k)
@@ -147,9 +147,9 @@ TEST_CASE("The right corners of many flat parts are those of all their pairs, in
 }
 
 TEST_CASE("A body of many thousand planes has the corners of its boxes") {
-  const std::size_t of_one = right_corners(flat_parts_of(boxes(1, 0.0))).size();
+  const std::size_t of_one = right_corners(flat_parts_of(boxes(1, 0.0)).whole).size();
   CHECK(of_one == 12);
-  CHECK(right_corners(flat_parts_of(boxes(2000, 3e3))).size() == 2000 * of_one);
+  CHECK(right_corners(flat_parts_of(boxes(2000, 3e3)).whole).size() == 2000 * of_one);
 }
 
 TEST_CASE("The surface of a large object can be stopped at any of its steps") {
