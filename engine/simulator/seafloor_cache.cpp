@@ -120,7 +120,9 @@ std::string seafloor_key(const Scene& scene) {
     // A VRT file only lists other files, so their identities belong to the key too.
     for (const fs::path& file : files_of_survey(scene.seafloor.survey.path))
       if (file != scene.seafloor.survey.path) text += identity_of(file) + '\n';
-    text += base_grid(scene.seafloor).reference + '\n';  // may be in another file beside it
+    const Heightfield grid = base_grid(scene.seafloor);  // may be placed by files beside it
+    text += fmt::format("{} {} {} {}\n{}\n", grid.world_origin.x(), grid.world_origin.y(),
+                        grid.cell_east_m, grid.cell_north_m, grid.reference);
   }
   // Tiles hold only the bed, so objects are not part of the key.
   const bool bed_alone = needs_tiles(scene.seafloor);

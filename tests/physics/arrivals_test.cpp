@@ -148,8 +148,6 @@ TEST_CASE(
     double sum = 0.0;
     for (double y = -3.995; y < 4.0; y += 0.01) {
       const Eigen::Vector3d place{level_m, y * null_m, up_m};
-      const double sine = body_to_world(pose.after(sent_s)).col(0).dot(place) / range_m;
-      if (std::abs(sine) > std::sin(line.null_rad(1))) continue;  // no rays go there
       sum += power(pose.after(sent_s), side, place) *
              power(pose.after(sent_s + back_s), side, place - back_s * pose.velocity_mps);
     }
@@ -361,13 +359,11 @@ TEST_CASE("the ping before is heard by an outer beam with that beam's width beyo
   const LineArray sends = sonar.transmit_array(1500.0 / sonar.frequency_hz),
                   hears = sonar.receive_array(1500.0 / sonar.frequency_hz);
   const auto width_m = [&](double range_m, double aside_m) {
-    const double reach_m = aside_m + range_m * hears.null_rad(1), step_m = reach_m / 2000.0;
+    const double reach_m = aside_m + 5.0 * range_m * hears.null_rad(1), step_m = reach_m / 1e4;
     double sum = 0.0;
     for (double y_m = -reach_m + 0.5 * step_m; y_m < reach_m; y_m += step_m)
-      if (std::abs(y_m) < range_m * sends.null_rad(1) &&
-          std::abs(y_m - aside_m) < range_m * hears.null_rad(1))
-        sum += step_m * sends.power(y_m / range_m, range_m) *
-               hears.power((y_m - aside_m) / range_m, range_m);
+      sum += step_m * sends.power(y_m / range_m, range_m) *
+             hears.power((y_m - aside_m) / range_m, range_m);
     return sum;
   };
   const std::vector<double> middle = heard(1), outer = heard(2);
@@ -382,7 +378,7 @@ TEST_CASE("the ping before is heard by an outer beam with that beam's width beyo
     }
     CAPTURE(r);
     CHECK(scatter::to_db(outer[bin] / middle[bin]) ==
-          Approx(scatter::to_db(its / of_middle)).epsilon(0).margin(0.1));
+          Approx(scatter::to_db(its / of_middle)).epsilon(0).margin(0.15));
   }
 }
 

@@ -184,6 +184,43 @@ TEST_CASE("each beam shows the ground abeam of its own part of the array, at all
   }
 }
 
+TEST_CASE(
+    "an outer beam that lies aside of the transmitter's lobe has the level of both patterns") {
+  Sonar sonar = plain_sonar();
+  sonar.beams = 3;
+  sonar.beam_spacing_m = 0.15;
+  sonar.array_length_m = 0.3;
+  constexpr double altitude_m = 10.0;
+  const Seafloor bed = level_bed(altitude_m);
+  const std::vector<scatter::BackscatterTable> lambert(
+      2, scatter::BackscatterTable(scatter::Lambert(-27.0)));
+  const auto tracer = make_intersector("embree", bed.mesh);
+  std::array<EchoLine, 2> lines;  // of the middle beam and of an outer one
+  for (const int beam : {1, 2}) {
+    EchoLine& line = lines[static_cast<std::size_t>(beam - 1)];
+    line.bins.assign(static_cast<std::size_t>(sonar.bins));
+    PingTracer pinger(sonar, Medium{1500.0, 0.0}, bed, lambert, Refraction{}, nullptr,
+                      ObjectSurfaces{}, beam);
+    const BeamAim aim = pinger.aim({}, altitude_m);
+    REQUIRE(pinger.trace(aim, {tracer.get(), bed.mesh}, Side::starboard));
+    pinger.echo(aim, Side::starboard, line);
+  }
+  for (const double range_m : {12.0, 15.0, 20.0, 30.0}) {
+    const auto focus_m = [&](double x_m) { return std::hypot(x_m, range_m); };
+    const auto at_once = [](double) { return 0.0; };
+    const auto width = [&](double offset_m) {
+      double sum = 0.0;
+      for (double y_m = -0.1 * range_m; y_m < 0.1 * range_m; y_m += 0.002)
+        sum += one_way(0.3, y_m, range_m, at_once) * one_way(0.3, y_m - offset_m, range_m, focus_m);
+      return sum;
+    };
+    const auto bin = static_cast<std::size_t>(range_m / sonar.bin_m());
+    CAPTURE(range_m);
+    CHECK(scatter::to_db(lines[1].bins.intensity_mean[bin] / lines[0].bins.intensity_mean[bin]) ==
+          Approx(scatter::to_db(width(0.15) / width(0.0))).margin(0.08));
+  }
+}
+
 TEST_CASE("the middle beam is the beam of a sonar without others, and each has noise of its own") {
   Scene scene = flat_scene();
   Simulator single(scene);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/layers/area_files.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/triangle_mesh.h>
@@ -184,11 +185,7 @@ void check_seabed_files(const Scene& scene,
                         const std::function<std::string(std::string_view key)>& place) {
   const SeafloorOptions& bed = scene.seafloor;
   if (bed.kind != SeafloorKind::fractal) return;  // a survey's extent is known when it is read
-  Heightfield corners;                            // the seabed's extent
-  corners.columns = corners.rows = 2;
-  corners.cell_east_m = bed.extent_east_m;
-  corners.cell_north_m = bed.extent_north_m;
-  corners.z_m.assign(4, 0.0);
+  const Heightfield grid = base_grid(bed);
   const Check check(scene, place);
   for_each_layer(scene, [&](const auto& layer, const std::string& name) {
     const auto read = [&](const char* key, const InputFile& file, const auto& action) {
@@ -201,11 +198,11 @@ void check_seabed_files(const Scene& scene,
       }
     };
     read("image", layer.area.image, [&](const std::string&) {
-      read_area_image(layer.area.image.path, corners, layer.area.image_value);
+      read_area_image(layer.area.image.path, grid, layer.area.image_value);
     });
     read("outline", layer.area.outline, [&](const std::string& key) {
       Eigen::Array2d low = Eigen::Array2d::Constant(1e300), high = -low;
-      for (const PolygonWithHoles& outline : read_outlines(layer.area.outline.path, corners))
+      for (const PolygonWithHoles& outline : read_outlines(layer.area.outline.path, grid))
         for (const Vector2d& p : outline.border) {
           low = low.min(p.array());
           high = high.max(p.array());

@@ -444,7 +444,7 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"interference_drift_m", "m", {-20000, 20000},
             "How far it moves from ping to ping; 0: at a fixed range; otherwise in diagonals.",
             at(&Scene::artefacts, &ArtefactOptions::interference_drift_m)},
-           {"interference_length_m", "m", {0, 20000}, "Its length.",
+           {"interference_length_m", "m", {0, 20000}, "Its length, in whole bins.",
             at(&Scene::artefacts, &ArtefactOptions::interference_length_m)},
            {"gain_step_db", "dB", {0, 60}, "Rms of the gain steps that the operator makes.",
             at(&Scene::artefacts, &ArtefactOptions::gain_step_db)},

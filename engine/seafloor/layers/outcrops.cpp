@@ -247,8 +247,9 @@ const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
       .add = &add_outcrops,
       .values = {
           {"height_m", "m", 0, 1000,
-           "How far the rock rises at most; at the area's border it is level with the bed, so that "
-           "less than `share` shows where border_m is as wide as patch_m (0.23 of 0.3).",
+           "How far the rock's mean surface rises in the middle of the area; ledges, blocks and "
+           "roughness rise above it. At the area's border it is level with the bed, so that less "
+           "than `share` shows where border_m is as wide as patch_m (0.23 of 0.3).",
            &OutcropRelief::height_m},
           {"ledge_m", "m", 0, 1000,
            "Height of a ledge: a bed's thickness. Joints are four times as far apart; 0: no ledges, "

@@ -117,16 +117,14 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
   const double beam_offset_m = sonar.beam_offset_m(sonar.beams - 1);
   const auto reach = [&](int null, double drifting_rad, double nearest_m) {
     const double worst_m = sonar.most_defocused_m(nearest_m);
-    const double sent_rad =
-        sonar.beams > 1
-            ? std::atan(beam_offset_m / nearest_m) + reach_rad(transmit, null, 1.0, nearest_m)
-            : reach_rad(transmit, null, sonar.defocus(worst_m), worst_m);
-    // A receiver that looks at the edge of what the transmitter sounds also hears its next lobe.
-    // The tables of the beams (beam.h) end one lobe farther.
-    const double next_lobe_rad =
-        std::clamp(drifting_rad - 0.25 * sent_rad, 0.0, transmit.null_rad(1));
-    return std::min(sent_rad + next_lobe_rad,
-                    reach_rad(receive, null, sonar.defocus(worst_m), worst_m) + drifting_rad);
+    const double offset_rad = sonar.beams > 1 ? std::atan(beam_offset_m / nearest_m) : 0.0;
+    const double sent_rad = sonar.beams > 1
+                                ? reach_rad(transmit, null, 1.0, nearest_m)
+                                : reach_rad(transmit, null, sonar.defocus(worst_m), worst_m);
+    const double received_rad = reach_rad(receive, null, sonar.defocus(worst_m), worst_m);
+    return std::min(
+        offset_rad + sent_rad + next_lobe_rad(drifting_rad, sent_rad, transmit.null_rad(1)),
+        received_rad + drifting_rad + next_lobe_rad(offset_rad, sent_rad, receive.null_rad(1)));
   };
   const double wider = reach(1, drift_rad, first_return_m) / reach(1, 0.0, first_return_m);
   const double null_rad = std::min(transmit.null_rad(1), receive.null_rad(1));
@@ -202,13 +200,13 @@ std::shared_ptr<const RayLayout> RayLayouts::at(double altitude_m, double neares
   };
   const int step = step_of(altitude_m), nearest_step = step_of(nearest_m);
   const int roll_tilt_step = static_cast<int>(std::lround(roll_tilt_rad / roll_tilt_step_rad));
-  // A receiver that is as wide as the transmitter, and looks nearly where that does, receives all
-  // that the transmitter insonifies, so no extra planes are needed.
-  const bool narrower = sonar_.beams > 1 || sonar_.receive_length_m() > sonar_.array_length_m;
-  const double aside_rad = 0.5 * sonar_.transmit_array(wavelength_m_).null_rad(1);
-  const int drift_step = narrower || drift_rad > aside_rad
-                             ? static_cast<int>(std::ceil(drift_rad / drift_step_rad))
-                             : 0;
+  // A receiver whose lobes are as wide as the transmitter's, and that looks nearly where that does,
+  // receives all that the transmitter insonifies, so no extra planes are needed.
+  const int null = sonar_.side_lobes + 1;
+  const double sent_rad = sonar_.transmit_array(wavelength_m_).null_rad(null);
+  const bool drifts = sonar_.beams > 1 || drift_rad > 0.5 * sent_rad ||
+                      sonar_.receive_array(wavelength_m_).null_rad(null) < sent_rad;
+  const int drift_step = drifts ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
   const double height_m = std::exp2(step / steps_per_octave);
   const double rise_step_rad = 0.5 * height_m / sonar_.range_m;
   const int rise_step = rise_rad > 0.0 ? static_cast<int>(std::ceil(rise_rad / rise_step_rad)) : 0;

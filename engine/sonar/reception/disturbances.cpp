@@ -108,10 +108,10 @@ void Disturbances::add_interference(const PingContext& context, Side, std::span<
   if (begin_m >= reach_m) return;  // behind what this sonar records
   artefacts.add(Artefact::interference);
   const auto first = static_cast<std::size_t>(begin_m / law_.bin_m());
-  const auto last =
-      static_cast<std::size_t>((begin_m + options_.interference_length_m) / law_.bin_m());
+  const std::size_t bins = std::max<std::size_t>(
+      1, static_cast<std::size_t>(std::lround(options_.interference_length_m / law_.bin_m())));
   const double level = noise_(context.speed_mps) * scatter::from_db(*options_.interference_db);
-  for (std::size_t n = first; n <= last && n < power.size(); ++n)
+  for (std::size_t n = first; n < std::min(first + bins, power.size()); ++n)
     power[n] += static_cast<float>(level);
 }
 

@@ -29,7 +29,7 @@ class MovedBeam {
   double share(double range_m, double shift) const;
 
  private:
-  static constexpr std::size_t share_rows = 32, shift_steps = 32;
+  static constexpr std::size_t share_rows = 32, shift_steps = 48;
   struct Row {
     double steps_per_shift;  // the last step is at the shift beyond which nothing is left
     std::array<double, shift_steps + 1> shares;

@@ -4,14 +4,17 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/reader.h>
 
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 
 using namespace ensonify::engine;
-using ensonify::tests::TemporaryFolder;
+using ensonify::tests::TemporaryFolder, ensonify::tests::write_text;
 
 namespace {
 
@@ -135,4 +138,23 @@ TEST_CASE("An image that does not fit the seabed is refused before anything is m
   CHECK(message.find("damaged.png") != std::string::npos);
   CHECK(error_of(with("[[seafloor.patches]]\nimage = \"none.png\"\n"), {}, paths)
             .starts_with("s.toml:6:"));
+}
+
+TEST_CASE("An outline may be smaller than the seabed, but not smaller than its cells") {
+  const TemporaryFolder folder;
+  const auto error_of_square = [&](double side) {
+    const auto corner = [&](double x, double y) {
+      return fmt::format("[{},{}]", x * side, y * side);
+    };
+    write_text(folder / "area.geojson",
+               fmt::format(R"({{"type":"Polygon","coordinates":[[{},{},{},{},{}]]}})", corner(0, 0),
+                           corner(1, 0), corner(1, 1), corner(0, 1), corner(0, 0)));
+    return error_of(with("cell_m = 0.5\n[[seafloor.patches]]\noutline = \"area.geojson\"\n"), {},
+                    {.scene_folder = folder.path()});
+  };
+  for (const double side_m : {1.0, 10.0, 39.0, 100.0}) {
+    CAPTURE(side_m);
+    CHECK(error_of_square(side_m) == "no error");
+  }
+  CHECK_THAT(error_of_square(0.1), Catch::Contains("seems to be in degrees"));
 }

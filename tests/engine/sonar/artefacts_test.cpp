@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "support/catch.h"
@@ -111,6 +112,19 @@ TEST_CASE("another sonar is received at a fixed range, or moves by a constant fr
       Receiver({.interference_db = 30.0, .interference_range_m = 80.0}, true).receive(0, 0, 0, 0);
   CHECK_FALSE(line.artefacts.has(Artefact::interference));
   CHECK(std::ranges::max(line.bins.intensity) == Approx(line.bins.intensity.back()));
+}
+
+TEST_CASE("another sonar's pulse fills as many bins as its length has") {
+  for (const auto& [length_m, bins] : {std::pair{0.0, 1}, {0.12, 2}, {1.0, 20}}) {
+    const EchoLine line = Receiver({.interference_db = 30.0,
+                                    .interference_range_m = 20.01,
+                                    .interference_length_m = length_m},
+                                   true)
+                              .receive(0, 0.0, 0.0, 0.0);
+    const float noise = line.bins.intensity.back();
+    CHECK(std::ranges::count_if(line.bins.intensity, [&](float i) { return i > 100.0f * noise; }) ==
+          bins);
+  }
 }
 
 TEST_CASE("another sonar has its level over the noise at the vehicle's speed") {
