@@ -9,6 +9,7 @@
 
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 
 namespace ensonify::engine {
 namespace {
@@ -103,6 +104,9 @@ const std::vector<Rule<Scene>>& scene_rules() {
        [](S s) { return s.artefacts.shimmer_db == 0.0; },
        "without 'artefacts.shimmer_db'"},
 
+      {{"display.gain_db"},
+       [](S s) { return s.display.mapping == Mapping::equalised; },
+       "with 'display.mapping = \"equalised\"', where the order of levels decides"},
       {{"display.gamma"},
        [](S s) { return s.display.mapping != Mapping::gamma; },
        "without 'display.mapping = \"gamma\"'"},
@@ -110,6 +114,9 @@ const std::vector<Rule<Scene>>& scene_rules() {
        [](S s) { return s.display.mapping != Mapping::logarithmic; },
        "without 'display.mapping = \"logarithmic\"'"},
       {{"output.exr_compression"}, [](S s) { return !s.output.exr; }, "without 'output.exr'"},
+      {{"output.layers"},
+       [](S s) { return !s.output.exr && !s.output.npz; },
+       "without 'output.exr' or 'output.npz'"},
       {{"output.one_recording"},
        [](S s) { return !s.output.xtf && !s.output.jsf; },
        "without 'output.xtf' or 'output.jsf'"},
@@ -190,9 +197,28 @@ const std::vector<Rule<Material>>& material_rules() {
         "gsab_transitional_db", "gsab_transitional_width_deg"},
        [](M m) { return m.model != "gsab"; },
        "without model = \"gsab\""},
-      {{"volume", "exponent", "strength_cm4"},
+      {{"density_ratio", "loss", "volume", "exponent", "strength_cm4"},
        [](M m) { return !is_sediment(m); },
        "with a model that is not a sediment's"},
+      // Other models take the texture of that sediment.
+      {{"mean_grain_size_phi", "sound_speed_ratio"},
+       [](M m) { return m.model == "solid"; },
+       "with model = \"solid\""},
+  };
+  return rules;
+}
+
+/// The keys of materials in a scene whose ground has no texture.
+const std::vector<Rule<Material>>& even_material_rules() {
+  using M = const Material&;
+  static const std::vector<Rule<Material>> rules = {
+      {{"texture_patch_m", "texture_shape", "texture_exponent", "glint_share", "glints_per_m2",
+        "variation_db", "variation_m"},
+       [](M) { return true; },
+       "without 'texture' and 'speckle'"},
+      {{"mean_grain_size_phi", "sound_speed_ratio"},
+       [](M m) { return m.model == "lambert" || m.model == "gsab" || m.model == "table"; },
+       "with a model that is not a sediment's, without 'texture' and 'speckle'"},
   };
   return rules;
 }
@@ -203,6 +229,11 @@ const std::vector<Rule<ObjectOptions>>& object_rules() {
       {{"current_deg"},
        [](O o) { return o.scour_ratio == 0.0 && o.tail_ratio == 0.0; },
        "without scour_ratio or tail_ratio"},
+      {{"part_classes"},
+       [](O o) {
+         return o.assembly.empty() && (o.shape.empty() || shape_named(o.shape).parts.empty());
+       },
+       "on an object without parts"},
   };
   return rules;
 }
@@ -276,9 +307,12 @@ std::vector<std::string> unused_keys(const Scene& scene) {
   unused.add_of_scene(motion_rules());
   for (const Sonar& sonar : scene.sonars)
     unused.add(sonar_section(), sonar_rules(), sonar, fmt::format("sonar.{}", sonar.name));
-  for (const Material& material : scene.materials)
-    unused.add(material_section(), material_rules(), material,
-               fmt::format("material.{}", material.name));
+  for (const Material& material : scene.materials) {
+    const std::string table = fmt::format("material.{}", material.name);
+    unused.add(material_section(), material_rules(), material, table);
+    if (!scene.texture || !scene.speckle)
+      unused.add(material_section(), even_material_rules(), material, table);
+  }
   for_each_list(scene, [&](const auto& section, const auto& list) {
     for (std::size_t i = 0; i < list.size(); ++i) {
       const std::string table = fmt::format("{}.{}", section.name, i);

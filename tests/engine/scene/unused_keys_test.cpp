@@ -47,8 +47,11 @@ TEST_CASE("A key that another key makes useless is warned of, with its place") {
             {"artefacts.stale_s=2", "artefacts.interference_length_m=1", "artefacts.gain_step_s=2",
              "artefacts.automatic_gain_m=2", "artefacts.fish_height_m=2",
              "artefacts.wake_width_m=2", "artefacts.shimmer_m=2"}},
-           {{"display.mapping=equalised"}, {"display.gamma=0.6", "display.range_db=40"}},
-           {{"output.exr=false"}, {"output.exr_compression=zip", "output.one_recording=true"}},
+           {{"display.mapping=equalised"},
+            {"display.gain_db=20", "display.gamma=0.6", "display.range_db=40"}},
+           {{"output.exr=false"},
+            {"output.exr_compression=zip", "output.one_recording=true",
+             "output.layers=[\"intensity\"]"}},
            {{"sonar.s.pulse=cw"},
             {"sonar.s.window=hann", "sonar.s.shading_side_lobe_db=-40", "sonar.s.taylor_nbar=6",
              "sonar.s.beam_spacing_m=0.1", "sonar.s.vertical_ripple_dark_deg=10",
@@ -57,11 +60,19 @@ TEST_CASE("A key that another key makes useless is warned of, with its place") {
            {{},
             {"material.m.lambert_mu_db=-20", "material.m.specular=0.1",
              "material.m.gsab_lambert_db=-20"}},
-           {{"material.m.model=lambert"}, {"material.m.volume=0.01"}},
+           {{"material.m.model=lambert"},
+            {"material.m.volume=0.01", "material.m.density_ratio=1.5", "material.m.loss=0.01"}},
+           {{"material.m.model=solid", "material.m.like=steel"},
+            {"material.m.mean_grain_size_phi=2", "material.m.sound_speed_ratio=1.1",
+             "material.m.density_ratio=1.5", "material.m.loss=0.01"}},
+           {{"texture=false"}, {"material.m.texture_shape=2", "material.m.variation_db=1"}},
+           {{"speckle=false"}, {"material.m.glint_share=0.1", "material.m.texture_patch_m=2"}},
+           {{"texture=false", "material.m.model=lambert"},
+            {"material.m.mean_grain_size_phi=2", "material.m.sound_speed_ratio=1.1"}},
            {{},
-            {"objects.0.current_deg=20", "seafloor.patches.0.middle_east_m=5",
-             "seafloor.patches.0.image_value=2", "seafloor.patches.0.patch_m=9",
-             "seafloor.patches.0.ragged_m=1"}}}) {
+            {"objects.0.current_deg=20", "objects.0.part_classes=true",
+             "seafloor.patches.0.middle_east_m=5", "seafloor.patches.0.image_value=2",
+             "seafloor.patches.0.patch_m=9", "seafloor.patches.0.ragged_m=1"}}}) {
     std::vector<std::string> overrides = unused.before;
     CHECK(parse_scene(plain, "s.toml", overrides).warnings.empty());
     for (const std::string& key : unused.keys) {
@@ -99,5 +110,17 @@ TEST_CASE("Keys that do something, and the usual values, are not warned of") {
                                       "seafloor.patches.0.patch_m=9"};
   const Scene scene = parse_scene(plain, "s.toml", used);
   CHECK(scene.warnings.empty());
+  for (const std::vector<std::string>& overrides :
+       {// The texture is that of the sediment.
+        std::vector<std::string>{"material.m.model=lambert", "material.m.mean_grain_size_phi=2",
+                                 "material.m.sound_speed_ratio=1.1"},
+        {"texture=false", "material.m.mean_grain_size_phi=2", "material.m.density_ratio=1.5",
+         "material.m.sound_speed_ratio=1.1", "material.m.loss=0.01"},
+        {"objects.0.shape=wreck", "objects.0.part_classes=true"},
+        {"objects.0.assembly=a", "objects.0.part_classes=true"},
+        {"output.exr=false", "output.npz=true", "output.layers=[\"intensity\"]"}}) {
+    CAPTURE(overrides);
+    CHECK(parse_scene(plain, "s.toml", overrides).warnings.empty());
+  }
   CHECK(parse_scene(dump_scene(scene), "whole.toml").warnings.empty());
 }
