@@ -4,14 +4,17 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
 #include <ensonify/engine/seafloor/layers/area_files.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
@@ -262,29 +265,51 @@ class MaskMaker {
 
   void limit_heights() {
     if (area_.shallowest_m || area_.deepest_m)
-      for (std::size_t i = 0; i < values_.size(); ++i) {
-        const double depth_m = -grid_.z_m[i];
-        if (!(depth_m >= area_.shallowest_m.value_or(-1e9) &&
-              depth_m <= area_.deepest_m.value_or(1e9)))
-          values_[i] = 0.0;
-      }
+      keep_between(area_.shallowest_m, area_.deepest_m, Quantity{"depths", "m", 1.0},
+                   [&](int column, int row) { return -grid_.at(column, row); });
     if (!area_.gentlest_rad && !area_.steepest_rad) return;
     const std::vector<double> smooth =
         blurred(grid_.z_m, grid_, std::max(area_.border_m, 6.0 * grid_.cell_east_m));
+    keep_between(area_.gentlest_rad, area_.steepest_rad, Quantity{"slopes", "degrees", degree},
+                 [&](int column, int row) {
+                   const auto rise = [&](int dc, int dr, double cell_m) {
+                     const int c0 = std::max(column - dc, 0),
+                               c1 = std::min(column + dc, grid_.columns - 1);
+                     const int r0 = std::max(row - dr, 0), r1 = std::min(row + dr, grid_.rows - 1);
+                     return (smooth[grid_.index(c1, r1)] - smooth[grid_.index(c0, r0)]) /
+                            ((c1 - c0 + r1 - r0) * cell_m);
+                   };
+                   return std::atan(
+                       std::hypot(rise(1, 0, grid_.cell_east_m), rise(0, 1, grid_.cell_north_m)));
+                 });
+  }
+
+  struct Quantity {
+    std::string_view name, unit;
+    double per_unit;
+  };
+  /// Keeps the points whose value, value_at(column, row), is in a band.
+  void keep_between(const std::optional<double>& least, const std::optional<double>& most,
+                    const Quantity& quantity, const auto& value_at) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    bool any = false;
+    double lowest = infinity, highest = -infinity;
     for (int row = 0; row < grid_.rows; ++row)
       for (int column = 0; column < grid_.columns; ++column) {
-        const auto rise = [&](int dc, int dr, double cell_m) {
-          const int c0 = std::max(column - dc, 0), c1 = std::min(column + dc, grid_.columns - 1);
-          const int r0 = std::max(row - dr, 0), r1 = std::min(row + dr, grid_.rows - 1);
-          return (smooth[grid_.index(c1, r1)] - smooth[grid_.index(c0, r0)]) /
-                 ((c1 - c0 + r1 - r0) * cell_m);
-        };
-        const double slope =
-            std::atan(std::hypot(rise(1, 0, grid_.cell_east_m), rise(0, 1, grid_.cell_north_m)));
-        if (!(slope >= area_.gentlest_rad.value_or(-1.0) &&
-              slope <= area_.steepest_rad.value_or(2.0)))
-          values_[grid_.index(column, row)] = 0.0;
+        const std::size_t point = grid_.index(column, row);
+        if (std::isnan(grid_.z_m[point])) continue;  // a hole is in no area
+        const double value = value_at(column, row);
+        const bool in = value >= least.value_or(-infinity) && value <= most.value_or(infinity);
+        any = any || in;
+        lowest = std::min(lowest, value);
+        highest = std::max(highest, value);
+        if (!in) values_[point] = 0.0;
       }
+    if (!any && !grid_.is_window())
+      throw std::invalid_argument(fmt::format(
+          "an area has {} that the seabed has nowhere: those of the bed without its "
+          "layers are {:.2f} to {:.2f} {}",
+          quantity.name, lowest / quantity.per_unit, highest / quantity.per_unit, quantity.unit));
   }
 
   // The highest of a field: its contours are the patches' borders.

@@ -138,6 +138,33 @@ TEST_CASE("Bands of depth and slope follow the bed") {
   CHECK(slope[grid.index(110, 50)] == 1.0);
 }
 
+TEST_CASE("A band of depths or slopes that the bed has nowhere is refused by name") {
+  Heightfield grid = flat(200, 100, 0.5, 0.5);
+  for (int row = 0; row < 100; ++row)
+    for (int column = 0; column < 200; ++column)
+      grid.at(column, row) = -20.0 - 0.05 * column;  // a slope of atan(0.1), to 29.95 m
+  const double slope_rad = std::atan(0.1);
+  constexpr double little = 1e-6;
+  // Bands that only just reach the bed are accepted.
+  CHECK(share(mask_of({.shallowest_m = 29.95 - little}, grid)) == Approx(1.0 / 200.0));
+  CHECK(share(mask_of({.deepest_m = 20.0 + little}, grid)) == Approx(1.0 / 200.0));
+  CHECK(share(mask_of({.gentlest_rad = slope_rad - little}, grid)) > 0.5);
+  CHECK(share(mask_of({.steepest_rad = slope_rad + little}, grid)) > 0.9);
+  for (const Area& area : {Area{.shallowest_m = 29.95 + little}, Area{.deepest_m = 20.0 - little},
+                           Area{.shallowest_m = 22.01, .deepest_m = 22.04}})
+    CHECK_THROWS_WITH(mask_of(area, grid),
+                      Catch::Contains("an area has depths that the seabed has nowhere") &&
+                          Catch::Contains("are 20.00 to 29.95 m"));
+  CHECK_THROWS_WITH(mask_of({.gentlest_rad = slope_rad + little}, grid),
+                    Catch::Contains("an area has slopes that the seabed has nowhere") &&
+                        Catch::Contains(" to 5.71 degrees"));
+  // Another window of the same bed may have them.
+  grid.whole_columns = 400;
+  grid.whole_rows = 100;
+  CHECK(share(mask_of({.shallowest_m = 50.0}, grid)) == 0.0);
+  CHECK(share(mask_of({.gentlest_rad = 0.5}, grid)) == 0.0);
+}
+
 TEST_CASE("Holes of a survey belong to no area") {
   Heightfield grid = flat(20, 20, 1.0, 1.0);
   grid.at(3, 4) = std::numeric_limits<double>::quiet_NaN();
