@@ -37,6 +37,13 @@ std::vector<std::string> Distribution::needs() const {
   return keys;
 }
 
+double Distribution::share_between() const {
+  const auto [least, most] = *between;
+  if (b == 0.0) return least <= a && a <= most ? 1.0 : 0.0;
+  const auto twice_below = [&](double x) { return std::erfc((a - x) / (b * std::numbers::sqrt2)); };
+  return 0.5 * (twice_below(most) - twice_below(least));
+}
+
 void Distribution::collect_values(std::vector<std::string>& values) const {
   values.insert(values.end(), choices.begin(), choices.end());
   for (const auto& [value, entry] : table) entry.collect_values(values);

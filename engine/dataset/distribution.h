@@ -16,6 +16,7 @@ struct Distribution {
   /// constant: the value comes from the keys in `times` and `plus` only.
   Kind kind = Kind::constant;
   double a = 0.0, b = 0.0;  ///< the ends; of `normal` mean and standard deviation
+  /// Least and greatest value of `normal`: it is drawn again until it lies between.
   std::optional<std::pair<double, double>> between;
   std::vector<std::string> choices;
   std::vector<double> weights;  ///< empty: all equal
@@ -27,6 +28,8 @@ struct Distribution {
 
   /// The keys that it depends on, including those of its table's entries.
   std::vector<std::string> needs() const;
+  /// The share of a `normal` that lies in `between`.
+  double share_between() const;
   /// Appends the possible words of its choices and its table's entries.
   void collect_values(std::vector<std::string>& values) const;
 

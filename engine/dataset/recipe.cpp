@@ -28,8 +28,6 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr int max_redraws = 1000;  // of a normal distribution that is cut off
-
 std::uint64_t key_number(std::string_view key) {
   const std::string digits = xxh128(key);
   std::uint64_t number = 0;
@@ -133,12 +131,9 @@ class SampleDraws {
       u[0] = stratified(seeds, each_render ? number * text_.renders + render : number);
     }
     std::string drawn = d.value(u[0], u[1]);
-    for (int again = 1; d.between && !within(drawn, *d.between); ++again) {
-      if (again == max_redraws)
-        throw SceneError(
-            fmt::format("{}: '{}': hardly any draw lies between {} and {}; widen this range",
-                        d.place, key, d.between->first, d.between->second));
-      stream.uniform(u, 2 * static_cast<std::uint64_t>(again));
+    // The reader refuses a range in which hardly any draw lies.
+    for (std::uint64_t again = 1; d.between && !within(drawn, *d.between); ++again) {
+      stream.uniform(u, 2 * again);
       drawn = d.value(u[0], u[1]);
     }
     return adjusted(std::move(drawn), d);
@@ -334,6 +329,13 @@ void check_options(const DatasetOptions& options, const auto& refuse) {
       std::ranges::any_of(split.by, [](const auto& key) { return key != "seafloor"; });
   if (!by_keys && !(split.held_out_val.empty() && split.held_out_test.empty()))
     throw refuse("'dataset.split' has held_out values, expected by = the key that has them");
+  for (const std::string& val : split.held_out_val)
+    for (const std::string& test : split.held_out_test)
+      if (matches(val, test) || matches(test, val))
+        throw refuse(
+            fmt::format("'dataset.split' has {} in held_out_val and {} in held_out_test, "
+                        "expected each value in one of them",
+                        toml_string(val), toml_string(test)));
 }
 
 /// The keys that are drawn once per seafloor: the seabed's, those of the split, and those that

@@ -18,6 +18,9 @@ constexpr std::array<std::string_view, 13> words{
     "uniform", "log_uniform", "normal", "int",   "choice", "weights",   "between",
     "times",   "plus",        "by",     "table", "unset",  "stratified"};
 
+// Of the draws of a normal distribution, within `between`: the draws are repeated until one is.
+constexpr double least_share_between = 1e-3;
+
 bool is_word(std::string_view key) { return std::ranges::count(words, key) > 0; }
 
 /// A value as TOML; empty for what is none.
@@ -238,6 +241,11 @@ class RecipeReader {
     }
     require(d.weights.empty() || sum > 0.0, "expected at least one weight above 0");
     require(!d.between || d.kind == Kind::normal, "between belongs to normal");
+    if (d.between && d.share_between() < least_share_between)
+      throw fault(table,
+                  fmt::format("'{}': hardly any draw lies between {} and {}, expected a share "
+                              "of {} or more; widen this range",
+                              path, d.between->first, d.between->second, least_share_between));
     require(!d.stratified || (d.kind != Kind::normal && d.kind != Kind::table &&
                               d.kind != Kind::unset && d.kind != Kind::constant),
             "stratified belongs to uniform, log_uniform, int or choice");

@@ -99,6 +99,31 @@ f = { choice = ["x", "y"], weights = [3, 1] }
   CHECK(x == Approx(1500).margin(100));
 }
 
+TEST_CASE("a normal distribution is drawn within a range exactly if it reaches it often enough") {
+  const auto recipe = [](double least) {
+    return recipe_of(fmt::format(
+        "[dataset]\nsamples = 300\n[draw]\nx = {{ normal = [5, 1], between = [{}, 10] }}\n",
+        least));
+  };
+  // Above 3 standard deviations lie 1.35 of 1000 draws: each sample has one of them.
+  const Recipe rare = recipe(8.0);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < rare.samples(); ++i) {
+    const double x = std::stod(rare.sample(i).drawn.at("draw.x"));
+    CHECK((x >= 8.0 && x <= 10.0));
+    sum += x;
+  }
+  // The density at 3 over the share above it; five standard errors.
+  CHECK(sum / 300.0 == Approx(5.0 + 3.2831).margin(5.0 * 0.27 / std::sqrt(300.0)));
+  // Above 3.2: 0.69 of 1000.
+  CHECK_THROWS_WITH(recipe(8.2), Catch::Contains("r.toml:5:5: 'draw.x': hardly any draw lies "
+                                                 "between 8.2 and 10, expected a share of 0.001"));
+  const std::string begin = "[dataset]\n[draw]\nx = { normal = ";
+  check_refused(begin + "[5, 1], between = [90, 100] }\n", "hardly any draw");
+  check_refused(begin + "[5, 0], between = [6, 7] }\n", "hardly any draw");
+  CHECK(recipe_of(begin + "[5, 0], between = [5, 7] }\n").sample(0).drawn.at("draw.x") == "5");
+}
+
 TEST_CASE("stratified draws fill each part of their range, and keys are not tied together") {
   std::string text = "[dataset]\nsamples = 256\n[draw]\n";
   for (int k = 0; k < 12; ++k)
@@ -305,6 +330,15 @@ shape = { choice = ["cone", "wedge", "box"] }
 
   check_refused("[dataset]\n[dataset.split]\nby = \"seafloor\"" + rest, "has held_out values");
   check_refused("[dataset]\n[dataset.split]\nby = []\n", "'dataset.split.by' is empty");
+  // A value in two sets.
+  for (const auto& [val, test] : {std::pair("bay", "bay"), {"b*", "bay"}, {"bay", "b*"}})
+    check_refused(fmt::format("[dataset]\n[dataset.split]\nby = \"draw.site\"\n"
+                              "held_out_val = [\"fjord\", \"{}\"]\nheld_out_test = [\"{}\"]\n"
+                              "[draw]\nsite = {{ choice = [\"bay\", \"fjord\"] }}\n",
+                              val, test),
+                  fmt::format("r.toml: 'dataset.split' has \"{}\" in held_out_val and \"{}\" in "
+                              "held_out_test",
+                              val, test));
 }
 
 TEST_CASE("options of chips that do not fit each other are refused") {
