@@ -46,8 +46,8 @@ struct RayLayout {
 
 /// The layout for one ratio of the sonar's range to its altitude and for one tilt of the side
 /// (roll_tilt_rad()). It lays more rays where they meet the bed; what a ray means does not depend
-/// on it. drift_rad: how far a receiver that is narrower than the transmitter turns and moves, in
-/// angle, until its echo is back; there are as many more planes. nearest_share: the range of the
+/// on it. drift_rad: how far the receiver turns and moves, in angle, until its echo is back; there
+/// are as many more planes where it is narrower than the transmitter. nearest_share: the range of the
 /// nearest thing over the altitude. In the near field the beam at that range is wider than over the
 /// bed, so there are further planes on the outside. rise_rad: how far above the horizontal the bed
 /// reaches, 0 if not. bent: as in FanLayout.
