@@ -64,7 +64,7 @@ void Simulator::aim(const Pose& pose, Aim& aim) {
         sonar_pose.position.z(),
         {bed_m, shared_->seafloor.mean_bed_m, double(shared_->bounds.lowest.z())}, sonar.range_m);
     const BedAbeam abeam =
-        look_abeam(sonar_pose, sonar, height_m, double(shared_->bounds.highest.z()), own_->bed);
+        look_abeam(sonar_pose, sonar, height_m, shared_->seafloor_heights.highest_m, own_->bed);
     const BeamAim& of_beam = aim.beams.emplace_back(
         beam.tracer.aim(sonar_pose, height_m, abeam.nearest_m, abeam.rise_rad));
     for (const Side side : sides_of(sonar))

@@ -31,6 +31,8 @@ std::vector<double> Seafloor::material_shares() const {
   return shares;
 }
 
+bool Seafloor::in_tiles() const { return grid && grid->tiles_in_file() != nullptr; }
+
 refine::Bounds Seafloor::bounds() const {
   if (progressive) return progressive->bounds;
   if (!grid) return refine::bounds(mesh);

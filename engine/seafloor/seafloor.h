@@ -112,7 +112,10 @@ struct Seafloor {
   /// sample of a large bed. If the labels are in the grid, whose tiles may not be made yet, the
   /// first material has all of it. Throws as label_of().
   std::vector<double> material_shares() const;
-  refine::Bounds bounds() const;  ///< of all faces, local metres
+  /// Whether the bed's tiles are made where they are needed, so that not all of it is known.
+  bool in_tiles() const;
+  /// Of all faces, local metres. If in_tiles(), the heights are estimates: faces may exceed them.
+  refine::Bounds bounds() const;
   /// Counts the repairs to a mesh file, and warns of them.
   void add_repairs(const refine::RepairReport& report, const std::filesystem::path& file);
   /// All faces of a seafloor without a progressive mesh, in their order. Throws what a bed in tiles

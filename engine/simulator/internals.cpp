@@ -86,6 +86,11 @@ AgreementCounts SimulatorInternals::verify(Simulator& simulator, const Pose& pos
     mesh.triangles = {progressive->points, progressive->faces, progressive->source_face};
   } else if (seafloor.grid) {
     near = mesh_near(seafloor, pose.position, fans);
+    if (seafloor.in_tiles()) {
+      const refine::Bounds of_near = refine::bounds(near.mesh);
+      mesh.bounds.lowest.z() = of_near.lowest.z();
+      mesh.bounds.highest.z() = of_near.highest.z();
+    }
     mesh.triangles = {near.mesh.positions, near.mesh.faces, near.numbers};
   }
   AgreementCounts counts = compare_ping(simulator.own_->face_source, mesh, fans,

@@ -18,6 +18,18 @@
 namespace ensonify::engine {
 namespace {
 
+constexpr double deepest_sea_m = 12000.0;
+
+/// The heights of a bed in tiles are not known; it may lie anywhere in the water.
+HeightRange heights_between(const Seafloor& seafloor, const refine::Bounds& bounds) {
+  HeightRange heights{double(bounds.highest.z()), double(bounds.lowest.z())};
+  if (seafloor.in_tiles()) {
+    heights.highest_m = std::max(heights.highest_m, 0.0);
+    heights.lowest_m = std::min(heights.lowest_m, -deepest_sea_m);
+  }
+  return heights;
+}
+
 /// Grids are checked when they are made; a mesh may be analysed wherever it lies.
 void require_sea_over(const refine::Bounds& bounds, const SeafloorOptions& options) {
   if (options.is_grid() || bounds.lowest.z() < 0.0f) return;
@@ -37,6 +49,7 @@ Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
       prepared(prepare_seafloor(of, how)),
       seafloor(prepared->seafloor),
       bounds(seafloor.bounds()),
+      seafloor_heights(heights_between(seafloor, bounds)),
       parts{.progressive = seafloor.progressive,
             .grid = seafloor.grid,
             .clusters = prepared->clusters,
@@ -132,8 +145,7 @@ std::shared_ptr<const PreparedSonar> Simulator::SharedState::prepare(
 }
 
 HeightRange Simulator::SharedState::heights(const SessionObjects& added) const {
-  constexpr double deepest_sea_m = 12000.0;
-  HeightRange heights{double(bounds.highest.z()), double(bounds.lowest.z())};
+  HeightRange heights = seafloor_heights;
   if (added.any()) {  // anywhere in the water
     heights.highest_m = std::max(heights.highest_m, 0.0);
     heights.lowest_m = std::min(heights.lowest_m, std::max(added.lowest_m(), -deepest_sea_m));

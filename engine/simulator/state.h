@@ -57,7 +57,8 @@ struct Simulator::SharedState {
   int threads;  // that will ping
   std::shared_ptr<const PreparedSeafloor> prepared;
   const Seafloor& seafloor;
-  refine::Bounds bounds;
+  refine::Bounds bounds;         // as Seafloor::bounds()
+  HeightRange seafloor_heights;  // wider where those are estimates
   FaceSourceParts parts;
   std::string code_path;
   PreparedWater water;

@@ -14,6 +14,7 @@
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/height_tiles.h>
 #include <ensonify/refine/mesh_clusters.h>
@@ -200,6 +201,74 @@ TEST_CASE("A survey in tiles with smooth detail has the echoes that it has in me
                                                   scene.materials, {"", "k"}),
                            poses, surface),
                      expected));
+}
+
+TEST_CASE("A bed in tiles that rises above the sonar, or far below its depth, has all its echoes") {
+  const TemporaryFolder folder;
+  // Sound is fastest at the foot of the hollow.
+  write_text(folder / "cast.csv", "depth_m,soundspeed_mps\n0,1450\n16,1450\n20,1540\n70,1540\n");
+  struct Case {
+    double near_m, rise_m, z_m;
+    RefractionMode refraction;
+  };
+  const Case of = GENERATE(Case{30.0, 8.0, -12.0, RefractionMode::off},
+                           Case{2.0, 2.5, -12.0, RefractionMode::off},
+                           Case{8.0, -40.0, -10.0, RefractionMode::time_only});
+  CAPTURE(of.rise_m);
+  Scene scene = parse_scene(R"(version = 1
+[seafloor]
+extent_east_m = 200
+extent_north_m = 60
+cell_m = 0.5
+depth_m = 15
+[[seafloor.patches]]
+material = "medium sand"
+polygon_m = [[2, -30], [80, -30], [80, 30], [2, 30]]
+border_m = 4
+[sea]
+profile = "cast.csv"
+absorption_db_per_km = 30
+[sonar.sidescan]
+range_m = 80
+bins = 400
+elevations = 512
+[run]
+intersector = "fan_scan"
+)",
+                            "scene", {}, {.scene_folder = folder.path()});
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  Patch& patch = scene.seafloor.seabed.patches.front();
+  patch.rise_m = of.rise_m;
+  patch.area.polygon_m.front().x() = patch.area.polygon_m.back().x() = of.near_m;
+  scene.sea.refraction = of.refraction;
+  Seafloor at_once =
+      make_seafloor(scene.seafloor, scene.bed_seed(), {}, scene.materials, {}, BedForm::grid);
+  Seafloor in_tiles =
+      make_seafloor_in_tiles(scene.seafloor, scene.bed_seed(), {}, scene.materials, {});
+  at_once.mean_bed_m = in_tiles.mean_bed_m;  // the speed of sound follows it
+  const std::vector<Pose> poses = {{.position = {0.0, 0.0, of.z_m}}};
+  CHECK(same_bytes(pings(scene, std::move(in_tiles), poses),
+                   pings(scene, std::move(at_once), poses)));
+}
+
+TEST_CASE("The check of a run finds no difference on a bed in tiles with relief") {
+  Scene scene;
+  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 100.0;
+  scene.seafloor.cell_m = 0.5;
+  scene.seafloor.depth_m = 15.0;
+  scene.seafloor.fractal.height_at_1m_m = GENERATE(0.02, 0.2);
+  scene.sonars.front().range_m = 30.0;
+  scene.sonars.front().elevations = 256;
+  auto prepared = std::make_shared<PreparedSeafloor>();
+  prepared->seafloor = make_seafloor_in_tiles(scene.seafloor, scene.bed_seed(), {}, {}, {});
+  prepared->origin.surface = "footprint";
+  Simulator simulator(scene, {.seafloor = prepared});
+  for (int i = 0; i < 4; ++i) {
+    const AgreementCounts counts =
+        SimulatorInternals::verify(simulator, {.position = {7.3 * i, 5.1 * i, -9.0}});
+    CHECK(counts.rays > 0);
+    CHECK(counts.count(Verdict::unexplained) == 0);
+  }
 }
 
 TEST_CASE("A bed needs tiles where it cannot be made at once") {
