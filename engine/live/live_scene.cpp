@@ -42,6 +42,7 @@ Bytes from_above(const Simulator& simulator, std::span<const Pose> poses) {
 
 LiveScene::LiveScene(const Scene& of, const Preparation& how)
     : scene(of),
+      memory(how.memory),
       simulator(scene, how),
       track(scene, simulator),
       bed(from_above(simulator, track.poses())) {}

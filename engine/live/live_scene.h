@@ -15,6 +15,7 @@ namespace ensonify::engine {
 /// A scene made ready for the live view, with its bed frame. A change of the seabed replaces it.
 struct LiveScene {
   Scene scene;
+  MemoryLimit memory;
   Simulator simulator;
   TrackPings track;
   Bytes bed;

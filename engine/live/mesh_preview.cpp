@@ -2,7 +2,10 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/refine/tile_collapse.h>
 
 namespace ensonify::engine {
 namespace {
@@ -10,11 +13,26 @@ namespace {
 constexpr std::size_t max_faces = 80'000;
 constexpr double steps = 32000.0;  // from the middle to the patch's edge; fits an int16
 
+std::shared_ptr<const refine::ProgressiveMesh> progressive_of(
+    const Seafloor& seafloor, const MemoryLimit& memory, const std::function<void()>& stop_check) {
+  if (seafloor.progressive) return seafloor.progressive;
+  if (seafloor.in_tiles())
+    throw Error(
+        "the bed is made in tiles, where pings reach; only a bed that is made at once has it");
+  memory.require(static_cast<double>(seafloor.faces) *
+                     (refine::mesh_bytes_per_face + refine::tile_collapse_bytes_per_face),
+                 fmt::format("the {} faces of the seafloor and their analysis", seafloor.faces),
+                 "take larger cells or a smaller area");
+  return with_memory_for("the mesh for display", [&] {
+    return make_progressive_mesh(seafloor.whole_mesh(stop_check), 1, stop_check);
+  });
+}
+
 }  // namespace
 
-MeshPreview::MeshPreview(const Seafloor& seafloor)
-    : progressive_(seafloor.progressive ? seafloor.progressive
-                                        : make_progressive_mesh(seafloor.whole_mesh())),
+MeshPreview::MeshPreview(const Seafloor& seafloor, const MemoryLimit& memory,
+                         const std::function<void()>& stop_check)
+    : progressive_(progressive_of(seafloor, memory, stop_check)),
       mesh_(std::make_unique<refine::ActiveMesh>(*progressive_)) {}
 
 MeshPatch MeshPreview::look(std::span<const refine::FanVolume> volumes, double within_m) {

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 
 #include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/memory.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/fan_volume.h>
@@ -20,8 +22,10 @@ struct MeshCounts {
 class MeshPreview {
  public:
   /// Makes the progressive mesh if the seafloor has none. The seafloor must outlive this object.
-  /// Throws as make_progressive_mesh().
-  explicit MeshPreview(const Seafloor& seafloor);
+  /// `stop_check` is called meanwhile; what it throws ends that. Throws as make_progressive_mesh(),
+  /// Error for a bed in tiles, and MemoryError for one that does not fit.
+  MeshPreview(const Seafloor& seafloor, const MemoryLimit& memory,
+              const std::function<void()>& stop_check);
 
   /// Refines for a ping's fans and returns the faces within this horizontal distance of the fans'
   /// apex; at most 80,000, the coarse ones first.

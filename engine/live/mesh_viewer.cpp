@@ -40,6 +40,11 @@ void MeshViewer::work() {
   using Clock = std::chrono::steady_clock;
   std::shared_ptr<const LiveScene> shown;
   std::unique_ptr<MeshPreview> view;
+  struct Stopping {};
+  const auto stop_check = [this] {
+    const std::lock_guard lock(lock_);
+    if (stopping_) throw Stopping{};
+  };
   while (true) {
     Wanted wanted;
     {
@@ -52,7 +57,8 @@ void MeshViewer::work() {
       if (wanted.scene != shown) {
         view.reset();
         shown = wanted.scene;
-        view = std::make_unique<MeshPreview>(shown->simulator.seafloor());
+        view =
+            std::make_unique<MeshPreview>(shown->simulator.seafloor(), shown->memory, stop_check);
         continue;  // that took long: the volumes are out of date
       }
       if (!view) continue;
@@ -64,6 +70,8 @@ void MeshViewer::work() {
       std::unique_lock lock(lock_);
       counts_ = view->counts();
       woken_.wait_for(lock, 3 * (Clock::now() - start), [&] { return stopping_; });
+    } catch (const Stopping&) {
+      return;
     } catch (const std::exception& error) {
       view.reset();
       trouble_(fmt::format("the mesh cannot be shown: {}", error.what()));

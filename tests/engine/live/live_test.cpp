@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -17,12 +18,17 @@
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/live/live_scene.h>
 #include <ensonify/engine/live/mailbox.h>
+#include <ensonify/engine/live/mesh_preview.h>
 #include <ensonify/engine/live/ping_loop.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/seafloor/make_seafloor.h>
+#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/session_keys.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
+#include <ensonify/refine/height_grid.h>
+#include <ensonify/refine/height_tiles.h>
 
 #include "support/catch.h"
 #include "support/files.h"
@@ -674,6 +680,32 @@ TEST_CASE("Only addresses that no other machine can reach are loopback") {
        {"0.0.0.0", "::", "192.168.0.1", "127.0.0.1.example.com", "128.0.0.1", "127..0.1", "127.0.0",
         "127.0.0.1234", "", "localhost.example.com"})
     CHECK_FALSE(is_loopback(other));
+}
+
+TEST_CASE(
+    "The mesh for display is that of a whole bed which fits the memory, or a stop check ends it") {
+  SeafloorOptions options;
+  options.extent_east_m = options.extent_north_m = 60.0;
+  options.cell_m = 0.5;
+  const Seafloor bed = make_seafloor(options, 1, {}, {}, {}, BedForm::grid);
+  const std::size_t rows = 120;
+  std::size_t checks = 0, end = std::numeric_limits<std::size_t>::max();
+  struct Stop {};
+  const auto stop_check = [&] {
+    if (++checks == end) throw Stop{};
+  };
+  const MeshPreview whole(bed, {}, stop_check);
+  CHECK(checks > rows);  // also in the analysis
+  for (const std::size_t each : {std::size_t{1}, rows / 2, checks}) {
+    checks = 0;
+    end = each;
+    CHECK_THROWS_AS(MeshPreview(bed, {}, stop_check), Stop);
+    CHECK(checks == end);
+  }
+  CHECK_THROWS_AS(MeshPreview(bed, {.bytes = 1.0}, {}), MemoryError);
+  const Seafloor in_tiles = make_seafloor_in_tiles(options, 1, {}, {}, {});
+  CHECK_THROWS_WITH(MeshPreview(in_tiles, {}, {}), Catch::Contains("made in tiles"));
+  CHECK(in_tiles.grid->tiles_in_file()->tiles_made() == 0);
 }
 
 TEST_CASE("a watched bed is static, and one in tiles has the surface that tiles take") {
