@@ -6,8 +6,11 @@
 #include <ensonify/engine/scene/reader.h>
 
 #include "support/catch.h"
+#include "support/files.h"
+#include "support/temporary_folder.h"
 
 using namespace ensonify::engine;
+using namespace ensonify::tests;
 
 namespace {
 
@@ -89,6 +92,25 @@ TEST_CASE("A key that another key makes useless is warned of, with its place") {
   REQUIRE(scene.warnings.size() == 1);
   CHECK(scene.warnings[0] ==
         "s.toml:10:16: 'artefacts.wake_width_m' has no effect without 'artefacts.wake_db'");
+}
+
+TEST_CASE("An analysed seabed has its own material and water level") {
+  const TemporaryFolder folder;
+  write_text(folder / "bed.pm", "");  // it is not read yet
+  const std::string text = R"(version = 1
+[seafloor]
+kind = "progressive"
+progressive = "bed.pm"
+[sonar.s]
+)";
+  const ScenePaths paths{.scene_folder = folder.path()};
+  CHECK(parse_scene(text, "s.toml", {}, paths).warnings.empty());
+  for (const std::string key : {"seafloor.material=sandy mud", "seafloor.water_level_m=1"}) {
+    const auto warnings = parse_scene(text, "s.toml", std::vector{key}, paths).warnings;
+    REQUIRE(warnings.size() == 1);
+    CHECK(warnings[0] == "-D " + key + ": '" + key.substr(0, key.find('=')) +
+                             "' has no effect on a seabed that was analysed, which has its own");
+  }
 }
 
 TEST_CASE("Keys that do something, and the usual values, are not warned of") {
