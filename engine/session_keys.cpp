@@ -93,6 +93,16 @@ void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyVa
   scene.keep(changes);
 }
 
+std::vector<std::string> warnings_for_single_pings(const Scene& scene) {
+  std::vector<std::string> warnings;
+  for (const auto& [key, share] : {std::pair{"artefacts.lost", scene.artefacts.lost},
+                                   std::pair{"artefacts.repeated", scene.artefacts.repeated}})
+    if (share > 0.0)
+      warnings.push_back(fmt::format(
+          "{}: has no effect on single pings, only in a run and in the live view", key));
+  return warnings;
+}
+
 MovingObject object_of(std::span<const KeyValue> keys, std::string_view name, const Scene& scene,
                        const ScenePaths& paths, std::uint32_t number) {
   // Keys that add() refuses: the pose gives place and attitude, and only objects of the scene are

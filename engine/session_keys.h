@@ -67,6 +67,10 @@ std::vector<std::pair<std::size_t, Sonar>> changed_sonars(const Scene& scene,
 /// is_sonar_key() and for a value that a scene refuses; then nothing is changed.
 void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyValue> changes);
 
+/// Warnings of the scene's lost and repeated pings, which single pings of a Simulator never are:
+/// only whole tracks, of a run or of the live view, have them.
+std::vector<std::string> warnings_for_single_pings(const Scene& scene);
+
 /// The object that keys of a scene's [[objects]] describe: its form, material and class. Its
 /// origin, which a pose places, is the middle of its bounds. The material may be one of `scene`,
 /// the session's. Without the key shape_seed the form of a boulder, for example, follows from that

@@ -62,6 +62,7 @@ class PoseSession {
       name = *known;  // answers have the usual spelling
     }
     report_scene();
+    print_warnings(warnings_for_single_pings(scene_));
     print_warnings(Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials)
                        .appended_to({}));
   }

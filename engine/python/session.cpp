@@ -84,8 +84,10 @@ class Session {
 
   std::vector<std::string> warnings() {
     return alone([&](Simulator& simulator) {
+      std::vector<std::string> all = warnings_for_single_pings(scene_);
+      all.insert(all.begin(), simulator.warnings().begin(), simulator.warnings().end());
       return Extrapolation(simulator.sonars(), simulator.materials(), scene_.materials)
-          .appended_to(simulator.warnings());
+          .appended_to(all);
     });
   }
 
@@ -161,7 +163,8 @@ One ping of every sonar, the vehicle being at a pose, sent at pose.t_s.
 
 Returns a list of EchoLines: the sides of the first sonar (port, then starboard, of those it has),
 then of the next. `number` selects the random numbers: the same number and pose give the same ping
-again. Without one it is the session's next, from 0. Raises ValueError for a pose that is not
+again. Without one it is the session's next, from 0. No ping is lost or repeated: `artefacts.lost`
+and `artefacts.repeated` are for whole tracks, as of images(). Raises ValueError for a pose that is not
 finite, that lies beyond 1e8 m, that turns faster than a million degrees per second, that puts a
 sonar above the sea surface (z_m >= 0) or below the bed, or that is as fast as sound. Warns, once,
 of a pose out of reach of the seafloor.)")

@@ -105,6 +105,16 @@ TEST_CASE("keys of two sonars are set together, or neither") {
   CHECK(simulator.sonars()[1].range_m == 11.0);
 }
 
+TEST_CASE("lost and repeated pings of a scene are warned of where pings are single") {
+  CHECK(warnings_for_single_pings(tiny().with()).empty());
+  for (const std::string key : {"artefacts.lost", "artefacts.repeated"}) {
+    const auto warnings =
+        warnings_for_single_pings(tiny().with(std::vector<KeyValue>{{key, "0.1"}}));
+    REQUIRE(warnings.size() == 1);
+    CHECK(warnings[0].starts_with(key + ": has no effect on single pings"));
+  }
+}
+
 TEST_CASE("an error of a session's key does not speak of the command line") {
   const std::string sonar = "sonar.left-right.";
   CHECK_THROWS_WITH(tiny().with(std::vector<KeyValue>{{range_key, "-3"}}),

@@ -238,6 +238,18 @@ TEST_CASE("a stream warns once of poses out of reach of the seafloor") {
   CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
 }
 
+TEST_CASE("a stream loses and repeats no ping, and warns of a scene that would") {
+  const Folder folder;
+  const tests::Outcome plain = folder.stream(pose + pose);
+  const tests::Outcome lossy =
+      folder.stream(pose + pose, {"-D", "artefacts.lost=0.9", "-D", "artefacts.repeated=0.9"});
+  CHECK(lossy.out == plain.out);
+  for (const char* key : {"artefacts.lost", "artefacts.repeated"})
+    CHECK(lossy.err.find(std::string("ensonify: warning: ") + key + ": has no effect") !=
+          std::string::npos);
+  CHECK(plain.err.empty());
+}
+
 TEST_CASE("with --answer-all each request has an answer, and a faulty one changes nothing") {
   const Folder folder;
   std::string lines = pose;
