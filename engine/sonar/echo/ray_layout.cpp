@@ -187,13 +187,18 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double ra
           c * abeam + s * down, s * abeam - c * down,          range_m};
 }
 
+RayLayouts::RayLayouts(const Sonar& sonar, double wavelength_m)
+    : sonar_(sonar),
+      wavelength_m_(wavelength_m),
+      sent_rad_(sonar.transmit_array(wavelength_m).null_rad(sonar.side_lobes + 1)),
+      received_rad_(sonar.receive_array(wavelength_m).null_rad(sonar.side_lobes + 1)) {}
+
 std::shared_ptr<const RayLayout> RayLayouts::at(double altitude_m, double nearest_m,
                                                 double roll_tilt_rad, double drift_rad,
                                                 double rise_rad, double depth_m) {
   constexpr std::size_t max_kept = 256;  // reached over a bed that rises, or where rays bend
   constexpr double steps_per_octave = 4.0;
   constexpr double roll_tilt_step_rad = 0.5 * degree;
-  constexpr double drift_step_rad = 1e-3;
   const auto step_of = [&](double range_m) {
     const double lowest_m = 1e-3 * sonar_.range_m;
     return static_cast<int>(std::floor(steps_per_octave * std::log2(std::max(range_m, lowest_m))));
@@ -202,10 +207,8 @@ std::shared_ptr<const RayLayout> RayLayouts::at(double altitude_m, double neares
   const int roll_tilt_step = static_cast<int>(std::lround(roll_tilt_rad / roll_tilt_step_rad));
   // A receiver whose lobes are as wide as the transmitter's, and that looks nearly where that does,
   // receives all that the transmitter insonifies, so no extra planes are needed.
-  const int null = sonar_.side_lobes + 1;
-  const double sent_rad = sonar_.transmit_array(wavelength_m_).null_rad(null);
-  const bool drifts = sonar_.beams > 1 || drift_rad > 0.5 * sent_rad ||
-                      sonar_.receive_array(wavelength_m_).null_rad(null) < sent_rad;
+  const bool drifts = sonar_.beams > 1 || received_rad_ < sent_rad_ || drift_rad > 0.5 * sent_rad_;
+  const double drift_step_rad = std::max(1e-3, 0.25 * received_rad_);
   const int drift_step = drifts ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
   const double height_m = std::exp2(step / steps_per_octave);
   const double rise_step_rad = 0.5 * height_m / sonar_.range_m;

@@ -47,10 +47,10 @@ struct RayLayout {
 /// The layout for one ratio of the sonar's range to its altitude and for one tilt of the side
 /// (roll_tilt_rad()). It lays more rays where they meet the bed; what a ray means does not depend
 /// on it. drift_rad: how far the receiver turns and moves, in angle, until its echo is back; there
-/// are as many more planes where it is narrower than the transmitter. nearest_share: the range of the
-/// nearest thing over the altitude. In the near field the beam at that range is wider than over the
-/// bed, so there are further planes on the outside. rise_rad: how far above the horizontal the bed
-/// reaches, 0 if not. bent: as in FanLayout.
+/// are as many more planes where it is narrower than the transmitter. nearest_share: the range of
+/// the nearest thing over the altitude. In the near field the beam at that range is wider than over
+/// the bed, so there are further planes on the outside. rise_rad: how far above the horizontal the
+/// bed reaches, 0 if not. bent: as in FanLayout.
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
                           double roll_tilt_rad = 0.0, double drift_rad = 0.0,
                           double nearest_share = 1.0, double rise_rad = 0.0,
@@ -68,13 +68,13 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double ra
 
 /// The layouts of a sonar, made when they are first needed. Altitudes within a step of 19 % and
 /// tilts within half a degree share one, so that steady pings make no new one. Nearest ranges
-/// within such a step share one, too; so do drifts within a milliradian, and heights above the
-/// horizontal within half the angle between the horizontal and a flat bed at the end of the range.
-/// Where rays bend, altitudes within 4 % and depths within 2 % of the altitude share one.
+/// within such a step share one, too; so do drifts within a quarter of the receiver's lobes, and
+/// heights above the horizontal within half the angle between the horizontal and a flat bed at the
+/// end of the range. Where rays bend, altitudes within 4 % and depths within 2 % of the altitude
+/// share one.
 class RayLayouts {
  public:
-  RayLayouts(const Sonar& sonar, double wavelength_m)
-      : sonar_(sonar), wavelength_m_(wavelength_m) {}
+  RayLayouts(const Sonar& sonar, double wavelength_m);
   /// Lays the rays for a sea in which they bend. The profile must outlive this.
   void bend(const scatter::SoundSpeedProfile& profile, double reference_mps) {
     profile_ = &profile;
@@ -88,6 +88,7 @@ class RayLayouts {
  private:
   Sonar sonar_;
   double wavelength_m_;
+  double sent_rad_, received_rad_;  // how far the traced lobes of each array reach, far away
   const scatter::SoundSpeedProfile* profile_ = nullptr;  // if rays bend
   double reference_mps_ = 0.0;
   /// By steps of altitude, finer steps of it, and depth.
