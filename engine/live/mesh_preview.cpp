@@ -18,7 +18,7 @@ std::shared_ptr<const refine::ProgressiveMesh> progressive_of(
   if (seafloor.progressive) return seafloor.progressive;
   if (seafloor.in_tiles())
     throw Error(
-        "the bed is made in tiles, where pings reach; only a bed that is made at once has it");
+        "the bed is made in tiles, only where pings need it; for the mesh, all of it must be there");
   memory.require(static_cast<double>(seafloor.faces) *
                      (refine::mesh_bytes_per_face + refine::tile_collapse_bytes_per_face),
                  fmt::format("the {} faces of the seafloor and their analysis", seafloor.faces),

@@ -308,7 +308,7 @@ TEST_CASE("a sonar that moves or turns receives less: the overlap of its two bea
       for (const std::size_t side : {std::size_t{0}, std::size_t{1}})
         CHECK(scatter::to_db(moving[side].bins.intensity_mean[bin] /
                              fixed[side].bins.intensity_mean[bin]) ==
-              Approx(scatter::to_db(overlap(turned_rad) / at_rest)).margin(0.04));
+              Approx(scatter::to_db(overlap(turned_rad) / at_rest)).margin(0.03));
     };
     for (const double speed_mps : {2.0, 4.0, 5.5, 7.0}) {
       pose.velocity_mps = {0.0, speed_mps, 0.0};

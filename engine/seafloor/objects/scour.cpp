@@ -219,11 +219,11 @@ class Footing {
     refine::parallel_for(strips, control.threads, [&](std::size_t strip, int) {
       control.check_stop();
       const int first = static_cast<int>(strip) * strip_rows;
-      const Heightfield rows = bed_.window(dug_m.first_column, dug_m.first_row + first,
+      const Heightfield part = bed_.window(dug_m.first_column, dug_m.first_row + first,
                                            dug_m.columns, std::min(strip_rows, dug_m.rows - first));
-      const Ways ways = ways_to(rows, reach_m);
-      for (int row = 0; row < rows.rows; ++row)
-        for (int column = 0; column < rows.columns; ++column) {
+      const Ways ways = ways_to(part, reach_m);
+      for (int row = 0; row < part.rows; ++row)
+        for (int column = 0; column < part.columns; ++column) {
           const double distance_m = std::sqrt(ways.square_m2(column, row));
           const double widths = distance_m / width_m;
           if (!(widths > 0.0 && widths < moat_widths)) continue;
@@ -232,7 +232,7 @@ class Footing {
           const double fading = std::min(1.0, 2.0 - 2.0 * widths / moat_widths);
           dug_m.at(column, first + row) = depth_m * open * widths * std::exp(1.0 - widths) *
                                           fading *
-                                          share(rows.first_column + column, rows.first_row + row);
+                                          share(part.first_column + column, part.first_row + row);
         }
     });
     const double deepest_m = std::ranges::max(dug_m.z_m);
