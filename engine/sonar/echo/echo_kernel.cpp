@@ -40,6 +40,7 @@ constexpr D d;
 constexpr F f;
 constexpr H h;
 constexpr I i32;
+constexpr hn::RebindToUnsigned<F> u32;
 constexpr J j32;
 constexpr L i64;
 constexpr std::size_t lanes = HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(d);
@@ -113,17 +114,18 @@ HWY_INLINE VF interpolated(const float* table, VI below, VF share) {
 }
 
 // Two neighbouring columns of two rows of ArrayTable. One load per lane takes all four values,
-// which are then transposed: faster than four gathers.
+// which are then transposed: faster than four gathers. The places go through memory (hence
+// `volatile`), because compilers take them out of the register one by one, which is slower.
 struct Corners {
   Neighbours lower, upper;  // by row
 };
 #if HWY_TARGET != HWY_SCALAR
-HWY_INLINE hn::Vec<B> loaded(B block, const float* table, const std::int32_t* at) {
-  return hn::LoadU(block, table + 2 * *at);
+HWY_INLINE hn::Vec<B> loaded(B block, const float* table, const volatile std::uint32_t* at) {
+  return hn::LoadU(block, table + 2 * std::size_t{*at});
 }
 // Block k of the register is of the place at[4 k].
 template <class Tag>
-HWY_INLINE hn::Vec<Tag> loaded(Tag tag, const float* table, const std::int32_t* at) {
+HWY_INLINE hn::Vec<Tag> loaded(Tag tag, const float* table, const volatile std::uint32_t* at) {
   const hn::Half<Tag> half;
   constexpr std::size_t ahead = hn::MaxLanes(half);
   return hn::Combine(tag, loaded(half, table, at + ahead), loaded(half, table, at));
@@ -134,8 +136,8 @@ HWY_INLINE Corners corners(const float* table, VI at) {
   const float* from = table + 2 * hn::GetLane(at);
   return {{set(from[0]), set(from[2])}, {set(from[1]), set(from[3])}};
 #else
-  alignas(64) std::int32_t places[wide];
-  hn::Store(at, i32, places);
+  alignas(64) std::uint32_t places[wide];
+  hn::Store(hn::BitCast(u32, at), u32, places);
   const VF a = loaded(f, table, places), b = loaded(f, table, places + 1),
            c = loaded(f, table, places + 2), e = loaded(f, table, places + 3);
   const hn::Repartition<double, F> pairs;
