@@ -241,6 +241,8 @@ HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine) {
     const VF sine_off = cosine * set(sample.sin_azimuth);
     const VF transmitted =
         array_value(beam.transmit, row, fma(sine_off, set(beam.transmit.x_per_sine), sent_x));
+    // Many samples of the planes that only the near field reaches.
+    if (hn::AllTrue(f, transmitted == set(0.0f))) continue;
     const VF received = beam.steady && beam.same_arrays
                             ? transmitted
                             : array_value(beam.receive, heard_row,
