@@ -2,164 +2,22 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <optional>
 #include <set>
-#include <stdexcept>
-#include <type_traits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <ensonify/engine/dataset/distribution.h>
-#include <ensonify/engine/dataset/recipe_reader.h>
-#include <ensonify/engine/number_in.h>
-#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/dataset/possible_names.h>
+#include <ensonify/engine/dataset/sample_draws.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/scene_paths.h>
-#include <ensonify/engine/seafloor/analysis.h>
-#include <ensonify/engine/seafloor/objects/objects.h>
-#include <ensonify/engine/seafloor/seafloor.h>
 
 namespace ensonify::engine {
 namespace {
-
-std::uint64_t key_number(std::string_view key) {
-  const std::string digits = xxh128(key);
-  std::uint64_t number = 0;
-  std::from_chars(digits.data(), digits.data() + 16, number, 16);
-  return number;
-}
-
-/// Whether the things of a list are numbered in the labels, and so are targets: objects, and
-/// features of the bed.
-template <class Item>
-bool has_instances() {
-  if constexpr (requires(Item item) { kind_of(item.relief); })
-    return kind_of(Item{}.relief).has_instances();
-  else
-    return std::is_same_v<Item, ObjectOptions>;
-}
-
-bool under(std::string_view path, std::string_view table) {
-  return path.starts_with(table) && (path.size() == table.size() || path[table.size()] == '.');
-}
-
-}  // namespace
-
-struct DrawnKeys : RecipeText {
-  std::set<std::string, std::less<>> of_seafloor;  ///< keys that are drawn once per seafloor
-  std::size_t renders = 1;                         ///< per sample
-};
-
-namespace {
-
-/// A number in (0, 1] for each index of a sequence, which the stream seeds.
-double stratified(const RandomStream& stream, std::uint64_t index) {
-  std::array<double, 2> seeds{};
-  stream.uniform(seeds);
-  const auto seed = [](double u) { return static_cast<std::uint32_t>(u * 0xffffffffp0); };
-  return stratified_number(static_cast<std::uint32_t>(index), seed(seeds[0]), seed(seeds[1]));
-}
-
-/// The values of one sample.
-class SampleDraws {
- public:
-  SampleDraws(const DrawnKeys& text, std::size_t sample, std::size_t seafloor, std::size_t render)
-      : text_(text), sample_(sample), seafloor_(seafloor), render_(render) {}
-
-  /// A key's value as in TOML; empty: left out. `asked_by` is the place for messages.
-  const std::string& value(const std::string& key, const std::string& asked_by) {
-    if (const auto known = known_.find(key); known != known_.end()) {
-      if (!known->second)
-        throw SceneError(
-            fmt::format("{}: '{}' depends on itself through other keys (circular reference)",
-                        text_.distributions.find(key)->second.place, key));
-      return *known->second;
-    }
-    if (const auto plain = text_.values.find(key); plain != text_.values.end())
-      return plain->second;
-    const auto found = text_.distributions.find(key);
-    if (found == text_.distributions.end())
-      throw SceneError(fmt::format(
-          "{}: the recipe gives no value to '{}', which is needed here: add it", asked_by, key));
-    known_[key] = std::nullopt;
-    std::string drawn = draw(key, found->second, key);
-    return *(known_[key] = std::move(drawn));
-  }
-
- private:
-  double number(const std::string& key, const Distribution& d) {
-    const std::string& text = value(key, d.place);
-    const std::optional number = number_in<double>(text);
-    if (!number) {
-      const auto distribution = text_.distributions.find(key);
-      const bool overridden = distribution != text_.distributions.end() &&
-                              distribution->second.place.starts_with("-D ");
-      throw SceneError(fmt::format("{}: '{}' is {}, expected a number here",
-                                   overridden ? distribution->second.place : d.place, key,
-                                   text.empty() ? "left out" : text));
-    }
-    return *number;
-  }
-
-  /// A draw of a key. `stream_name` is its name, and the entries of the tables that led to d.
-  std::string draw(const std::string& stream_name, const Distribution& d, const std::string& key) {
-    if (d.kind == Distribution::Kind::table) {
-      const std::string by = plain_text(value(d.by, d.place));
-      const auto* entry = d.entry_for(by);
-      if (!entry)
-        throw SceneError(fmt::format("{}: the table has no entry for {} = {}, and no default",
-                                     d.place, d.by, by));
-      return adjusted(draw(stream_name + "." + entry->first, entry->second, key), d);
-    }
-    const bool bed = text_.of_seafloor.contains(key);
-    const std::size_t number = bed ? seafloor_ : sample_;
-    const bool each_render = under(key, "display");
-    const std::size_t render = each_render ? render_ : 0;
-    const RandomStream stream(text_.seed, Purpose::recipe,
-                              {key_number(stream_name), number, render});
-    std::array<double, 2> u{};
-    stream.uniform(u);
-    if (d.stratified) {
-      const RandomStream seeds(text_.seed, Purpose::recipe,
-                               {key_number(stream_name), ~std::uint64_t{0}, 0});
-      u[0] = stratified(seeds, each_render ? number * text_.renders + render : number);
-    }
-    std::string drawn = d.value(u[0], u[1]);
-    // The reader refuses a range in which hardly any draw lies.
-    for (std::uint64_t again = 1; d.between && !within(drawn, *d.between); ++again) {
-      stream.uniform(u, 2 * again);
-      drawn = d.value(u[0], u[1]);
-    }
-    return adjusted(std::move(drawn), d);
-  }
-
-  static bool within(const std::string& text, const std::pair<double, double>& between) {
-    const double number = std::stod(text);
-    return number >= between.first && number <= between.second;
-  }
-
-  /// Multiplied by the keys of `times`, then added to those of `plus`.
-  std::string adjusted(std::string drawn, const Distribution& d) {
-    if ((d.times.empty() && d.plus.empty()) || drawn.empty()) return drawn;
-    const std::optional number_drawn = number_in<double>(drawn);
-    if (!number_drawn)
-      throw SceneError(fmt::format("{}: {} is drawn, expected a number here", d.place, drawn));
-    double result = *number_drawn;
-    for (const std::string& key : d.times) result *= number(key, d);
-    for (const std::string& key : d.plus) result += number(key, d);
-    return value_text(d.kind == Distribution::Kind::whole ? std::round(result) : result);
-  }
-
-  const DrawnKeys& text_;
-  std::size_t sample_, seafloor_, render_;
-  std::map<std::string, std::optional<std::string>> known_;  // none: being drawn
-};
 
 /// train, val or test for a group that is held together: the samples with the same `values` of the
 /// keys of the split, or, if `counted`, the seafloor with this number.
@@ -237,70 +95,12 @@ void add_override(const std::string& key, std::string value, DrawnValues& values
   if (!value.empty()) values.overrides.push_back(key + "=" + value);
 }
 
-/// The value that a key has in one scene, and all that can be drawn.
-std::vector<std::string> possible_values(const RecipeText& text, const std::string& key,
-                                         const std::string& value) {
-  std::vector<std::string> values;
-  if (const auto drawn = text.distributions.find(key); drawn != text.distributions.end())
-    drawn->second.collect_values(values);
-  for (std::string& drawn : values) drawn = plain_text(drawn);
-  values.push_back(value);
-  return values;
-}
-
 /// Collects the names of all files that the samples can use. `scene` has every optional table.
 void collect_files(const RecipeText& text, Scene& scene, std::set<std::string>& names) {
   for_each_file(scene, [&](const std::string& key, const InputFile& file) {
     for (const std::string& name : possible_values(text, key, file.name))
       if (!name.empty()) names.insert(name);
   });
-}
-
-/// The names of the classes and materials that the labels of objects can have. Classes of parts are
-/// no targets.
-void collect_object_labels(const RecipeText& text, std::span<const ObjectOptions> objects,
-                           std::set<std::string>& targets, std::set<std::string>& part_classes,
-                           std::set<std::string>& materials) {
-  const auto possible = [&](std::size_t number, std::string_view key, const std::string& value) {
-    return possible_values(text, fmt::format("objects.{}.{}", number, key), value);
-  };
-  const auto may_be = [&](std::size_t number, std::string_view key, std::string_view value,
-                          const std::string& given) {
-    const auto plain = text.values.find(fmt::format("objects.{}.{}", number, key));
-    return std::ranges::count(possible(number, key, given), value) > 0 ||
-           (plain != text.values.end() && plain->second == value);
-  };
-  const std::vector<std::size_t> bases = bases_of(objects);
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    // The first object of its assembly, or the next one if that is absent.
-    std::vector<std::size_t> may_be_bases;
-    for (std::size_t j = bases[i]; j <= i; ++j) {
-      if (bases[j] != bases[i]) continue;
-      may_be_bases.push_back(j);
-      if (!may_be(j, "present", "false", "true")) break;
-    }
-    const bool with_parts = std::ranges::any_of(may_be_bases, [&](std::size_t base) {
-      return may_be(base, "part_classes", "true", objects[base].part_classes ? "true" : "false");
-    });
-    const bool may_be_base = std::ranges::count(may_be_bases, i) > 0;
-    for (const std::string& class_name : possible(i, "class", objects[i].class_name)) {
-      if (may_be_base) targets.insert(class_name);
-      for (const std::string& shape : possible(i, "shape", objects[i].shape)) {
-        ObjectOptions one = objects[i];
-        one.shape = shape;
-        one.class_name = class_name;
-        one.part_classes = with_parts && may_be_base;
-        try {
-          for (const ObjectPart& part : parts_of(one)) {
-            materials.insert(part.material);
-            if (with_parts) part_classes.insert(part.class_name);
-          }
-        } catch (const std::invalid_argument&) {
-          continue;  // no such shape: the sample that draws it is refused
-        }
-      }
-    }
-  }
 }
 
 /// Checks that the dataset's options fit each other; refuse(message) makes the exception.
@@ -343,7 +143,7 @@ void check_options(const DatasetOptions& options, const auto& refuse) {
 void collect_keys_of_seafloor(DrawnKeys& keys, const SplitOptions& split) {
   std::vector<std::string> open;
   for (const auto& [key, distribution] : keys.distributions)
-    if (under(key, "seafloor") || under(key, "objects") || under(key, "material"))
+    if (in_table(key, "seafloor") || in_table(key, "objects") || in_table(key, "material"))
       open.push_back(key);
   for (const std::string& key : split.by)
     if (key != "seafloor") open.push_back(key);
@@ -356,73 +156,9 @@ void collect_keys_of_seafloor(DrawnKeys& keys, const SplitOptions& split) {
   }
 }
 
-/// The names that labels can have: those of a sample with every table, and all that can be drawn.
-struct PossibleNames {
-  std::set<std::string> targets, grounds{"seabed"}, materials;
-};
-
-/// Adds the names that the files of seafloors analysed before have. Throws refine::MeshError for a
-/// file that is none.
-void collect_analysed_labels(const DrawnKeys& keys, const Scene& scene, const ScenePaths& paths,
-                             PossibleNames& names) {
-  constexpr const char* key = "seafloor.progressive";
-  const std::vector<std::string> files =
-      possible_values(keys, key, scene.seafloor.progressive.name);
-  for (const std::string& file : std::set(files.begin(), files.end())) {
-    std::filesystem::path path;
-    try {
-      if (!file.empty()) path = resolve(key, file, paths);
-    } catch (const SceneError&) {  // no such file: the sample that draws it is refused
-    }
-    if (path.empty()) continue;
-    const Seafloor seafloor = open_analysed(path);
-    const auto add_targets = [&](const auto& things) {
-      for (const auto& thing : things)
-        names.targets.insert(seafloor.classes.at(thing.label.class_id));
-    };
-    add_targets(seafloor.objects);
-    add_targets(seafloor.features);
-    // Number 0 is no name. possible_names() takes the classes of targets out of the ground.
-    names.grounds.insert(seafloor.classes.begin() + 1, seafloor.classes.end());
-    names.materials.insert(seafloor.materials.begin() + 1, seafloor.materials.end());
-  }
-}
-
-PossibleNames possible_names(const DrawnKeys& keys, Scene& scene, const ScenePaths& paths) {
-  PossibleNames names;
-  names.materials.insert(scene.seafloor.material);
-  std::set<std::string>&targets = names.targets, &grounds = names.grounds;
-  std::set<std::string>& materials = names.materials;
-  std::vector<std::string_view> lists_of_targets;
-  for_each_list(scene,
-                [&]<class Item>(const Section<Item>& section, const std::vector<Item>& list) {
-                  if (has_instances<Item>()) lists_of_targets.push_back(section.name);
-                  if constexpr (!std::is_same_v<Item, ObjectOptions>)
-                    for (const Item& item : list) {
-                      (has_instances<Item>() ? targets : grounds).insert(item.class_name);
-                      materials.insert(item.material);
-                    }
-                });
-  for (const auto& [key, distribution] : keys.distributions) {
-    std::vector<std::string> values;
-    distribution.collect_values(values);
-    const bool of_instances = std::ranges::any_of(
-        lists_of_targets, [&whole = key](auto list) { return under(whole, list); });
-    if (key.ends_with(".class") && !under(key, "objects"))
-      for (const std::string& value : values)
-        (of_instances ? targets : grounds).insert(plain_text(value));
-    if (key.ends_with(".material"))
-      for (const std::string& value : values) materials.insert(plain_text(value));
-  }
-  collect_object_labels(keys, scene.objects, targets, grounds, materials);
-  collect_analysed_labels(keys, scene, paths, names);
-  for (std::set<std::string>* all : {&targets, &grounds, &materials}) all->erase("");
-  for (const std::string& target : targets) grounds.erase(target);
-  return names;
-}
-
 bool in_absent(const std::string& key, const auto& absent) {
-  return std::ranges::any_of(absent, [&](const std::string& table) { return under(key, table); });
+  return std::ranges::any_of(absent,
+                             [&](const std::string& table) { return in_table(key, table); });
 }
 
 bool is_presence(const std::string& key) { return key.ends_with(".present"); }

@@ -29,7 +29,7 @@ struct SampleScene {
   std::vector<Display> renders;  ///< the first is the scene's
 };
 
-struct DrawnKeys;  // in the source
+struct DrawnKeys;  // sample_draws.h
 
 /// A dataset's recipe: a scene with distributions in place of values, and [dataset]. The draw of a
 /// key depends only on the recipe's seed, the key's name and the number of the sample (or of its

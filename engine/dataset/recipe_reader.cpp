@@ -356,4 +356,8 @@ std::string plain_text(const std::string& value) {
   return toml::parse("text = " + value)["text"].value_or(std::string());
 }
 
+bool in_table(std::string_view key, std::string_view table) {
+  return key.starts_with(table) && (key.size() == table.size() || key[table.size()] == '.');
+}
+
 }  // namespace ensonify::engine

@@ -35,4 +35,7 @@ RecipeText parse_recipe_text(std::string_view text, std::string_view name,
 /// The text that a string of TOML stands for; other values unchanged.
 std::string plain_text(const std::string& value);
 
+/// Whether a key is a table, or lies in it.
+bool in_table(std::string_view key, std::string_view table);
+
 }  // namespace ensonify::engine
