@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include <ensonify/engine/simd/cache_lines.h>
+#include <ensonify/engine/sonar/echo/bin_kernel.h>
 #include <ensonify/engine/sonar/echo/echo_kernel.h>
 
 namespace ensonify::engine {

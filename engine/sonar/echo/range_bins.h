@@ -10,8 +10,8 @@
 
 #include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/simd/cache_lines.h>
+#include <ensonify/engine/sonar/echo/bin_kernel.h>
 #include <ensonify/engine/sonar/echo/echo.h>
-#include <ensonify/engine/sonar/echo/echo_kernel.h>
 #include <ensonify/engine/sonar/echo/object_echo.h>
 
 namespace ensonify::engine {

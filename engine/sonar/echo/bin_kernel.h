@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace ensonify::engine {
+
+// The inner loop that lays pieces into range bins, as echo_kernel.h has those that compute them.
+
+/// A range bin while planes are laid into it.
+struct alignas(64) EchoBin {  // one cache line
+  static constexpr int branch_bits = 16;
+  static constexpr std::int32_t no_label = -1;
+
+  std::array<double, 4> seen{};  ///< PieceEchoes::middles times energy
+  double energy = 0.0;
+  float lit = 0.0f;         ///< sum of the beam weights of the planes that see the bin
+  float shadowed = 0.0f;    ///< sum of the beam weights of the planes for which it is in shadow
+  float max_shadow = 0.0f;  ///< the largest of these
+  std::uint32_t visit = 0;  ///< the last plane laid here, and the number of the branch there
+  std::int32_t label = no_label;   ///< of the first piece that was laid here
+  std::uint16_t shadow_label = 0;  ///< of what casts the shadow with max_shadow
+  std::uint16_t shadow_plane = 0;  ///< the last plane for which it is in shadow
+};
+
+/// Energy in a bin with another label than the bin's first.
+struct OtherShare {
+  double energy;
+  std::uint32_t bin;
+  std::uint16_t label;
+};
+
+/// The bins that pieces are laid into, and the state of laying. A branch is a part of a plane's
+/// pieces over which the range only grows, or only falls, and whose surface does not break.
+struct EchoBins {
+  EchoBin* bins;
+  std::uint8_t* layover;  ///< per bin: 1 where two branches of one plane meet
+  std::size_t count;
+  double bin_m;
+  std::uint32_t visit;  ///< plane << EchoBin::branch_bits | branch
+  bool farther;         ///< the range grows over this branch
+  std::size_t turning;  ///< the bin where this branch began, if the one before ended there
+  std::size_t end;      ///< the bin where the piece before ended
+  OtherShare* others;
+  std::size_t other_count, other_room;
+};
+
+/// Pieces as they are laid into bins: columns, the names as in PieceEchoes.
+struct PiecesToLay {
+  std::size_t count;
+  const std::int32_t* answers;
+  const double *from_m, *until_m, *energy;
+  const double *range_m, *to_end_m;  ///< of PieceEchoes
+  const double *middles, *changes;
+  const float *beam_weight, *energy_slope;
+  const std::uint16_t* label;
+  const std::uint8_t* starts_surface;  ///< 1: does not continue the surface of the piece before it
+};
+
+/// Lays the pieces from number `first` on, each between its two ranges. Returns the number of the
+/// first piece that was not laid because `others` may have no room for its shares, or the count.
+std::size_t lay_pieces(const PiecesToLay& pieces, std::size_t first, EchoBins& bins);
+
+}  // namespace ensonify::engine
