@@ -58,7 +58,10 @@ void print_info(const std::vector<fs::path>& files, bool json) {
   const std::vector<RecordedLine> lines = read_recordings(files);
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   std::string out;
+  std::vector<std::string> warnings;  // lines of one file may share some
   for (const RecordedLine& line : lines) {
+    for (const std::string& warning : line.warnings)
+      if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
     const nlohmann::ordered_json facts = facts_of(line);
     if (!out.empty()) out += '\n';
     for (const auto& [name, value] : facts.items())
@@ -66,7 +69,7 @@ void print_info(const std::vector<fs::path>& files, bool json) {
           fmt::format("{} {}\n", name, value.is_string() ? value.get<std::string>() : value.dump());
     all.push_back(facts);
   }
-  print_warnings(lines.front().warnings);
+  print_warnings(warnings);
   if (json)
     print_object({{"lines", all}});
   else

@@ -14,8 +14,6 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t message_header = 16, sonar_header = 240;
-
 template <class T>
 T rounded(double value) {
   return static_cast<T>(std::llround(value));
@@ -28,7 +26,7 @@ double interval_s(const Recording& recording) {
 /// Position, attitude and time. Offsets count from the end of the message header, within
 /// the sonar header of 240 B.
 void put_navigation(PackedBytes& bytes, const NavPing& ping) {
-  constexpr std::size_t h = message_header;
+  constexpr std::size_t h = jsf_message_header;
   // Validity bits: position, speed, heading, pitch and roll, altitude, depth, annotation, sound
   // speed. The position is the sonar's own at the time of the ping ("interpolated"), not the ship's
   // last fix.
@@ -75,7 +73,7 @@ std::uint8_t subsystem(int frequency_rank) {
 /// The pulse length and the speed: milliseconds and tenths of a knot have their own fields;
 /// microseconds (bits 4 to 13) and hundredths of a knot (bits 0 to 3) share u16@20.
 void put_pulse_length_and_speed(PackedBytes& bytes, double pulse_length_s, double speed_mps) {
-  constexpr std::size_t h = message_header;
+  constexpr std::size_t h = jsf_message_header;
   const auto sweep_us = rounded<std::uint32_t>(1e6 * pulse_length_s);
   const auto hundredths_kn = rounded<std::uint32_t>(speed_mps / knot_mps * 100.0);
   bytes.put<std::uint16_t>(h + 130, static_cast<std::uint16_t>(sweep_us / 1000));
@@ -90,16 +88,16 @@ std::uint16_t more_bits(std::uint32_t value, int shift) {
 }
 
 void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& ping, Side side) {
-  constexpr std::size_t h = message_header;
+  constexpr std::size_t h = jsf_message_header;
   const auto bins = static_cast<std::uint32_t>(recording.bins);
-  bytes.begin(message_header + sonar_header + 2 * recording.bins);
+  bytes.begin(jsf_message_header + jsf_sonar_header + 2 * recording.bins);
   bytes.put<std::uint16_t>(0, 0x1601);
   bytes.put<std::uint8_t>(2, 0x0D);
   bytes.put<std::uint16_t>(4, 80);
   bytes.put<std::uint8_t>(6, 2);  // normal data
   bytes.put<std::uint8_t>(7, subsystem(recording.frequency_rank));
   bytes.put<std::uint8_t>(8, side == Side::port ? 0 : 1);
-  bytes.put<std::int32_t>(12, static_cast<std::int32_t>(sonar_header + 2 * bins));
+  bytes.put<std::int32_t>(12, static_cast<std::int32_t>(jsf_sonar_header + 2 * bins));
 
   put_navigation(bytes, ping);
   bytes.put<std::uint32_t>(h + 8, static_cast<std::uint32_t>(ping.number));
@@ -140,7 +138,7 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
   if (side == Side::port) std::ranges::reverse(near_to_far);
   bytes.put<std::uint16_t>(h + 204,
                            near_to_far.empty() ? std::uint16_t{0} : std::ranges::max(near_to_far));
-  bytes.samples(message_header + sonar_header, near_to_far);
+  bytes.samples(jsf_message_header + jsf_sonar_header, near_to_far);
 }
 
 /// Throws std::runtime_error for what the format's fields cannot hold.

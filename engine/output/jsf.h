@@ -8,6 +8,9 @@
 
 namespace ensonify::engine {
 
+/// Bytes of the header of each message, and of the one that follows in a message of samples.
+constexpr std::size_t jsf_message_header = 16, jsf_sonar_header = 240;
+
 /// Subsystems 20 to 39 are sidescan sonars.
 constexpr std::size_t max_sonars_of_jsf = 20;
 

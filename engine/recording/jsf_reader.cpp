@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/recording/formats.h>
 #include <ensonify/engine/recording/line_builder.h>
 #include <ensonify/engine/recording/packets.h>
@@ -11,14 +12,13 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t message_header = 16, sonar_header = 240;
 constexpr std::uint16_t jsf_magic = 0x1601;
 
 /// The size that a message at the beginning of these bytes states; 0: no message begins there.
 std::size_t message_size(const RecordingBytes& bytes) {
   const auto data_bytes = bytes.at<std::int32_t>(12);
   return bytes.at<std::uint16_t>(0) == jsf_magic && data_bytes >= 0
-             ? message_header + static_cast<std::size_t>(data_bytes)
+             ? jsf_message_header + static_cast<std::size_t>(data_bytes)
              : 0;
 }
 
@@ -115,10 +115,11 @@ void read_message(const RecordingBytes& message, LineBuilder& lines) {
   const int subsystem = message.at<std::uint8_t>(7);
   constexpr int sonar_data = 80, first_sidescan = 20, last_sidescan = 39;
   if (message.at<std::uint16_t>(4) != sonar_data || subsystem < first_sidescan ||
-      subsystem > last_sidescan || message.size() < message_header + sonar_header)
+      subsystem > last_sidescan || message.size() < jsf_message_header + jsf_sonar_header)
     return;
-  const RecordingBytes header = message.part(message_header, sonar_header);
-  std::vector<float> samples = samples_of(header, message.part(message_header + sonar_header));
+  const RecordingBytes header = message.part(jsf_message_header, jsf_sonar_header);
+  std::vector<float> samples =
+      samples_of(header, message.part(jsf_message_header + jsf_sonar_header));
   if (samples.empty()) return;
   RecordedLine& line = lines.line(subsystem);
   if (line.pings.empty()) set_facts(header, line);

@@ -67,7 +67,8 @@ std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {
     const std::size_t row_values = line.samples * line.pings.size();
     if (row_values > small_line && row_values > max_padding * std::max(of_port, of_starboard))
       throw RecordingError(fmt::format(
-          "{}: one ping has {} samples, and {} pings have {} in all; expected pings of like length",
+          "{}: the longest ping has {} samples, but all {} pings together have only {}; expected "
+          "pings of similar length",
           name, line.samples, line.pings.size(), std::max(of_port, of_starboard)));
     const auto lay = [&](std::vector<float> Sides::*side, std::vector<float>& rows) {
       rows.assign(row_values, 0.0f);

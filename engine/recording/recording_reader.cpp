@@ -59,11 +59,28 @@ void warn_of_times(RecordedLine& line, std::string_view name) {
   if (back > 0)
     line.warnings.push_back(
         fmt::format("{}: {} of {} pings have times before those of earlier pings; a track leaves "
-                    "them out, and an imitation makes all times even",
+                    "them out, and an imitation uses evenly spaced times",
                     name, back, line.pings.size()));
 }
 
-void append(RecordedLine& line, RecordedLine next) {
+/// `name` is the file of the pings from `first` on.
+void warn_of_order(RecordedLine& line, std::size_t first, std::string_view name) {
+  const auto begin = line.pings.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto time = [](const RecordedPing& ping) { return ping.t_s; };
+  const std::optional<double> before_s =
+      std::ranges::max(std::ranges::subrange(line.pings.begin(), begin), {}, time).t_s;
+  const auto next = std::ranges::find_if(
+      begin, line.pings.end(), [](const RecordedPing& ping) { return ping.t_s.has_value(); });
+  if (next != line.pings.end() && next->t_s < before_s)
+    line.warnings.push_back(
+        fmt::format("{}: begins before the end of the files before it, expected files in their "
+                    "order; a track leaves its earlier pings out, and an imitation uses evenly "
+                    "spaced times",
+                    name));
+}
+
+/// `name` is the file of the next line.
+void append(RecordedLine& line, RecordedLine next, std::string_view name) {
   const std::size_t samples = std::max(line.samples, next.samples);
   set_samples(line, samples);
   set_samples(next, samples);
@@ -75,9 +92,11 @@ void append(RecordedLine& line, RecordedLine next) {
   };
   join(line.port, next.port);
   join(line.starboard, next.starboard);
+  const std::size_t first = line.pings.size();
   line.pings.insert(line.pings.end(), next.pings.begin(), next.pings.end());
   pass_midnight(line.pings);
   line.warnings.insert(line.warnings.end(), next.warnings.begin(), next.warnings.end());
+  warn_of_order(line, first, name);
 }
 
 }  // namespace
@@ -118,7 +137,8 @@ std::vector<RecordedLine> read_recordings(std::span<const fs::path> files) {
           "{}: has {} lines of {}, and {} has {} of {}; expected files of one recording",
           file.string(), more.size(), more.front().format, files.front().string(), lines.size(),
           lines.front().format));
-    for (std::size_t i = 0; i < lines.size(); ++i) append(lines[i], std::move(more[i]));
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      append(lines[i], std::move(more[i]), file.string());
   }
   return lines;
 }

@@ -10,6 +10,7 @@
 #include <ensonify/engine/recording/line_builder.h>
 #include <ensonify/engine/recording/packets.h>
 #include <ensonify/engine/recording/recording_bytes.h>
+#include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
@@ -39,6 +40,7 @@ struct Channel {
   std::string name;
   int line = 0;  ///< number of its line; -1: no sidescan
   Side side = Side::port;
+  int format_code = 0;  ///< as in the file; 0: its number of bytes tells the format
   SampleFormat format = SampleFormat::unknown;
   std::size_t samples = 0;  ///< where a ping does not state them
   double frequency_hz = 0.0;
@@ -181,6 +183,7 @@ class XtfReader {
                                    : type == 2 ? starboards++
                                                : -1,
                            .side = type == 1 ? Side::port : Side::starboard,
+                           .format_code = info.at<std::uint8_t>(74),
                            .format = sample_format(info),
                            .samples = info.at<std::uint32_t>(8),
                            .frequency_hz = 1e3 * info.known<float>(32).value_or(0.0),
@@ -191,6 +194,7 @@ class XtfReader {
   }
 
   std::vector<RecordedLine> read(std::string_view name) {
+    refuse_formats(name);
     const bool geographic = file_.at<std::uint16_t>(164) == 3;
     // The header of some files is 1024 bytes although they have more than 6 channels.
     const std::size_t begin = packet_size(file_.part(file_header)) > 0 ? file_header : header_end();
@@ -203,12 +207,32 @@ class XtfReader {
         },
         lines_);
     std::vector<RecordedLine> lines = lines_.finish(name);
-    for (RecordedLine& line : lines)
+    for (RecordedLine& line : lines) {
       if (looks_geographic(line)) take_as_degrees(line, name);
+      if (delay_s_ > 0.0)
+        line.warnings.push_back(
+            fmt::format("{}: its samples begin {:g} s after the transmission, which is not read: "
+                        "their ranges are too small",
+                        name, delay_s_));
+    }
     return lines;
   }
 
  private:
+  /// Throws RecordingError if no sidescan channel can be read, because of its sample format.
+  void refuse_formats(std::string_view name) const {
+    const Channel* unknown = nullptr;
+    for (const Channel& channel : channels_) {
+      if (channel.line < 0) continue;
+      if (channel.format != SampleFormat::unknown) return;
+      unknown = &channel;
+    }
+    if (unknown && unknown->format_code != 0)
+      throw RecordingError(fmt::format(
+          "{}: its samples have format {}, which is not supported; expected 2, 3, 5 or 8", name,
+          unknown->format_code));
+  }
+
   /// With more than 6 channels the file's header takes more blocks of 1024 bytes.
   std::size_t header_end() const {
     const std::size_t used = first_channel_info + channels_.size() * channel_info;
@@ -244,6 +268,7 @@ class XtfReader {
         constexpr std::uint16_t keeps_largest = 2;  // DownsampleMethod
         line.peak_detector = header.at<std::uint16_t>(2) == keeps_largest;
         ping.range_m = range_m(header, speed_mps);
+        note_delay(header, ping.range_m / static_cast<double>(samples), speed_mps);
         lines_.add(channel.line, ping, channel.side,
                    near_to_far(packet.part(at), channel, samples, weight_of(header)));
       }
@@ -267,6 +292,13 @@ class XtfReader {
     return std::isfinite(range_m) && range_m > 0.0 ? range_m : 0.0;
   }
 
+  /// Keeps the time from the transmission to the first sample (TimeDelay) if it is more than half a
+  /// sample.
+  void note_delay(const RecordingBytes& header, double sample_m, double speed_mps) {
+    const double delay_s = header.at<float>(12);
+    if (delay_s * speed_mps > sample_m && std::isfinite(delay_s)) delay_s_ = delay_s;
+  }
+
   /// The weight of the ping's samples: an amplitude is sample x 2^-weight.
   static int weight_of(const RecordingBytes& header) {
     constexpr int most = 31;  // beyond, the field holds something else
@@ -287,6 +319,7 @@ class XtfReader {
 
   RecordingBytes file_;
   std::vector<Channel> channels_;
+  double delay_s_ = 0.0;  ///< of note_delay()
   LineBuilder lines_{"XTF"};
 };
 

@@ -1,5 +1,8 @@
 // `ensonify compare`, and a run's recording read back.
 
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <sstream>
 #include <string>
@@ -77,6 +80,42 @@ TEST_CASE("a sonar of one side has the statistics of its recordings") {
             std::string::npos);
     }
   }
+}
+
+TEST_CASE("recording-info has the warnings of all lines, each once") {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", scene +
+                                    "one_recording = true\n[sonar.low]\nfrequency_hz = 100e3\n"
+                                    "range_m = 30\nbins = 300\nelevations = 512\n");
+  REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
+  const std::string jsf = read_text(folder / "a/recording.jsf");
+  // The clock of these subsystems is set back by 100 s in the middle.
+  const auto warnings = [&](const std::vector<int>& subsystems) {
+    std::string bytes = jsf;
+    for (std::size_t at = 0; at < bytes.size();) {
+      std::int32_t size = 0, time_s = 0, ping = 0;
+      std::memcpy(&size, &bytes[at + 12], sizeof size);
+      std::memcpy(&time_s, &bytes[at + 16], sizeof time_s);
+      std::memcpy(&ping, &bytes[at + 24], sizeof ping);
+      if (ping >= 60 && std::ranges::count(subsystems, bytes[at + 7]) > 0) {
+        time_s -= 100;
+        std::memcpy(&bytes[at + 16], &time_s, sizeof time_s);
+      }
+      at += 16 + static_cast<std::size_t>(size);
+    }
+    write_text(folder / "r.jsf", bytes);
+    const Outcome info = run_program(folder.path(), {"recording-info", "r.jsf"});
+    REQUIRE(info.code == 0);
+    std::size_t found = 0;
+    for (std::size_t at = info.err.find("r.jsf: "); at != std::string::npos;
+         at = info.err.find("r.jsf: ", at + 1))
+      ++found;
+    return found;
+  };
+  CHECK(warnings({}) == 0);
+  CHECK(warnings({20}) == 1);
+  CHECK(warnings({21}) == 1);
+  CHECK(warnings({20, 21}) == 1);
 }
 
 TEST_CASE("compare ends with code 1 beyond the limit, and with 2 for what it cannot read") {

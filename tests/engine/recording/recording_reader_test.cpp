@@ -249,6 +249,8 @@ TEST_CASE("XTF samples of every format are amplitudes") {
     CHECK(parse(xtf_of<std::uint32_t>({3000000000}, format)).front().starboard ==
           std::vector{3e9f});
   CHECK(parse(xtf_of<float>({0.5f, NAN}, 5)).front().starboard == std::vector{0.5f, 0.0f});
+  CHECK_THAT(error_of(xtf_of<float>({1.0f}, 1)),
+             Catch::StartsWith("r: its samples have format 1, which is not supported"));
   // An old file has no format, but bytes per sample.
   CHECK(parse(xtf_of<std::uint8_t>({3}, 0)).front().starboard == std::vector{3.0f});
   const RecordedLine line = parse(xtf_of<std::uint16_t>({1, 2}, 0)).front();
@@ -381,6 +383,33 @@ TEST_CASE("times go on over midnight, and those that step back are counted") {
   CHECK(read_recordings(files).front().pings[5].t_s.value() == day_s + 5);
 }
 
+TEST_CASE("a file that begins before the end of the file before it gets a warning") {
+  const tests::TemporaryFolder folder;
+  std::vector<std::filesystem::path> files = {folder / "a.xtf", folder / "b.xtf"};
+  Recording written = tests::small_recording();
+  for (const std::filesystem::path& file : files) {
+    tests::write_text(file, tests::as_text(encode_xtf({&written, 1})));
+    for (NavPing& ping : written.pings) ping.unix_ms += 3'600'000;
+  }
+  CHECK(read_recordings(files).front().warnings.empty());
+  std::ranges::reverse(files);
+  const std::vector<std::string> warnings = read_recordings(files).front().warnings;
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings.front(),
+             Catch::StartsWith(files[1].string() + ": begins before the end of the files before"));
+}
+
+TEST_CASE("an XTF whose samples begin late gets a warning") {
+  std::string bytes = xtf_of<std::uint16_t>({1, 2, 3, 4}, 3);  // of 0.025 s each
+  CHECK(parse(bytes).front().warnings.empty());
+  put<float>(bytes, 1024 + 256 + 12, 0.01f);
+  CHECK(parse(bytes).front().warnings.empty());
+  put<float>(bytes, 1024 + 256 + 12, 0.02f);
+  const std::vector<std::string> warnings = parse(bytes).front().warnings;
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings.front(), Catch::StartsWith("r: its samples begin 0.02 s after"));
+}
+
 TEST_CASE("what is no recording is refused, and says so") {
   CHECK(error_of("") == "r: is no recording, expected an XTF or a JSF file");
   CHECK(error_of("t_s,x_m\n0,0\n").starts_with("r: is no recording"));
@@ -493,7 +522,8 @@ TEST_CASE("a ping that claims too many samples does not fill the memory") {
     bytes += one;
     put(bytes, at + 28, number);
   }
-  CHECK(error_of(bytes).starts_with("r: one ping has 3000000 samples, and 3001 pings have"));
+  CHECK(error_of(bytes).starts_with(
+      "r: the longest ping has 3000000 samples, but all 3001 pings together have"));
 }
 
 TEST_CASE("no damage to a recording does more than an error") {
