@@ -46,44 +46,70 @@ class Texture {
   std::vector<double> sums_;
 };
 
+/// The correlation of pings with those `lag` pings later, by shift in samples, from -max_shift on.
+struct ShiftedProducts {
+  std::array<double, shifts> products{};
+  double power = 0.0, sample_m = 0.0;  ///< sample_m is 0 without any pings to compare
+
+  double correlation(std::size_t shift) const { return products[shift] / power; }
+  std::size_t best() const {
+    return static_cast<std::size_t>(std::ranges::max_element(products) - products.begin());
+  }
+};
+ShiftedProducts shifted_products(const RecordedLine& line, Side side,
+                                 std::span<const std::size_t> bed, std::size_t first,
+                                 std::size_t end, std::size_t lag) {
+  ShiftedProducts sums;
+  Texture texture(line, side, first, end);
+  std::vector<std::vector<float>> rows(lag + 1);  // of the newest pings
+  std::vector<std::size_t> begins(lag + 1, line.samples);
+  for (std::size_t ping = first; ping < end; ++ping) {
+    std::vector<float>& now = rows[ping % (lag + 1)];
+    const std::vector<float>& before = rows[(ping + 1) % (lag + 1)];
+    const std::size_t begin = 2 * bed[ping];  // 30 degrees
+    const bool shows = begin > 0 && begin + 4 * max_shift < line.samples;
+    if (shows) texture.take(ping, begin, now);
+    const std::size_t before_begin = begins[(ping + 1) % (lag + 1)],
+                      from = std::max(begin, before_begin) + max_shift;
+    if (shows && before_begin < line.samples && from + 2 * max_shift < line.samples) {
+      for (std::size_t k = from; k + max_shift < line.samples; ++k) {
+        for (std::size_t shift = 0; shift < shifts; ++shift)
+          sums.products[shift] += double(before[k]) * now[k + shift - max_shift];
+        sums.power += double(before[k]) * before[k];
+      }
+      sums.sample_m = line.pings[ping].range_m / static_cast<double>(line.samples);
+    }
+    begins[ping % (lag + 1)] = shows ? begin : line.samples;
+  }
+  return sums;
+}
+
 }  // namespace
 
 std::optional<double> bed_drift_m(const RecordedLine& line, Side side,
                                   std::span<const std::size_t> bed, std::size_t first,
                                   std::size_t end) {
   if (end < first + 2) return std::nullopt;
-  Texture texture(line, side, first, end);
-  std::vector<float> before, now;
-  std::array<double, shifts> products{};
-  double power = 0.0, sample_m = 0.0;
-  std::size_t last_begin = line.samples;
-  for (std::size_t ping = first; ping < end; ++ping) {
-    std::swap(before, now);
-    const std::size_t begin = 2 * bed[ping];  // 30 degrees
-    const bool shows = begin > 0 && begin + 4 * max_shift < line.samples;
-    if (shows) texture.take(ping, begin, now);
-    const std::size_t from = std::max(begin, last_begin) + max_shift;
-    if (shows && ping > first && last_begin < line.samples && from + 2 * max_shift < line.samples) {
-      for (std::size_t k = from; k + max_shift < line.samples; ++k) {
-        for (std::size_t shift = 0; shift < shifts; ++shift)
-          products[shift] += double(before[k]) * now[k + shift - max_shift];
-        power += double(before[k]) * before[k];
-      }
-      sample_m = line.pings[ping].range_m / static_cast<double>(line.samples);
-    }
-    last_begin = shows ? begin : line.samples;
-  }
-  const auto best = std::ranges::max_element(products);
-  if (!(sample_m > 0.0) || !(*best > alike * power) || best - products.begin() < 2 ||
-      products.end() - best < 3)
+  const ShiftedProducts next = shifted_products(line, side, bed, first, end, 1);
+  const std::size_t best = next.best();
+  if (!(next.sample_m > 0.0) || !(next.products[best] > alike * next.power) || best < 2 ||
+      best + 3 > shifts)
     return std::nullopt;
   // The peak between samples: the centre of gravity of the three largest products, less the larger
   // of the two next to them (an object correlates at many shifts). A parabola through the three
   // would be biased to whole samples.
-  const double around = std::max(best[-2], best[2]), below = std::max(best[-1] - around, 0.0),
-               above = std::max(best[1] - around, 0.0);
-  const double off = (above - below) / (below + (*best - around) + above);
-  return sample_m * (static_cast<double>(best - products.begin()) + off - double{max_shift});
+  const double* const at = &next.products[best];
+  const double around = std::max(at[-2], at[2]), below = std::max(at[-1] - around, 0.0),
+               above = std::max(at[1] - around, 0.0);
+  const double off = (above - below) / (below + (*at - around) + above);
+  return next.sample_m * (static_cast<double>(best) + off - double{max_shift});
+}
+
+double lasting_likeness(const RecordedLine& line, Side side, std::span<const std::size_t> bed,
+                        std::size_t first, std::size_t end, std::size_t lag) {
+  const ShiftedProducts next = shifted_products(line, side, bed, first, end, 1),
+                        later = shifted_products(line, side, bed, first, end, lag);
+  return later.correlation(later.best()) / next.correlation(next.best());
 }
 
 std::optional<double> sideways_drift_m(std::optional<double> port_m,

@@ -9,6 +9,9 @@ namespace ensonify::engine {
 struct HeadingCheck {
   double off_rad = 0.0;    ///< rms by which the headings were turned; 0: they were kept
   bool exchanged = false;  ///< the samples fit a vehicle that crabs to the other side
+  /// Not compared: half of the bed or more has ripples or other long forms (lasting_likeness()),
+  /// whose sideways drift may be their own.
+  bool long_forms = false;
 };
 
 /// Turns the slow part of the path's heading, if the samples contradict it. A vehicle that crabs by

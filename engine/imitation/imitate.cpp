@@ -67,8 +67,8 @@ void leave_out_silent_side(RecordedLine& line, std::vector<std::string>& unknown
   const std::string_view side = port > starboard ? "port" : "starboard";
   std::vector<float>& rows = port > starboard ? line.port : line.starboard;
   unknown.push_back(
-      rows.empty() ? fmt::format("what {} has: the recording has no echo of it", side)
-                   : fmt::format("what {} has: it is silent in {:.0f} % of the pings and left out",
+      rows.empty() ? fmt::format("the {} side: the recording has no samples of it", side)
+                   : fmt::format("the {} side: it is silent in {:.0f} % of the pings and left out",
                                  side, 100.0 * std::max(port, starboard)));
   rows.clear();
 }
@@ -86,10 +86,11 @@ void note_altitudes(const RecordedLine& line, const VehiclePath& path,
   constexpr double alike = 0.05;  // of the altitude
   const double median_off_m = median(std::move(off_m));
   if (std::abs(median_off_m) > alike * median(path.altitude_m))
-    unknown.push_back(
-        fmt::format("why the stated altitudes lie {:.2f} m {} the bottom line, which is used{}",
-                    std::abs(median_off_m), median_off_m > 0.0 ? "above" : "below",
-                    median_off_m > 0.0 ? "" : "; the nearest bed may drown in the noise"));
+    unknown.push_back(fmt::format(
+        "the altitude: the stated altitudes are {:.2f} m {} the bottom line, which is used; {}",
+        std::abs(median_off_m), median_off_m > 0.0 ? "above" : "below",
+        median_off_m > 0.0 ? "fish, the wake or side lobes of a sweep may look like bed"
+                           : "noise may hide the nearest bed"));
 }
 
 bool states_vertical_beam(const RecordedLine& line) {
@@ -221,10 +222,14 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   note_gaps(half, model, made.unknown);
   // The path is that of all pings: where the vehicle is, is not fitted.
   model.path = path;
-  if (const HeadingCheck check = correct_heading(made.line, model.path); check.exchanged)
+  const HeadingCheck check = correct_heading(made.line, model.path);
+  if (check.exchanged)
     made.unknown.emplace_back(
-        "which side is port: the bed moves as if the file had exchanged the sides, or the headings "
-        "were mirrored about the course");
+        "whether port and starboard are exchanged in the file, or its headings mirrored: the "
+        "samples contradict them");
+  if (check.long_forms)
+    made.unknown.emplace_back(
+        "whether the headings are right: ripples or other long forms of the bed hide how it moves");
   model.bed = bed_extent(model);
   model.tones = tone_map(half, some_pings(model.path, halves.fit), model.recorder,
                          model.range_slope_db, model.bed.east_m, model.bed.north_m);
@@ -253,15 +258,15 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   made.statistics =
       compare_lines(some_pings(made.line, made.judged), some_pings(made.imitated, made.judged));
   made.unknown.emplace_back(
-      "objects and relief of their own: the bed has the recording's statistics, not its things");
-  made.unknown.emplace_back("the source level and the bed's strength apart from the gain");
+      "single objects and forms of the bed: only their statistics are imitated");
+  made.unknown.emplace_back(
+      "source level, bed strength and gain separately; only their sum is known");
   const auto how = [&](const char* key) {
     const auto found = model.evidence.find(key);
     return found == model.evidence.end() ? Confidence::assumed : found->second.how;
   };
   if (how("sonar.sidescan.array_length_m") == Confidence::fitted)
-    made.unknown.emplace_back(
-        "the array's length apart from texture and relief: all make neighbouring pings alike");
+    made.unknown.emplace_back("the array's length: texture and relief change the same statistic");
   if (how("sonar.sidescan.bandwidth_hz") == Confidence::stated &&
       how("sonar.sidescan.pulse") == Confidence::assumed)
     made.unknown.emplace_back("the pulse: the file states its bandwidth alone, so it is CW here");

@@ -369,10 +369,17 @@ class Fit {
         std::clamp(model_.glint_share * std::clamp(change, 0.5, 2.0), min_share, max_share);
   }
 
-  /// The pulse that the correlations of samples show, where the file does not state it.
+  /// The pulse that the correlations of samples show, where the file does not state it. No file
+  /// states the window of a sweep.
   void begin_pulse() {
     const double over_one = real_["range_correlation_1"], over_two = real_["range_correlation_2"];
-    if (stated(bandwidth_key) || !std::isfinite(over_one + over_two)) return;
+    if (!std::isfinite(over_one + over_two)) return;
+    if (stated(bandwidth_key)) {
+      if (model_.pulse.kind != PulseKind::lfm) return;
+      model_.pulse.window = likely_window(model_.pulse.bandwidth_hz / one_sample_hz(), over_one);
+      model_.evidence["sonar.sidescan.window"] = {Confidence::fitted, "correlation over 1 sample"};
+      return;
+    }
     model_.pulse = likely_pulse(over_one, over_two);
     model_.pulse.bandwidth_hz =
         std::clamp(time_times_bandwidth(model_.pulse, over_one) * one_sample_hz(),
@@ -420,7 +427,7 @@ class Fit {
     model_.evidence["sonar.sidescan.array_length_m"] = {Confidence::fitted,
                                                         "correlation of neighbouring pings"};
   }
-  /// The gain makes up for the smaller area that a longer array's beam sees.
+  /// The gain compensates for the smaller area that a longer array's beam sees.
   void set_array(double length_m) {
     if (model_.gain_db)
       model_.gain_db = *model_.gain_db + scatter::to_db(length_m / model_.array_length_m);

@@ -64,7 +64,7 @@ void add_sea(const LineModel& model, Keys& keys) {
 constexpr std::string_view bed_material = "bed";
 
 /// The brightest tone has the sediment's own strength, so that none returns more than a surface
-/// can. The gain makes up for it, except while it is automatic.
+/// can. The gain compensates for it, except while it is automatic.
 double headroom_db(const LineModel& model) {
   int brightest = 0;
   for (const std::int8_t step : model.tones.steps) brightest = std::max(brightest, int{step});
@@ -96,21 +96,22 @@ void add_texture(const LineModel& model, Keys& keys) {
 
 void add_bed(const LineModel& model, const BedExtent& extent, Keys& keys) {
   keys.section("seafloor");
-  keys.assume("kind", "\"fractal\"", "a level bed with relief; slopes are in the altitude");
+  keys.assume("kind", "\"fractal\"",
+              "a level bed with relief; the vehicle's altitude contains the slopes");
   keys.assume("extent_east_m", number(extent.east_m), "the track and the range");
   keys.assume("extent_north_m", number(extent.north_m), "the same");
   keys.assume("cell_m", number(extent.cell_m), "two bins, or what fits into memory");
   keys.add("depth_m",
            number(std::round(100.0 * (model.path.bed_depth_m + model.altitude_shift_m)) / 100.0),
            model.path.depth);
-  keys.assume("material", toml_string(bed_material), "its name here");
+  keys.assume("material", toml_string(bed_material), "a name chosen for this scene");
   keys.section("seafloor.fractal");
   keys.assume("height_at_1m_m", number(model.height_at_1m_m),
-              "usual; the correlation of samples does not ask for another");
+              "usual; fits the correlation of the samples");
   keys.assume("hurst", "0.5", "usual");
-  keys.assume("longest_m", "10", "longer waves are in the altitude");
+  keys.assume("longest_m", "10", "the vehicle's altitude contains longer waves");
   keys.section(fmt::format("material.{}", bed_material));
-  add_strength(model, 0, {Confidence::assumed, "the gain makes up for it"}, keys);
+  add_strength(model, 0, {Confidence::assumed, "the gain compensates for it"}, keys);
   add_texture(model, keys);
 }
 
@@ -240,7 +241,7 @@ void add_oscillations(const VehiclePath& path, Keys& keys) {
                                  Freedom{"heave", "m", path.altitude_m, 1.0, 1000.0,
                                          "the bottom line about its mean over 10 s"}}) {
     if (freedom.values.empty()) continue;
-    const Oscillation found = oscillation_of(path.t_s, freedom.values);
+    const Oscillation found = oscillation_of(path.ping_interval_s, freedom.values);
     const Evidence from{Confidence::measured, std::string(freedom.from)};
     keys.section(fmt::format("motion.{}", freedom.name));
     keys.add(fmt::format("rms_{}", freedom.unit),
@@ -287,9 +288,9 @@ std::vector<FoundKey> found_keys(const LineModel& model) {
 
 std::string scene_text(const LineModel& model) {
   return text_of(found_keys(model),
-                 "# Made by `ensonify imitate`. Each key says what it rests on: the recording "
-                 "states it,\n# its samples show it, it was fitted to them, or it is a usual "
-                 "value.\n" +
+                 "# Made by `ensonify imitate`. The comment of each key gives its evidence: the "
+                 "recording\n# states it, its samples show it, it was fitted to them, or it is a "
+                 "usual value.\n" +
                      beginning(model));
 }
 

@@ -5,6 +5,21 @@
 #include <numbers>
 
 namespace ensonify::engine {
+namespace {
+
+constexpr double clearly = 0.03;  // of correlations: relief and noise can explain less
+
+Pulse sweep(PulseWindow window) {
+  return {.kind = PulseKind::lfm, .bandwidth_hz = 1.0, .window = window};
+}
+
+/// Most recorders have a window. Without one, side lobes may fill the water column, so it takes
+/// clear evidence.
+PulseWindow likely_of(double off_none, double off_hann) {
+  return off_none < off_hann - clearly ? PulseWindow::none : PulseWindow::hann;
+}
+
+}  // namespace
 
 double amplitude_correlation(double field_correlation) {
   const double square = field_correlation * field_correlation;
@@ -27,21 +42,24 @@ double time_times_bandwidth(const Pulse& pulse, double correlation) {
 }
 
 Pulse likely_pulse(double over_one, double over_two) {
+  const Pulse cw{.bandwidth_hz = 1.0};
+  constexpr double long_enough = 0.3;
+  if (over_one < long_enough) return cw;
   const auto off = [&](const Pulse& pulse) {
     const double apart = 2.0 * time_times_bandwidth(pulse, over_one);
     return std::abs(amplitude_correlation(pulse.correlation(apart)) - over_two);
   };
-  constexpr double clearly = 0.03, long_enough = 0.3;
-  Pulse best{.bandwidth_hz = 1.0};
-  if (over_one < long_enough) return best;
-  double least = off(best) - clearly;
-  for (const PulseWindow window : {PulseWindow::none, PulseWindow::hann}) {
-    const Pulse sweep{.kind = PulseKind::lfm, .bandwidth_hz = 1.0, .window = window};
-    if (off(sweep) >= least) continue;
-    least = off(sweep);
-    best = sweep;
-  }
-  return best;
+  const double off_none = off(sweep(PulseWindow::none)), off_hann = off(sweep(PulseWindow::hann));
+  if (std::min(off_none, off_hann) >= off(cw) - clearly) return cw;
+  return sweep(likely_of(off_none, off_hann));
+}
+
+PulseWindow likely_window(double time_times_bandwidth, double correlation) {
+  const auto off = [&](PulseWindow window) {
+    return std::abs(amplitude_correlation(sweep(window).correlation(time_times_bandwidth)) -
+                    correlation);
+  };
+  return likely_of(off(PulseWindow::none), off(PulseWindow::hann));
 }
 
 }  // namespace ensonify::engine

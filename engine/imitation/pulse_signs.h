@@ -18,8 +18,13 @@ double amplitude_correlation(double field_correlation);
 double time_times_bandwidth(const Pulse& pulse, double correlation);
 
 /// The kind and window of the pulse whose speckle has these correlations over one and over two
-/// samples. CW, unless another pulse fits better by more than relief and noise can explain: pulses
-/// of about a sample or shorter cannot be distinguished.
+/// samples. CW, unless a sweep fits better by more than relief and noise can explain: pulses of
+/// about a sample or shorter cannot be distinguished. Likewise, a sweep has a Hann window unless
+/// none fits clearly better.
 Pulse likely_pulse(double over_one, double over_two);
+
+/// The window of a sweep whose speckle has this correlation over a time; `time_times_bandwidth` is
+/// that time over 1 / bandwidth. Hann, unless none fits clearly better.
+PulseWindow likely_window(double time_times_bandwidth, double correlation);
 
 }  // namespace ensonify::engine

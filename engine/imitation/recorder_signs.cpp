@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/quantile.h>
 #include <ensonify/engine/sonar/reception/transmit_leakage.h>
@@ -50,12 +51,11 @@ void set_full_scale(const RecordedLine& line, RecorderSigns& signs) {
   }
 }
 
-/// Blocks of 8 pings x 16 samples of the bed, without clipped ones.
+/// The blocks of the bed without clipped samples.
 struct Spread {
   double mean, sd, skew, grazing_rad;
 };
 std::vector<Spread> spreads(const RecordedLine& line, double full_scale) {
-  constexpr std::size_t block_pings = 8, block_samples = 16;
   std::vector<Spread> all;
   for (const Side side : {Side::port, Side::starboard}) {
     if (line.side(side).empty()) continue;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
@@ -14,7 +15,6 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t block_pings = 8, block_samples = 16;
 constexpr double noticed_db = 4.0;  // of a tone, from the least to the next
 
 /// A block of the bed: where it is, and its level.

@@ -78,40 +78,50 @@ Values moving_median(const Values& values, std::size_t reach) {
   return medians;
 }
 
+/// Whether a ping comes so long after the one before that the recording paused, or that its clock
+/// was set.
+bool is_pause(double step_s, double usual_s) { return step_s > 2.0 * usual_s; }
+
+/// The time from ping to ping, without pauses and without steps of a clock that was set back; unset
+/// if no time is after the one before. It is a mean, because times may be rounded, as those of an
+/// XTF to hundredths of a second.
+std::optional<double> mean_interval_s(const Values& t_s) {
+  Values forward;
+  for (std::size_t i = 1; i < t_s.size(); ++i)
+    if (t_s[i] > t_s[i - 1]) forward.push_back(t_s[i] - t_s[i - 1]);
+  const double usual_s = median(std::move(forward));
+  double sum_s = 0.0, steps = 0.0;
+  for (std::size_t i = 1; i < t_s.size(); ++i) {
+    const double step_s = t_s[i] - t_s[i - 1];
+    if (is_pause(std::abs(step_s), usual_s)) continue;
+    sum_s += step_s;
+    steps += 1.0;
+  }
+  return sum_s > 0.0 ? std::optional(sum_s / steps) : std::nullopt;
+}
+
 void set_times(const RecordedLine& line, VehiclePath& path) {
   path.t_s = column(line, [](const RecordedPing& ping) { return ping.t_s; });
-  bool ascending = !path.t_s.empty();
-  for (std::size_t i = 1; ascending && i < path.t_s.size(); ++i)
-    ascending = path.t_s[i] > path.t_s[i - 1];
-  if (ascending && path.t_s.size() > 1) {
-    Values steps;
-    for (std::size_t i = 1; i < path.t_s.size(); ++i)
-      steps.push_back(path.t_s[i] - path.t_s[i - 1]);
-    // Times may be rounded, as those of an XTF to hundredths of a second, so their mean is taken;
-    // without pauses.
-    const double usual_s = median(steps);
-    std::erase_if(steps, [&](double step_s) { return step_s > 2.0 * usual_s; });
-    path.ping_interval_s =
-        std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
+  if (const std::optional<double> interval_s = mean_interval_s(path.t_s)) {
+    path.ping_interval_s = *interval_s;
     path.time = {Confidence::stated, "times of the pings"};
-    return;
+    const bool ascend =
+        std::ranges::adjacent_find(path.t_s, std::ranges::greater_equal()) == path.t_s.end();
+    if (ascend) return;
+    path.time = {Confidence::measured, "times that do not ascend, made even"};
+  } else {
+    Values ranges;
+    for (const RecordedPing& ping : line.pings) ranges.push_back(ping.range_m);
+    const double speed_mps =
+        line.sound_speed_mps > 0.0 ? line.sound_speed_mps : scatter::nominal_sound_speed_mps;
+    path.ping_interval_s = 2.0 * median(ranges) / speed_mps;
+    path.time = {Confidence::assumed,
+                 "the pings have no times that ascend: two-way time of the range"};
   }
-  Values ranges;
-  for (const RecordedPing& ping : line.pings) ranges.push_back(ping.range_m);
-  const double speed_mps =
-      line.sound_speed_mps > 0.0 ? line.sound_speed_mps : scatter::nominal_sound_speed_mps;
-  const bool spans = path.t_s.size() > 1 && path.t_s.back() > path.t_s.front();
-  const auto steps = static_cast<double>(std::max<std::size_t>(line.pings.size(), 2) - 1);
-  path.ping_interval_s =
-      spans ? (path.t_s.back() - path.t_s.front()) / steps : 2.0 * median(ranges) / speed_mps;
-  const double begin_s = spans ? path.t_s.front() : 0.0;
+  const double begin_s = path.t_s.empty() ? 0.0 : path.t_s.front();
   path.t_s.resize(line.pings.size());
   for (std::size_t i = 0; i < path.t_s.size(); ++i)
     path.t_s[i] = begin_s + static_cast<double>(i) * path.ping_interval_s;
-  path.time = spans ? Evidence{Confidence::measured, "times that do not ascend, made even"}
-                    : Evidence{Confidence::assumed,
-                               "the pings have no times: two-way time of the "
-                               "range"};
 }
 
 /// Replaces places that lie far from those of the pings around.
@@ -206,10 +216,13 @@ void set_places(const RecordedLine& line, VehiclePath& path) {
   const Eigen::Vector2d middle = move_origin_to_middle(path);
   if (origin && path.place.how == Confidence::stated)
     path.origin = place_of_tangent(middle, *origin).where;
-  double length_m = 0.0;
-  for (std::size_t i = 1; i < path.t_s.size(); ++i)
+  double length_m = 0.0, time_s = 0.0;
+  for (std::size_t i = 1; i < path.t_s.size(); ++i) {
+    const double step_s = path.t_s[i] - path.t_s[i - 1];
+    if (is_pause(step_s, path.ping_interval_s)) continue;
     length_m += std::hypot(path.x_m[i] - path.x_m[i - 1], path.y_m[i] - path.y_m[i - 1]);
-  const double time_s = path.t_s.back() - path.t_s.front();
+    time_s += step_s;
+  }
   path.speed_mps = time_s > 0.0 ? length_m / time_s : 0.0;
 }
 
@@ -346,13 +359,12 @@ double heading_rad(const VehiclePath& path, std::size_t ping) {
   return path.heading_rad.empty() ? course_rad(path, ping) : path.heading_rad[ping];
 }
 
-Oscillation oscillation_of(const Values& t_s, const Values& values) {
-  if (values.size() < 20 || !(t_s.back() > t_s.front())) return {};
-  const double step_s = (t_s.back() - t_s.front()) / static_cast<double>(t_s.size() - 1);
+Oscillation oscillation_of(double interval_s, const Values& values) {
+  if (values.size() < 20 || !(interval_s > 0.0)) return {};
   constexpr double slow_s = 10.0;
-  const auto reach = static_cast<std::size_t>(std::max(1.0, 0.5 * slow_s / step_s));
+  const auto reach = static_cast<std::size_t>(std::max(1.0, 0.5 * slow_s / interval_s));
   const Values slow = moving_mean(values, reach);
-  const auto window = static_cast<std::size_t>(std::max(1.0, 30.0 / step_s));
+  const auto window = static_cast<std::size_t>(std::max(1.0, 30.0 / interval_s));
   Values windows;  // mean squares
   double squares = 0.0, crossings = 0.0, before = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -368,7 +380,8 @@ Oscillation oscillation_of(const Values& t_s, const Values& values) {
   }
   Oscillation found;
   found.rms = std::sqrt(median(std::move(windows)));
-  if (crossings > 1.0) found.period_s = (t_s.back() - t_s.front()) / crossings;
+  if (crossings > 1.0)
+    found.period_s = interval_s * static_cast<double>(values.size() - 1) / crossings;
   return found;
 }
 

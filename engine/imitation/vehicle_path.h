@@ -21,8 +21,8 @@ struct VehiclePath {
   std::vector<double> roll_rad, pitch_rad, heading_rad;
   std::optional<GeographicPlace> origin;  ///< where x_m = y_m = 0
   double bed_depth_m = 0.0;               ///< below the sea surface, of a bed taken as level
-  double ping_interval_s = 0.0;           ///< median
-  double speed_mps = 0.0;                 ///< along the smoothed track
+  double ping_interval_s = 0.0;           ///< mean, without pauses
+  double speed_mps = 0.0;                 ///< along the smoothed track, without pauses
   Evidence time, place, attitude, depth, altitude;
 };
 
@@ -48,10 +48,11 @@ double heading_rad(const VehiclePath& path, std::size_t ping);
 /// By ping, the sample at the bed's edge: that of find_bed() plus bed_found_early.
 std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side);
 
-/// The periodic part of a series: its deviations from its mean over 10 s. The period is the time
+/// The periodic part of a series with this time between its values: its deviations from its mean
+/// over 10 s. The period is the time
 /// between upward crossings of zero, the mean square the median over windows of 30 s, so that turns
 /// between the legs of a survey do not count.
-Oscillation oscillation_of(const std::vector<double>& t_s, const std::vector<double>& values);
+Oscillation oscillation_of(double interval_s, const std::vector<double>& values);
 
 /// The pings `indices` of a path, as one.
 VehiclePath some_pings(const VehiclePath& path, const std::vector<std::size_t>& indices);

@@ -72,6 +72,29 @@ TEST_CASE("a change of altitude moves both sides alike, which is no sideways dri
         Approx(0.0).margin(0.1 * sample_m));
 }
 
+TEST_CASE("the likeness of pings lasts as long as their bed stays the same") {
+  // The ground of each ping is that of the one before by a share, and new for the rest.
+  const auto likeness = [](double share) {
+    std::mt19937 random(7);
+    std::exponential_distribution<double> power;
+    std::normal_distribution<double> normal;
+    std::vector<double> texture(samples);
+    for (double& value : texture) value = normal(random);
+    RecordedLine line = line_of(0.0, 0.0);
+    for (std::size_t i = 0; i < line.port.size(); ++i) {
+      double& value = texture[i % samples];
+      value = share * value + std::sqrt(1.0 - share * share) * normal(random);
+      if (i % samples >= altitude_samples)
+        line.port[i] =
+            static_cast<float>(1000.0 * std::exp(0.5 * value) * std::sqrt(power(random)));
+    }
+    return lasting_likeness(line, Side::port, find_bed(line, Side::port).first_sample, 0, pings, 4);
+  };
+  CHECK(likeness(1.0) == Approx(1.0).margin(0.1));
+  CHECK(likeness(0.8) == Approx(0.8 * 0.8 * 0.8).margin(0.1));
+  CHECK(likeness(0.5) == Approx(0.5 * 0.5 * 0.5).margin(0.1));
+}
+
 TEST_CASE("pings that are not alike, silence and water show no drift") {
   RecordedLine line = line_of(0.0, 0.0);
   std::mt19937 random(5);

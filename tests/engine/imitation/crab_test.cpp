@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "support/catch.h"
 #include "support/data.h"
@@ -21,8 +23,10 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// A recording of the program: northwards, with the bow 12 degrees to starboard of the course.
-RecordedLine crabbing_line(const std::filesystem::path& folder) {
+/// A recording of the program: northwards, with the bow 12 degrees to starboard of the
+/// course, unless an override says otherwise.
+RecordedLine crabbing_line(const std::filesystem::path& folder, const std::string& more_keys = "",
+                           const std::vector<std::string>& overrides = {}) {
   const Scene scene = parse_scene(R"(
 version = 1
 texture = true
@@ -52,8 +56,8 @@ elevations = 1200
 [output]
 exr = false
 xtf = true
-)",
-                                  "scene.toml");
+)" + more_keys,
+                                  "scene.toml", overrides);
   run(scene, folder, {});
   return read_recording(folder / "sidescan.xtf").at(0);
 }
@@ -83,8 +87,16 @@ TEST_CASE("headings stay as stated where the bed moves as they say, and are turn
     const HeadingCheck check = correct_heading(line, path);
     CHECK(check.off_rad == 0.0);
     CHECK_FALSE(check.exchanged);
+    CHECK_FALSE(check.long_forms);
     CHECK(path.heading_rad == before);
     CHECK(path.attitude.how == Confidence::stated);
+  }
+  {  // of a compass, with a pause in the recording
+    RecordedLine paused = turned_by([](double h) { return h + 20.0 * degree; });
+    for (std::size_t ping = 130; ping < paused.pings.size(); ++ping)
+      *paused.pings[ping].t_s += 3600.0;
+    VehiclePath path = vehicle_path(paused);
+    CHECK(correct_heading(paused, path).off_rad / degree == Approx(20.0).margin(2.5));
   }
   {  // of a compass, where the magnetic north is 20 degrees west of north
     const RecordedLine magnetic = turned_by([](double h) { return h + 20.0 * degree; });
@@ -118,6 +130,22 @@ TEST_CASE("headings stay as stated where the bed moves as they say, and are turn
     VehiclePath path = vehicle_path(single);
     CHECK(correct_heading(single, path).off_rad == 0.0);
   }
+}
+
+TEST_CASE("ripples that run obliquely to the track do not turn headings") {
+  const tests::TemporaryFolder folder;
+  const RecordedLine line = crabbing_line(
+      folder.path(),
+      "[[seafloor.crests]]\nwavelength_m = 1.2\nheight_m = 0.2\nacross_crests_deg = 60\n",
+      {"seafloor.extent_north_m=80", "track.speed_mps=2.2", "motion.crab_deg=6",
+       "sonar.sidescan.bins=720", "sonar.sidescan.bandwidth_hz=15e3"});
+  VehiclePath path = vehicle_path(line);
+  const std::vector<double> before = path.heading_rad;
+  const HeadingCheck check = correct_heading(line, path);
+  CHECK(check.long_forms);
+  CHECK(check.off_rad == 0.0);
+  CHECK_FALSE(check.exchanged);
+  CHECK(path.heading_rad == before);
 }
 
 TEST_CASE("the recipe of an imitation crabs as the recording does") {

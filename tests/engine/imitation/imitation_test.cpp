@@ -236,14 +236,13 @@ TEST_CASE("a line without a bottom line is refused") {
 }
 
 TEST_CASE("an oscillation has the rms and the period that were put in, whatever the turns") {
-  std::vector<double> t_s, values;
+  std::vector<double> values;
   for (int i = 0; i < 3000; ++i) {
     const double t = 0.1 * i;
-    t_s.push_back(t);
     values.push_back(3.0 + 0.01 * t + 0.5 * std::sin(2.0 * std::numbers::pi * t / 4.0) +
                      2.0 * std::sin(2.0 * std::numbers::pi * t / 100.0) + (i < 1500 ? 0.0 : 3.0));
   }
-  const Oscillation found = oscillation_of(t_s, values);
+  const Oscillation found = oscillation_of(0.1, values);
   CHECK(found.rms == Approx(0.5 / std::numbers::sqrt2).epsilon(0.15));
   CHECK(found.period_s == Approx(4.0).epsilon(0.05));
 }
@@ -388,6 +387,52 @@ TEST_CASE("the correlations over one and two samples show the pulse and its band
   }
   // Short pulses cannot be told apart.
   CHECK(likely_pulse(0.05, 0.01).kind == PulseKind::cw);
+  // A sweep that could have either window has one, as that of most recorders.
+  const double one = amplitude_correlation(sweep.correlation(0.5)),
+               two = amplitude_correlation(sweep.correlation(1.0));
+  CHECK(likely_pulse(one, two).window == PulseWindow::hann);
+}
+
+TEST_CASE("the correlation over a sample shows the window of a sweep of known bandwidth") {
+  for (const double apart : {0.3, 0.6, 1.0, 1.3})
+    for (const PulseWindow window : {PulseWindow::none, PulseWindow::hann}) {
+      CAPTURE(apart, window == PulseWindow::hann);
+      const Pulse sweep{.kind = PulseKind::lfm, .bandwidth_hz = 1.0, .window = window};
+      const double correlation = amplitude_correlation(sweep.correlation(apart));
+      for (const double error : {-0.03, 0.03})
+        CHECK(likely_window(apart, correlation + error) == window);
+    }
+  CHECK(likely_window(3.0, 0.0) == PulseWindow::hann);
+}
+
+TEST_CASE("pauses and set clocks change neither the ping interval nor the speed") {
+  const RecordedLine line = made_line({});
+  const auto with_times = [&](auto&& time_of) {
+    RecordedLine other = line;
+    for (std::size_t ping = 0; ping < other.pings.size(); ++ping)
+      other.pings[ping].t_s = 1e9 + time_of(ping);
+    return vehicle_path(other);
+  };
+  const double speed_mps = vehicle_path(line).speed_mps;
+  REQUIRE(speed_mps > 1.0);
+  for (const double jump_s : {3600.0, -3600.0, -20.0, -0.5}) {
+    CAPTURE(jump_s);
+    const VehiclePath path = with_times(
+        [&](std::size_t ping) { return 0.1 * double(ping) + (ping < 150 ? 0.0 : jump_s); });
+    CHECK(path.ping_interval_s == Approx(0.1));
+    CHECK(path.speed_mps == Approx(speed_mps).epsilon(0.02));
+    CHECK(path.time.how == (jump_s > 0.0 ? Confidence::stated : Confidence::measured));
+    CHECK(std::ranges::is_sorted(path.t_s));
+  }
+  // Neighbours in the wrong order, and whole seconds.
+  CHECK(with_times([](std::size_t ping) { return 0.1 * double(ping ^ 1u); }).ping_interval_s ==
+        Approx(0.1).epsilon(0.01));
+  CHECK(with_times([](std::size_t ping) {
+          return std::floor(0.1 * double(ping));
+        }).ping_interval_s == Approx(0.1).epsilon(0.04));
+  const VehiclePath still = with_times([](std::size_t) { return 5.0; });
+  CHECK(still.time.how == Confidence::assumed);
+  CHECK(still.ping_interval_s == Approx(2.0 * range_m / 1500.0));
 }
 
 TEST_CASE("the sediment whose backscatter explains the level over the angle is the nearest") {
@@ -481,8 +526,7 @@ TEST_CASE("gain over range on a changing altitude makes no tones") {
   CHECK_FALSE(tone_map(line, path, recorder, 0.0, 104.0, 184.0).steps.empty());
 }
 
-TEST_CASE(
-    "a model's scene and recipe are read without a fault, and each key says what it rests on") {
+TEST_CASE("a model's scene and recipe are read without a fault, and each key has its evidence") {
   const tests::TemporaryFolder folder;
   const RecordedLine line = made_line({.altitude_m = &varied_m});
   LineModel model;
@@ -582,7 +626,7 @@ xtf = true
         Approx(mean(line.port) / mean(line.starboard)).epsilon(0.15));
   const auto names_port = [](const Imitation& made) {
     return std::ranges::any_of(
-        made.unknown, [](const std::string& one) { return one.starts_with("what port has"); });
+        made.unknown, [](const std::string& one) { return one.starts_with("the port side: "); });
   };
   CHECK_FALSE(names_port(weaker));
   std::ranges::fill(line.port, 0.0f);
