@@ -65,13 +65,12 @@ void warn_of_times(RecordedLine& line, std::string_view name) {
 
 /// `name` is the file of the pings from `first` on.
 void warn_of_order(RecordedLine& line, std::size_t first, std::string_view name) {
-  const auto begin = line.pings.begin() + static_cast<std::ptrdiff_t>(first);
-  const auto time = [](const RecordedPing& ping) { return ping.t_s; };
-  const std::optional<double> before_s =
-      std::ranges::max(std::ranges::subrange(line.pings.begin(), begin), {}, time).t_s;
-  const auto next = std::ranges::find_if(
-      begin, line.pings.end(), [](const RecordedPing& ping) { return ping.t_s.has_value(); });
-  if (next != line.pings.end() && next->t_s < before_s)
+  const std::span<const RecordedPing> pings = line.pings, next = pings.subspan(first);
+  const auto latest =
+      std::ranges::max_element(pings.first(first), {}, [](const auto& ping) { return ping.t_s; });
+  const auto begin =
+      std::ranges::find_if(next, [](const auto& ping) { return ping.t_s.has_value(); });
+  if (begin != next.end() && begin->t_s < latest->t_s)
     line.warnings.push_back(
         fmt::format("{}: begins before the end of the files before it, expected files in their "
                     "order; a track leaves its earlier pings out, and an imitation uses evenly "

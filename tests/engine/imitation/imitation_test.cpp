@@ -639,6 +639,62 @@ xtf = true
   CHECK(names_port(missing));
 }
 
+TEST_CASE("a sweep whose bandwidth a file states gets its window, and the bed its level") {
+  for (const PulseWindow window : {PulseWindow::none, PulseWindow::hann}) {
+    const bool hann = window == PulseWindow::hann;
+    CAPTURE(hann);
+    const tests::TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "imitation");
+    run(parse_scene(R"(
+version = 1
+[seafloor]
+extent_east_m = 70
+extent_north_m = 40
+cell_m = 0.5
+depth_m = 14
+fractal.height_at_1m_m = 0
+[track]
+pings = 96
+ping_interval_s = 0.1
+altitude_m = 8
+[sonar.sidescan]
+range_m = 30
+bins = 600
+pulse = "lfm"
+pulse_length_s = 2e-3
+bandwidth_hz = 15e3
+vertical_beamwidth_deg = 60
+tilt_deg = 30
+planes = 2
+elevations = 1000
+noise = false
+output_noise_db = -60
+[output]
+exr = false
+jsf = true
+)",
+                    "scene.toml",
+                    std::vector<std::string>{hann ? "sonar.sidescan.window=hann"
+                                                  : "sonar.sidescan.window=none"}),
+        folder / "run", {});
+    const RecordedLine line = read_recording(folder / "run/sidescan.jsf").at(0);
+    const Imitation made = imitate(line, folder / "imitation", {});
+    CHECK(made.model.pulse.kind == PulseKind::lfm);
+    CHECK(made.model.pulse.window == window);
+    if (!hann) continue;  // side lobes in the water
+    std::size_t levels = 0;
+    for (const ComparedStatistic& one : made.statistics)
+      // Steeper levels are of few samples.
+      if (one.name.starts_with("level_at_") && one.name.ends_with("_deg_db") &&
+          std::stoi(one.name.substr(9)) < 60 && std::isfinite(one.a)) {
+        CAPTURE(one.name);
+        CHECK(one.b == Approx(one.a).margin(2.0));
+        ++levels;
+      }
+    CHECK(levels > 6);
+  }
+}
+
 TEST_CASE("sixty damaged recordings are refused, or read with what is whole in them") {
   Recording written = tests::small_recording(64);
   const NavPing first = written.pings.front();
