@@ -41,12 +41,12 @@ bool has_long_forms(const RecordedLine& line, const std::array<std::vector<std::
                     std::size_t first, double step_m) {
   // The speckle of pings is alike within the length of the array.
   constexpr double longest_array_m = 0.5;  // of most sonars
-  constexpr std::size_t min_lag = 4;
-  // Scenes with ripples or trawl marks have 0.34 to 0.8, other scenes and most of two real
-  // recordings less than 0.25.
+  constexpr double min_lag = 4, max_lag = window / 2;
+  // Scenes with ripples or trawl marks have 0.3 to 0.8, most others and two real recordings less
+  // than 0.25.
   constexpr double max_likeness = 0.25;
-  const std::size_t lag = std::clamp(static_cast<std::size_t>(std::ceil(longest_array_m / step_m)),
-                                     min_lag, window / 2);
+  const auto lag =
+      static_cast<std::size_t>(std::clamp(std::ceil(longest_array_m / step_m), min_lag, max_lag));
   double likeness = 0.0;
   for (const Side side : {Side::port, Side::starboard})
     likeness += 0.5 * lasting_likeness(line, side, bed[static_cast<std::size_t>(side)], first,
