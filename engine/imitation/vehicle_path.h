@@ -49,9 +49,8 @@ double heading_rad(const VehiclePath& path, std::size_t ping);
 std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side);
 
 /// The periodic part of a series with this time between its values: its deviations from its mean
-/// over 10 s. The period is the time
-/// between upward crossings of zero, the mean square the median over windows of 30 s, so that turns
-/// between the legs of a survey do not count.
+/// over 10 s. The period is the time between upward crossings of zero, the mean square the median
+/// over windows of 30 s, so that turns between the legs of a survey do not count.
 Oscillation oscillation_of(double interval_s, const std::vector<double>& values);
 
 /// The pings `indices` of a path, as one.
