@@ -107,7 +107,7 @@ double available_memory_bytes() {
                                  available_addresses_bytes()}));
 }
 
-void MemoryLimit::require(double more_bytes, std::string_view what, std::string_view cure) const {
+void MemoryLimit::require(double more_bytes, std::string_view what, std::string_view remedy) const {
   const Pages own = own_pages();
   const double used = page_bytes() * (own.resident - own.of_files);
   const double left = bytes > 0.0 ? bytes - used : available_memory_bytes();
@@ -117,7 +117,7 @@ void MemoryLimit::require(double more_bytes, std::string_view what, std::string_
       bytes > 0.0
           ? fmt::format("--memory allows {}, of which {} are used", in_words(bytes), in_words(used))
           : fmt::format("{} are available (--memory sets another limit)", in_words(left)),
-      cure));
+      remedy));
 }
 
 void throw_out_of_memory(std::string_view what) {

@@ -22,8 +22,8 @@ struct MemoryLimit {
   double bytes = 0.0;  ///< for the whole process; 0: what is available when it is checked
 
   /// Throws MemoryError unless `more_bytes` more fit. Stages call it before they allocate. `what`
-  /// names, in the plural, what needs the bytes; `cure` says how to need fewer.
-  void require(double more_bytes, std::string_view what, std::string_view cure) const;
+  /// names, in the plural, what needs the bytes; `remedy` says how to need fewer.
+  void require(double more_bytes, std::string_view what, std::string_view remedy) const;
 };
 
 /// Throws MemoryError for a std::bad_alloc thrown while `what` was being made.

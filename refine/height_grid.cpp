@@ -63,10 +63,11 @@ Range fill_ranges(Tile& tile) {
 }
 
 RowOfCells row_of_cells(std::span<const double> south, std::span<const double> north,
-                        const float* tile_south) {
+                        const float* tile_south, int row_in_grid) {
   const double *s = south.data(), *n = north.data();
   const float *zs = tile_south, *zn = tile_south + HeightGrid::tile_points;
   RowOfCells row;
+  float largest = 0.0f;
   for (std::size_t i = 0; i + 1 < south.size(); ++i) {
     const bool all =
         !(std::isnan(s[i]) || std::isnan(s[i + 1]) || std::isnan(n[i]) || std::isnan(n[i + 1]));
@@ -77,17 +78,32 @@ RowOfCells row_of_cells(std::span<const double> south, std::span<const double> n
     row.rising |= std::uint64_t{rises} << i;
     const float most = std::max(std::max(std::abs(zs[i]), std::abs(zs[i + 1])),
                                 std::max(std::abs(zn[i]), std::abs(zn[i + 1])));
-    row.largest = all && most > row.largest ? most : row.largest;
+    largest = all && most > largest ? most : largest;
   }
+  if (std::isinf(largest))
+    throw MeshError(
+        fmt::format("row {} or {} of the grid has a height that does not fit the mesh's types",
+                    row_in_grid, row_in_grid + 1));
   return row;
+}
+
+void check_has_cell(std::size_t columns, std::size_t rows) {
+  if (columns < 2 || rows < 2)
+    throw MeshError(fmt::format("a grid of {} x {} points has no cell; at least 2 x 2 are needed",
+                                columns, rows));
+}
+
+void throw_too_many_faces(std::size_t columns, std::size_t rows) {
+  throw MeshError(fmt::format(
+      "a grid of {} x {} points has more faces than 32 bits can number; make it coarser, or cut "
+      "a part out",
+      columns, rows));
 }
 
 HeightGrid::HeightGrid(std::vector<float> x_m, std::vector<float> y_m,
                        const Eigen::Vector3d& world_origin)
     : x_(std::move(x_m)), y_(std::move(y_m)), world_origin_(world_origin) {
-  if (x_.size() < 2 || y_.size() < 2)
-    throw MeshError(fmt::format("a grid of {} x {} points has no cell; at least 2 x 2 are needed",
-                                x_.size(), y_.size()));
+  check_has_cell(x_.size(), y_.size());
   for (const float end : {x_.front(), x_.back(), y_.front(), y_.back()})
     if (!std::isfinite(end))
       throw MeshError("the grid's corners do not fit the mesh's types; use smaller cells");
@@ -293,10 +309,7 @@ void HeightGridBuilder::take_cells(std::span<const double> north) {
   std::swap(whole_, before_);
   std::uint64_t& faces = grid_.counts_.faces;
   if (faces + 2 * static_cast<std::uint64_t>(grid_.columns()) > max_numbers)
-    throw MeshError(fmt::format(
-        "a grid of {} x {} points has more faces than 32 bits can number; make it coarser, or cut "
-        "a part out",
-        grid_.columns(), grid_.rows()));
+    throw_too_many_faces(grid_.x_.size(), grid_.y_.size());
   for (int tile_column = 0; tile_column < grid_.tile_columns(); ++tile_column) {
     Tile& tile = tiles_[grid_.tile_number(tile_column, cell_row / cells)];
     const int first = tile_column * cells;
@@ -305,7 +318,7 @@ void HeightGridBuilder::take_cells(std::span<const double> north) {
     const float* zs = tile.z_m.data() + row * HeightGrid::tile_points;
     const float* zn = zs + HeightGrid::tile_points;
     const auto points = static_cast<std::size_t>(count) + 1;
-    const RowOfCells found = row_of_cells({s, points}, {n, points}, zs);
+    const RowOfCells found = row_of_cells({s, points}, {n, points}, zs, cell_row);
     const std::uint64_t whole = found.whole;
     for (std::size_t i = 0; i + 1 < points; ++i) {
       if (!bit(whole, static_cast<int>(i))) continue;
@@ -314,10 +327,6 @@ void HeightGridBuilder::take_cells(std::span<const double> north) {
       else
         sum_m_ = sum_m_ + zs[i] + zs[i + 1] + zn[i] + zs[i + 1] + zn[i + 1] + zn[i];
     }
-    if (std::isinf(found.largest))
-      throw MeshError(
-          fmt::format("row {} or {} of the grid has a height that does not fit the mesh's types",
-                      cell_row, cell_row + 1));
     tile.whole[line] = whole;
     tile.rising[line] = found.rising & whole;
     tile.first_face[line] = static_cast<std::uint32_t>(faces);

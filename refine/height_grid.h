@@ -200,12 +200,17 @@ class HeightGrid {
 struct RowOfCells {
   std::uint64_t whole = 0;   ///< as in HeightGrid::Tile
   std::uint64_t rising = 0;  ///< also of cells that are not whole
-  float largest = 0.0f;      ///< of the faces' heights, without sign; infinite if one fits no float
 };
 /// For as many cells as `south` has points, less one; `tile_south` are the same heights as floats,
-/// and those of the next row follow a row of a tile later.
+/// and those of the next row follow a row of a tile later. Throws MeshError, with the number of the
+/// row of cells in the grid, if a height of a whole cell fits no float.
 RowOfCells row_of_cells(std::span<const double> south, std::span<const double> north,
-                        const float* tile_south);
+                        const float* tile_south, int row_in_grid);
+
+/// Throws MeshError unless a grid of so many points has a cell.
+void check_has_cell(std::size_t columns, std::size_t rows);
+/// Throws MeshError for a grid whose faces are more than a mesh can number.
+[[noreturn]] void throw_too_many_faces(std::size_t columns, std::size_t rows);
 
 /// Fills the ranges of a tile's blocks and groups; returns that of the whole tile.
 HeightGrid::Range fill_ranges(HeightGrid::Tile& tile);

@@ -114,14 +114,8 @@ HeightTiles::HeightTiles(std::vector<float> x_m, std::vector<float> y_m,
       with_kinds_(with_kinds) {
   static_assert(sizeof(Entry) == 24 && std::is_trivially_copyable_v<Tile>);
   const std::uint64_t columns = shape_.x_m.size(), rows = shape_.y_m.size();
-  if (columns < 2 || rows < 2)
-    throw MeshError(fmt::format("a grid of {} x {} points has no cell; at least 2 x 2 are needed",
-                                columns, rows));
-  if (2 * (columns - 1) * (rows - 1) > max_numbers)
-    throw MeshError(fmt::format(
-        "a grid of {} x {} points has more faces than 32 bits can number; make it coarser, or cut "
-        "a part out",
-        columns, rows));
+  check_has_cell(columns, rows);
+  if (2 * (columns - 1) * (rows - 1) > max_numbers) throw_too_many_faces(columns, rows);
   count_tiles();
   open(file, describe);
   map();
@@ -414,12 +408,8 @@ void HeightTiles::make_tile(Tile& tile, int tile_column, int tile_row, int first
     std::ranges::transform(row_of(row), tile.z_m.begin() + row * HeightGrid::tile_points,
                            [](double z) { return static_cast<float>(z); });
   for (int row = 0; row < up; ++row) {
-    const RowOfCells cells =
-        row_of_cells(row_of(row), row_of(row + 1), tile.z_m.data() + row * HeightGrid::tile_points);
-    if (std::isinf(cells.largest))
-      throw MeshError(
-          fmt::format("row {} or {} of the grid has a height that does not fit the mesh's types",
-                      south + row, south + row + 1));
+    const RowOfCells cells = row_of_cells(
+        row_of(row), row_of(row + 1), tile.z_m.data() + row * HeightGrid::tile_points, south + row);
     const auto line = static_cast<std::size_t>(row);
     tile.whole[line] = cells.whole;
     tile.rising[line] = cells.rising & cells.whole;

@@ -12,7 +12,7 @@
 namespace ensonify::refine {
 
 /// A fault in a mesh or grid from a file. The message names the file and place, the fault, the
-/// cure.
+/// remedy.
 struct MeshError : Error {
   using Error::Error;
 };

@@ -29,15 +29,15 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr const char* cure = "copy the file again, or make the run again";
+constexpr const char* usual_remedy = "copy the file again, or make the run again";
 constexpr const char* another_kind = "this is not an image of a run";
-constexpr const char* another_cure = "give a folder that `ensonify run` wrote";
+constexpr const char* other_remedy = "give a folder that `ensonify run` wrote";
 constexpr int max_columns = 1 << 20;       // more than any scene's
 constexpr double max_compression = 2000;   // no method reaches it
 constexpr double max_rows_per_byte = 2.0;  // 32 rows have 16 bytes at least
 
 [[noreturn]] void fail(const std::filesystem::path& file, std::string_view what,
-                       std::string_view remedy = cure) {
+                       std::string_view remedy = usual_remedy) {
   throw SceneError(fmt::format("{}: {}; {}", file.string(), what, remedy));
 }
 
@@ -79,7 +79,7 @@ void check_sizes(const std::filesystem::path& file) {
   const auto bytes = static_cast<double>(std::filesystem::file_size(file));
   std::ifstream stream(file, std::ios::binary);
   if (next_number(stream) != magic) fail(file, "this is not an OpenEXR file");
-  if (next_number(stream) & tiles_or_parts) fail(file, another_kind, another_cure);
+  if (next_number(stream) & tiles_or_parts) fail(file, another_kind, other_remedy);
   std::array<std::int32_t, 4> window{};  // least x and y, greatest x and y
   double channels = 0.0;
   std::string name, type;
@@ -90,14 +90,14 @@ void check_sizes(const std::filesystem::path& file) {
     const auto* const known =
         std::ranges::find(attribute_types, type, [](const auto& one) { return one.first; });
     if (known == attribute_types.end() || (known->second != 0 && size != known->second))
-      fail(file, another_kind, another_cure);
+      fail(file, another_kind, other_remedy);
     std::string value(size, '\0');
     stream.read(value.data(), size);
     if (name == "dataWindow" && size == sizeof window)
       std::memcpy(window.data(), value.data(), sizeof window);
     if (type != "chlist") continue;
     const std::optional<int> known_channels = channels_of(value);
-    if (!known_channels) fail(file, another_kind, another_cure);
+    if (!known_channels) fail(file, another_kind, other_remedy);
     channels = std::max(channels, static_cast<double>(*known_channels));
   }
   const double columns = static_cast<double>(window[2]) - window[0] + 1.0,
@@ -131,7 +131,7 @@ ImageReader::ImageReader(const std::filesystem::path& file) : file_(file) {
     const auto columns = std::int64_t{window.max.x} - window.min.x + 1;
     if (window.min.x != 0 || window.min.y != 0 || columns > max_columns ||
         (header.hasType() && header.type() != Imf::SCANLINEIMAGE))
-      fail(file, another_kind, another_cure);
+      fail(file, another_kind, other_remedy);
     if (!open_->file.partComplete(0)) fail(file, "the file is truncated");
     open_->part.emplace(open_->file, 0);
     open_->columns = static_cast<std::size_t>(columns);

@@ -45,8 +45,8 @@ Ground make_ground(const SeafloorOptions& options, std::uint64_t seed, const Wor
 
 refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloor,
                                const MemoryPlan& plan) {
-  const std::string cure = "use a coarser mesh, or a part of it";
-  const refine::TriangleMesh read = read_mesh_to_repair(options.mesh.path, plan, cure);
+  const std::string remedy = "use a coarser mesh, or a part of it";
+  const refine::TriangleMesh read = read_mesh_to_repair(options.mesh.path, plan, remedy);
   for (const Eigen::Vector3f& p : read.positions)
     if (const double height_m = p.z() + read.world_origin.z();
         !(std::abs(height_m) <= max_height_m))
@@ -57,7 +57,7 @@ refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloo
   plan.limit.require(
       plan.bytes_per_face * faces + plan.more_bytes,
       fmt::format("what is built over the {:.0f} faces of {}", faces, options.mesh.path.string()),
-      cure);
+      remedy);
   refine::RepairedMesh repaired =
       refine::repair_file(read, options.weld_tolerance_m, options.mesh.path);
   seafloor.add_repairs(repaired.report, options.mesh.path);

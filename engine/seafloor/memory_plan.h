@@ -22,9 +22,9 @@ struct MemoryPlan {
 };
 
 /// Reads a mesh of which refine::repair() will make another. Throws what refine::read_mesh()
-/// throws, and MemoryError, with the cure, if they cannot fit.
+/// throws, and MemoryError, with the remedy, if they cannot fit.
 refine::TriangleMesh read_mesh_to_repair(const std::filesystem::path& file, const MemoryPlan& plan,
-                                         std::string_view cure);
+                                         std::string_view remedy);
 
 /// Throws MemoryError if an object with this number of faces cannot fit. faces_before: the faces of
 /// the objects before it; they exist already, but nothing is built over them yet. `what` names the

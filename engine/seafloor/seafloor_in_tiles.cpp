@@ -29,7 +29,7 @@ std::string not_at_once(const SeafloorOptions& options) {
   return fmt::format(
       "seafloor: a bed of {} x {} points is too large to be made at once, which this needs (run, "
       "stream, live, generate, preview and analyse make it in tiles); {}",
-      grid.columns, grid.rows, smaller_bed_cure(options, BedForm::grid));
+      grid.columns, grid.rows, smaller_bed_remedy(options, BedForm::grid));
 }
 
 /// The heights and kinds of a bed's tiles.

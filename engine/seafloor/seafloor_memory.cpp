@@ -54,16 +54,16 @@ std::string description_of(const Heightfield& grid, const MemoryPlan& plan) {
 
 }  // namespace
 
-std::string smaller_bed_cure(const SeafloorOptions& options, BedForm form) {
+std::string smaller_bed_remedy(const SeafloorOptions& options, BedForm form) {
   const std::string smaller =
       options.kind == SeafloorKind::fractal
           ? "make seafloor.cell_m larger or the extent smaller"
           : "make the survey coarser with gdalwarp -tr (or soundings with a larger "
-            "seafloor.survey_cell_m), cut a part out with gdal_translate -projwin, or take a "
+            "seafloor.survey_cell_m), cut a part out with gdal_translate -projwin, or use a "
             "larger seafloor.detail.cell_m if there is one";
   return form == BedForm::grid
              ? smaller
-             : "take run.surface = \"footprint\" in a run, which needs no mesh of the bed, or " +
+             : "set run.surface = \"footprint\" in a run, which needs no mesh of the bed, or " +
                    smaller;
 }
 
@@ -78,7 +78,7 @@ void require_heights_fit(const SeafloorOptions& options, const MemoryPlan& plan)
         "make seafloor.ripples.wavelength_m shorter, or seafloor.cell_m or "
         "seafloor.ripples.relative_width larger");
   plan.limit.require(heights_bytes(options, grid) + plan.more_bytes, description_of(grid, plan),
-                     smaller_bed_cure(options, BedForm::grid));
+                     smaller_bed_remedy(options, BedForm::grid));
 }
 
 void require_bed_fits(const SeafloorOptions& options, const MemoryPlan& plan, BedForm form) {
@@ -87,7 +87,7 @@ void require_bed_fits(const SeafloorOptions& options, const MemoryPlan& plan, Be
   const Heightfield grid = base_grid(options);
   const double faces = 2.0 * (grid.columns - 1.0) * (grid.rows - 1.0);
   plan.limit.require(bed_bytes(grid, faces, plan.bytes_per_face, form) + plan.more_bytes,
-                     description_of(grid, plan), smaller_bed_cure(options, form));
+                     description_of(grid, plan), smaller_bed_remedy(options, form));
 }
 
 void require_faces_fit(const SeafloorOptions& options, const Heightfield& field,
@@ -98,7 +98,7 @@ void require_faces_fit(const SeafloorOptions& options, const Heightfield& field,
       faces += 2.0 * field.whole(column, row);
   plan.limit.require(
       bed_bytes(field, faces, plan.bytes_per_face, form) - 8.0 * field.points() + plan.more_bytes,
-      description_of(field, plan), smaller_bed_cure(options, form));
+      description_of(field, plan), smaller_bed_remedy(options, form));
 }
 
 }  // namespace ensonify::engine

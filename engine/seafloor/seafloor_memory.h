@@ -16,7 +16,7 @@ enum class BedForm {
 };
 
 /// Advice for a message: how to need less memory for a bed of this form.
-std::string smaller_bed_cure(const SeafloorOptions& options, BedForm form);
+std::string smaller_bed_remedy(const SeafloorOptions& options, BedForm form);
 
 /// Throws MemoryError before anything is made, if the options and the header show that the heights
 /// cannot fit.

@@ -690,7 +690,7 @@ TEST_CASE("a lone steel sphere does not fade: over 60 seeds its echo is steady, 
 }
 
 TEST_CASE(
-    "one warning names all features that are shorter than the distance of planes, with the cure") {
+    "one warning names all features that are shorter than the distance of planes, with the remedy") {
   Seafloor seafloor = level_bed(20.0, 100.0);
   seafloor.classes = {"none", "seabed", "mine", "boulder"};
   Sonar sonar;

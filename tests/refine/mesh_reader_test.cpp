@@ -80,7 +80,7 @@ std::vector<std::pair<MeshFormat, std::string>> small_meshes() {
 
 }  // namespace
 
-TEST_CASE("A damaged mesh is refused with its file, the place and the cure") {
+TEST_CASE("A damaged mesh is refused with its file, the place and the remedy") {
   const TemporaryFolder folder;
   std::map<MeshFormat, int> count;
   for (const DamagedMesh& damaged : damaged_meshes()) {

@@ -67,29 +67,30 @@ std::string fault_of_transform(const std::array<double, 6>& transform, int colum
 std::string fault_of_reference(GDALDataset& dataset, GDALRasterBand& band,
                                const std::filesystem::path& file,
                                const std::array<double, 6>& transform, bool cell_is_given) {
-  const char* const cure = "project it to metres, with gdalwarp -t_srs EPSG:326NN for UTM zone NN";
+  const char* const remedy =
+      "project it to metres, with gdalwarp -t_srs EPSG:326NN for UTM zone NN";
   const auto [west, east_step, turn_1, north, turn_2, north_step] = transform;
   const int columns = band.GetXSize(), rows = band.GetYSize();
   const OGRSpatialReference* reference = dataset.GetSpatialRef();
-  if (reference && reference->IsGeographic()) return fmt::format("is in degrees; {}", cure);
+  if (reference && reference->IsGeographic()) return fmt::format("is in degrees; {}", remedy);
   if (std::string_view(dataset.GetDriverName()) == "netCDF")
     if (const char* const variable = band.GetMetadataItem("NETCDF_VARNAME"))
       if (const std::string fault = fault_of_netcdf_axes(file, variable); !fault.empty())
         return fault;
   if (reference && std::abs(reference->GetLinearUnits() - 1.0) > 1e-9)
-    return fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), cure);
+    return fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), remedy);
   constexpr double max_off = 0.05;  // of a length; that of maps of a continent is smaller
   const Eigen::Vector2d middle(west + 0.5 * east_step * columns, north + 0.5 * north_step * rows);
   if (const auto scale =
           reference ? scale_of_reference(wkt_of(*reference), middle) : std::optional<double>();
       scale && std::abs(*scale - 1.0) > max_off)
     return fmt::format("has map metres that are {:.2f} m on Earth, as Mercator's; {}", *scale,
-                       cure);
+                       remedy);
   if (!reference && !cell_is_given && seems_in_degrees(transform, columns))
     return fmt::format(
         "seems to be in degrees, with cells of {}; {}. If they are metres, declare that with "
         "gdal_translate -a_srs",
-        east_step, cure);
+        east_step, remedy);
   if (const char* unit = nullptr;
       reference && reference->IsCompound() &&
       std::abs(reference->GetTargetLinearUnits("VERT_CS", &unit) - 1.0) > 1e-9)

@@ -48,7 +48,7 @@ struct CellPlaces {
 };
 void place_cells(const CellPlaces& places);
 
-/// Places on the ground count in units of 2^-patch_bits of a patch (CellTexture).
+/// Places on the ground count in units of 2^-patch_bits of a patch (CellSums::Texture).
 inline constexpr int patch_bits = 12;
 
 /// The arguments of sum_cells().

@@ -186,7 +186,7 @@ TEST_CASE("Heights of 9999 m mark missing ones where no NODATA value is declared
       "with a line NODATA_value 99999"));
 }
 
-TEST_CASE("Grids that are rotated, in degrees or in feet are refused with the cure") {
+TEST_CASE("Grids that are rotated, in degrees or in feet are refused with the remedy") {
   const TemporaryFolder folder;
   Tiff turned = tiff_4x3();
   turned.transform = {500000, 0.8, 0.6, 4000000, 0.6, -0.8};

@@ -11,14 +11,9 @@
 // What the sonar sees of a place.
 
 namespace ensonify::engine {
-namespace {
-
-using Eigen::Vector3d;
-
-}  // namespace
 
 /// The ray to a place; none in a shadow zone of bent rays.
-std::optional<RayToPlace> ObjectEchoes::ray_to(const Vector3d& away) const {
+std::optional<RayToPlace> ObjectEchoes::ray_to(const Eigen::Vector3d& away) const {
   if (first_.rays) return first_.rays->ray_to(view_->fan->origin, away);
   const double range_m = away.norm(), from_m = -view_->fan->origin.z();
   const double db_per_m = medium_.profile
@@ -117,7 +112,7 @@ double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_l
 
 /// The place as it is seen; none if it is not. The rays there must go at least as far, less
 /// nearer_m.
-std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Vector3d& place,
+std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Eigen::Vector3d& place,
                                                           double nearer_m) const {
   const std::optional<RayToPlace> ray = ray_to(place);
   Line line;
@@ -128,7 +123,7 @@ std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Vector3d& place,
 }
 
 /// Whether a ball may reach into the fan's beam and range.
-bool ObjectEchoes::may_see(const Vector3d& middle, double radius_m) const {
+bool ObjectEchoes::may_see(const Eigen::Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
   return (middle - fan.origin).norm() <= fan.range_m * fan.bend.lengthening + radius_m &&
          may_be_in_beam(middle, radius_m);
@@ -136,9 +131,9 @@ bool ObjectEchoes::may_see(const Vector3d& middle, double radius_m) const {
 
 /// The same at any range: an echo from a little beyond the fan's range still counts in the last
 /// bin.
-bool ObjectEchoes::may_be_in_beam(const Vector3d& middle, double radius_m) const {
+bool ObjectEchoes::may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
-  const Vector3d away = middle - fan.origin;
+  const Eigen::Vector3d away = middle - fan.origin;
   const double distance_m = away.norm(), strays_m = radius_m + fan.bend.turn_rad * distance_m;
   return away.dot(fan.middle) >= -strays_m &&
          std::abs(away.dot(fan.array_axis)) <= strays_m + fan.grid->sin_truncation * distance_m;
