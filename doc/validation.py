@@ -420,9 +420,9 @@ def transfer():
         errors[name] = 1.0 - accuracy["mean"]
     pictures = next(iter(rows.values()))["network"]["reporting"]["pictures"]
     return Law("transfer", "Networks for real pictures",
-               "A network that was trained on images of `scenes/transfer_targets.toml` alone tells wrecks from "
+               "A network that was trained on images of `scenes/transfer_targets.toml` alone distinguishes wrecks from "
                f"aircraft on real pictures, {pictures[1]} and {pictures[0]} of them. The bound is chance. The page "
-               "does not measure this again: [bench/transfer](../bench/transfer/README.md) tells how it was "
+               "does not measure this again: [bench/transfer](../bench/transfer/README.md) explains how it was "
                "measured.\n\n| trained on | samples | batches | balanced accuracy (95 %) | area under the curve "
                f"(95 %) |\n|---|---|---|---|---|\n{table}",
                "of pictures named wrongly, evenly over the classes", 0.5,

@@ -9,13 +9,13 @@
 
 DATA is the folder of real images, as for judge.py; each RUN the folder of a run, whose first
 picture is taken. A crop has 256 x 256 pixels, is grey, reduced to half its size, so that enlarged
-or smoothed pixels of a display tell less, and stretched from its 1st to its 99th percentile, so that
-palette and gain do not tell. It may have objects, shadows and some water column. Sources have equal numbers of crops. key.json is not to be opened before answers.txt is
+or smoothed pixels of a display give less hint, and stretched from its 1st to its 99th percentile, so that
+palette and gain give no hint. It may have objects, shadows and some water column. Sources have equal numbers of crops. key.json is not to be opened before answers.txt is
 written: a line per crop, its number and `real` or `simulated`. The interval is Wilson's, of 95 %.
 
 `match` takes recordings and the XTF files of runs of what `ensonify imitate` made of them. Both have
 the same pings and samples, and a crop has the same 128 x 128 of them in either. Only bed without
-objects and shadows of its own counts, because these are not imitated. It needs the Python module.
+objects and shadows counts, because these are not imitated. It needs the Python module.
 
 `objects` takes REAL, which has one folder of pictures per class (bench/transfer/cut_boxes.py cuts them
 from pictures with boxes), and a DATASET with chips of these classes, as scenes/transfer_targets.toml
@@ -209,7 +209,7 @@ def score(folder):
     print(f"accuracy {total / len(key):.3f} ({total} of {len(key)}), 95 % interval {low:.3f} to "
           f"{high:.3f}")
     for kind, its in right.items():
-        print(f"{kind}: {sum(its)} of {len(its)} told")
+        print(f"{kind}: {sum(its)} of {len(its)} right")
     for number, one in key.items():
         if answers[number] != one["kind"]:
             print(f"wrong: {number}, {one['kind']}, {Path(one['source']).name}")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whether a linear judge can tell the pictures of runs from real ones.
+"""Whether a linear judge can distinguish the pictures of runs from real ones.
 
     judge.py DATA RUN...
 

@@ -6,7 +6,7 @@
 PROGRAM is `ensonify`, DATA the folder of recordings (sidescan/*.xtf), each RUN the folder of a run.
 Prints for each statistic of `ensonify compare` the least and greatest value of the recordings, the
 median, least and greatest of the runs, and whether that median lies between the recordings'.
-The statistics are of amplitudes as recorded; engine/comparison/line_statistics.h defines them.
+The statistics are of amplitudes as recorded; doc/statistics.md defines them.
 """
 
 import json
@@ -15,7 +15,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-# What tells simulated pictures from real ones; levels over range and angle depend on the scene.
+# What distinguishes simulated pictures from real ones; levels over range and angle depend on the scene.
 SHOWN = (
     "kurtosis", "bright_per_10000", "contrast", "skew", "range_correlation", "track_correlation",
     "tone_change",

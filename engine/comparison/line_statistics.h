@@ -21,11 +21,12 @@ struct CurvePart {
 /// One number that describes how a line looks.
 struct LineStatistic {
   std::string name;  ///< with its unit
-  double value;      ///< NaN: the line does not show it
+  double value;      ///< NaN: the line has no such value
   CurvePart part;
 };
 
-/// The statistics of pings [first, end) of a line, always the same names in the same order. They
+/// The statistics of pings [first, end) of a line, always the same names in the same order;
+/// doc/statistics.md defines each for users. They
 /// do not depend on the recorder's scale. A row is one side of a ping; all are of one range and
 /// length (alike_pings()). Amplitudes are as recorded; levels are 20 log10 of them.
 ///

@@ -1,12 +1,16 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <regex>
+#include <set>
+#include <sstream>
 
 #include <fmt/format.h>
 
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/files.h"
+#include "support/paths.h"
 #include "support/small_recording.h"
 #include "support/temporary_folder.h"
 
@@ -196,6 +200,22 @@ TEST_CASE("changes of tone along the track are those of the bed and of the speck
   CHECK(found.at("tone_change_over_32_pings_db") == Approx(changed_db).epsilon(0.1));
   CHECK(found.at("tone_change_over_128_pings_db") == Approx(changed_db).epsilon(0.1));
   CHECK(found.at("tone_change_over_8_pings_db") < 0.4 * changed_db);  // a quarter of them changes
+}
+
+TEST_CASE("the page of statistics has one row for each, and no others") {
+  // Numbers that differ from name to name are letters on the page.
+  std::set<std::string> names;
+  for (const LineStatistic& one : line_statistics(speckled_line(), 0, pings)) {
+    const std::string of_ranges =
+        std::regex_replace(one.name, std::regex("_at_\\d+_to_\\d+"), "_at_A_to_B");
+    names.insert(std::regex_replace(of_ranges, std::regex("(_over_|_correlation_)\\d+"), "$1N"));
+  }
+  std::set<std::string> on_page;
+  std::istringstream page(tests::read_text(tests::source_folder() / "doc/statistics.md"));
+  for (std::string line; std::getline(page, line);)
+    if (std::smatch row; std::regex_search(line, row, std::regex("^\\| `(\\w+)` \\|")))
+      on_page.insert(row[1]);
+  CHECK(on_page == names);
 }
 
 TEST_CASE("a recorder's scale changes no statistic, and a line equals itself") {
