@@ -62,7 +62,7 @@ std::optional<RunParts> known_parts(const RunState& run) {
 std::string no_parts(const Shard& shard, const RunParts& parts) {
   if (shard.begin(parts.count()) < shard.end(parts.count()) || parts.count() == 1) return "";
   return fmt::format(
-      "share {} of {} has no parts, because the run has {}; take at most as many shares as parts",
+      "share {} of {} has no parts, because the run has {}; use at most one share per part",
       shard.index, shard.count, parts.count());
 }
 
@@ -80,7 +80,7 @@ double require_pings(const RunState& run, std::span<const Sonar> sonars, const R
       bytes,
       fmt::format("the {:.2g} million rays of a ping, for {} thread{}, and the images of {} pings,",
                   1e-6 * rays_of(sonars), threads, threads == 1 ? "" : "s", images),
-      "take fewer elevations or planes, fewer threads, or run the sonars in several scenes");
+      "use fewer elevations or planes, fewer threads, or run the sonars in several scenes");
   return bytes;
 }
 

@@ -106,7 +106,7 @@ std::vector<std::string> warnings_for_single_pings(const Scene& scene) {
 MovingObject object_of(std::span<const KeyValue> keys, std::string_view name, const Scene& scene,
                        const ScenePaths& paths, std::uint32_t number) {
   // Keys that add() refuses: the pose gives place and attitude, and only objects of the scene are
-  // many, scour the bed or have parts with labels of their own.
+  // many, scour the bed or have parts with separate labels.
   static constexpr std::array of_place{
       "east_m",    "north_m",       "height_m", "burial",    "follow_slope",       "heading_deg",
       "pitch_deg", "roll_deg",      "path",     "path_file", "sag_radius_m",       "count",

@@ -20,7 +20,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Over the first of these beds that lies below; a bed below all that is seen if none does.
+/// Height above the first of these beds that is below z_m; farthest_m if there is none.
 double height_m_over(double z_m, std::initializer_list<double> beds_m, double farthest_m) {
   for (const double bed_m : beds_m)
     if (bed_m < z_m) return z_m - bed_m;  // not if there is no bed, that is, not a number

@@ -89,7 +89,7 @@ class Simulator {
   /// NaN over a hole and off the seafloor.
   double altitude_m(const Eigen::Vector3d& position) const;
 
-  /// The vehicle's pose at each ping of the scene's own track over this seafloor. Throws
+  /// The vehicle's pose at each ping of the scene's track over this seafloor. Throws
   /// SceneError.
   std::vector<Pose> track() const;
 

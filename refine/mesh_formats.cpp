@@ -55,7 +55,7 @@ class EarCutter {
     std::vector<Face> faces;
     std::size_t tried = 0, i = 0;
     while (left_.size() > 3) {
-      // Corners on a straight line make no triangle of their own as long as there are others.
+      // Corners on a straight line make no triangle as long as there are others.
       const bool all_tried = tried >= left_.size();
       if (tried >= 2 * left_.size()) return {};
       i %= left_.size();

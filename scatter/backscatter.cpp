@@ -120,10 +120,10 @@ std::unique_ptr<const BottomModel> make(const BottomConditions& bed) {
 
 constexpr std::array models{
     BottomModelKind{.name = "tr9407",
-                    .help = "APL-UW's for sediments, and rock as measured",
+                    .help = "the APL-UW TR 9407 model for sediments, measured strengths for rock",
                     .make = &make_tr9407},
     BottomModelKind{.name = "small-slope",
-                    .help = "its successor, for their roughness",
+                    .help = "the small-slope approximation for the roughness of sediments",
                     .make = &make<SmallSlopeBottom>},
     BottomModelKind{.name = "lambert",
                     .help = "Lambert's law, whatever the sediment",

@@ -156,22 +156,22 @@ double SoundSpeedProfile::mean_speed_mps(double from_m, double to_m) const {
 std::vector<std::string> SoundSpeedProfile::remarks(double upper_m, double lower_m) const {
   std::vector<std::string> said;
   if (shallowest_m() == deepest_m()) {
-    said.push_back(fmt::format("the cast is one sample, at {:.1f} m; its speed is taken everywhere",
+    said.push_back(fmt::format("the cast is one sample, at {:.1f} m; its speed is used everywhere",
                                deepest_m()));
   } else {
     if (upper_m < shallowest_m())
       said.push_back(fmt::format(
-          "the cast starts at {:.1f} m, and {:.1f} m is reached; its first speed is taken above",
+          "the cast starts at {:.1f} m, and {:.1f} m is reached; its first speed is used above",
           shallowest_m(), upper_m));
     if (lower_m > deepest_m())
       said.push_back(fmt::format(
-          "the cast ends at {:.1f} m, and {:.1f} m is reached; its last speed is taken below",
+          "the cast ends at {:.1f} m, and {:.1f} m is reached; its last speed is used below",
           deepest_m(), lower_m));
   }
   if (!sorted_) said.emplace_back("the cast's samples are not in order of depth; they were sorted");
   if (widest_.spread_mps > contradiction_mps)
     said.push_back(fmt::format(
-        "the cast's samples at {:.1f} m differ by {:.1f} m/s; their mean is taken, check the file",
+        "the cast's samples at {:.1f} m differ by {:.1f} m/s; their mean is used; check the file",
         widest_.depth_m, widest_.spread_mps));
   return said;
 }

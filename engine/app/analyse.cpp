@@ -94,7 +94,7 @@ Made analyse_all(refine::MeshClusters& clusters, int threads, Progress& progress
 void make_tiles(const AnalyseArguments& arguments, const Scene& scene, int threads) {
   if (!arguments.file.empty())
     throw UsageError(
-        "this bed is made in tiles, which stay in the cache: leave --output out, and take --cache "
+        "this bed is made in tiles, which stay in the cache: leave --output out, and use --cache "
         "for another folder");
   std::optional<Progress> progress(std::in_place, arguments.quiet);
   const auto prepared = prepare_seafloor(

@@ -166,10 +166,10 @@ void add_backscatter(CLI::App& app, Action& action) {
       "grazing_deg,strength_db,roughness,volume,kirchhoff,composite,large_roughness,"
       "reflection_loss_db,bound_db. The columns roughness to large_roughness are linear "
       "cross-sections; bound_db is the most that an opaque surface can scatter back diffusely; "
-      "strength_db is that of roughness + volume. Terms that a model does not have are 0: "
-      "kirchhoff, composite and large_roughness for small-slope; those and volume for lambert and "
-      "for rock, whose strength is measured, and for a material that is not a sediment, which has "
-      "no reflection_loss_db either");
+      "strength_db is roughness + volume in decibels. Terms that a model does not have are 0. "
+      "small-slope has roughness and volume. lambert has roughness alone, and so have rock, whose "
+      "strength is measured, and a material that is not a sediment; the latter has no "
+      "reflection_loss_db");
   command.add_option("--frequency-hz", arguments->frequency_hz, "Frequency of the sound, Hz")
       ->required()
       ->check(number(1.0, 1e9));

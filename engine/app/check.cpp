@@ -97,6 +97,9 @@ Scene scene_with(Scene scene, std::string_view surface, std::string_view interse
   return scene;
 }
 
+/// The least number of rays of the scene's pings: half of all.
+std::uint64_t least_scene_rays(std::uint64_t rays) { return (rays + 1) / 2; }
+
 std::unique_ptr<Prepared> prepare(const CheckArguments& arguments, const Preparation& how) {
   const Scene read = arguments.scene.read();
   require_at_once(read.seafloor);
@@ -117,7 +120,7 @@ std::unique_ptr<Prepared> prepare(const CheckArguments& arguments, const Prepara
   if (read.seafloor.is_grid())
     all->of_heights.emplace(scene_with(read, footprint_surface, read.run.intersector), how);
   all->analysed = prepare_seafloor(all->scene, how);
-  all->blocks = scene_blocks(all->scene, all->simulator, (arguments.rays + 1) / 2);
+  all->blocks = scene_blocks(all->scene, all->simulator, least_scene_rays(arguments.rays));
   all->scene_rays = rays_of(all->blocks);
   all->refraction = refraction_of(all->simulator, all->blocks);
   all->water = {all->refraction.profile, all->refraction.highest_m,
@@ -300,10 +303,9 @@ void print_comparison(const CheckArguments& arguments, const Prepared& prepared,
   for (const AgreementRow& row : comparison.rows())
     print_unexplained(row, prepared.mesh().world_origin);
   if (!arguments.quiet)
-    print_note(
-        "source scene: {} rays of {} pings, which are cast whole; half of --rays {} is the "
-        "least\n",
-        prepared.scene_rays, pings_of(prepared.blocks), arguments.rays);
+    print_note("source scene: {} rays of {} whole pings; --rays {} asks for at least {}\n",
+               prepared.scene_rays, pings_of(prepared.blocks), arguments.rays,
+               least_scene_rays(arguments.rays));
   if (bent && !arguments.quiet)
     print_note("source bent: one in {} of the scene's rays, as the water bends them\n",
                prepared.bent_every);
@@ -391,8 +393,8 @@ void add_check(CLI::App& app, Action& action) {
   command
       .add_option(
           "--rays", arguments->rays,
-          "Least number of rays per surface and intersector, about half of them the scene's: its "
-          "pings are cast whole, so that there may be many more (default: a million; brute_force "
+          "Least number of rays per surface and intersector, about half of them the scene's: whole "
+          "pings are traced, so there may be many more (default: a million; brute_force "
           "gets as many as it can trace in half a minute)")
       ->type_name("N")
       ->transform(CLI::Validator(count_of_rays, "in [1 - 1e12]"));

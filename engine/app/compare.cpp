@@ -66,8 +66,8 @@ void add_compare(CLI::App& app, Action& action) {
       "compare",
       "Compare how two lines look: recordings (XTF, JSF), folders of runs, or folders of waterfall "
       "pictures (PNG, JPEG; port left, newest ping on top). One row per statistic, "
-      "with the spread of A's own halves; a ratio is the difference over that spread, 'inf' where "
-      "the halves are equal and B differs. '-': the line does not show it");
+      "with the spread between the halves of A; a ratio is the difference of A and B over that "
+      "spread, 'inf' where the halves are equal and B differs. '-': this line has no such value");
   command.add_option("A", arguments->a, "A recording, a run's folder, or a folder of pictures")
       ->required();
   command.add_option("B", arguments->b, "What is compared with it")->required();

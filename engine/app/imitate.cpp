@@ -33,10 +33,15 @@ struct ImitateArguments {
 RecordedLine chosen_line(const ImitateArguments& arguments) {
   std::vector<RecordedLine> lines = read_recordings(arguments.recordings);
   const std::size_t number = arguments.line == 0 && lines.size() == 1 ? 1 : arguments.line;
-  if (number < 1 || number > lines.size())
+  if (number < 1 || number > lines.size()) {
+    const std::string file = arguments.recordings.front().string();
     throw UsageError(
-        fmt::format("{}: has {} lines, expected --line 1 to {} for one of them; see recording-info",
-                    arguments.recordings.front().string(), lines.size(), lines.size()));
+        lines.size() == 1
+            ? fmt::format("{}: has one line: leave --line out", file)
+            : fmt::format(
+                  "{}: has {} lines, expected --line 1 to {} for one of them; see recording-info",
+                  file, lines.size(), lines.size()));
+  }
   return std::move(lines[number - 1]);
 }
 

@@ -114,7 +114,7 @@ int perform(const app::Action& action) {
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::resource_unavailable_try_again)
       return failed(run_failed,
-                    "the system gives no more threads; take fewer --threads, or raise `ulimit -u`");
+                    "the system allows no more threads; use fewer --threads, or raise `ulimit -u`");
     return failed(run_failed, error.what());
   } catch (const std::exception& error) {
     return failed(run_failed, error.what());

@@ -73,7 +73,7 @@ void print_report(const RunReport& report, const std::string& intersector, const
         "intersector: {}; the default, fan_scan, with --surface footprint makes 1.1 to 5 "
         "times as many pings per second: the gain is larger with fewer faces\n",
         intersector);
-  // A share without a part of its own has no counts.
+  // A share in which no part was made has no counts.
   if (const auto rays = report.counts.find("rays"); rays != report.counts.end() && rays->second > 0)
     print_note(
         "sampling: {:.0f} rays per ping, of which {:.0f} % hit; {} bins starved\n",

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/sediment.h>
+#include <ensonify/scatter/solid_target.h>
 
 #include "app.h"
 
@@ -39,10 +41,13 @@ void add_sediments(CLI::App& app, Action& action) {
   const auto mean_grain_size_phi = std::make_shared<std::optional<double>>();
   CLI::App& command = *app.add_subcommand(
       "sediments",
-      "List the named seabeds and their parameters, one row per name (CSV), or the parameters of "
-      "one grain size. Names from the same row of the handbook (APL-UW TR 9407, table 2) have "
-      "equal parameters; rock and stones have no grain size. Rock scatters by Lambert's law with the "
-      "measured lambert_mu_db; handbook rock has the handbook's strength");
+      fmt::format(
+          "List the named seabeds and their parameters, one row per name (CSV), or the parameters "
+          "of one grain size. Names from the same row of the handbook (APL-UW TR 9407, table 2) "
+          "have equal parameters; rock and stones have no grain size. Rock scatters by Lambert's "
+          "law with the measured lambert_mu_db; handbook rock has the handbook's strength. A "
+          "material can also be a cover ({}) or a solid ({}), which have none of these parameters",
+          cover_names(), scatter::solid_names()));
   command
       .add_option("--mean-grain-size-phi", *mean_grain_size_phi,
                   "Print the parameters of this mean grain size, -1 to 9")

@@ -22,6 +22,10 @@ RecordedLine line_of_recording(const fs::path& file, const std::string& sonar) {
   std::vector<RecordedLine> lines = read_recording(file);
   std::size_t number = lines.size() == 1 && sonar.empty() ? 1 : 0;
   if (!sonar.empty()) number = number_in<std::size_t>(sonar).value_or(0);
+  if (lines.size() == 1 && number != 1)
+    throw RecordingError(
+        fmt::format("{}: has one line, not a line '{}': leave --sonar-a or --sonar-b out",
+                    file.string(), sonar));
   if (number < 1 || number > lines.size())
     throw RecordingError(fmt::format(
         "{}: {}; give --sonar-a or --sonar-b a number from 1 up to {}, see recording-info",

@@ -216,7 +216,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m, const Memo
   memory.require(all_rows * all_columns * bytes_per_pixel(slant.pictures),
                  fmt::format("the {:.0f} x {:.0f} pixels of {} in ground range", all_columns,
                              all_rows, slant.name),
-                 fmt::format("take pixels longer than {} m (dataset.ground_px_m)", pixel_m));
+                 fmt::format("use pixels longer than {} m (dataset.ground_px_m)", pixel_m));
   const auto rows = static_cast<std::size_t>(all_rows);
   LabelledImage view{.name = slant.name + "_ground",
                      .geometry = "ground",

@@ -160,7 +160,7 @@ class Merge {
     groups_.insert(group);
     for (const Json& name : image.at("classes"))
       classes_shown_[split].insert(name.get<std::string>());
-    // A target whose parts have classes of their own is not in the mask with its class.
+    // A target whose parts have separate classes is not in the mask with its class.
     for (const Json& target : image.at("targets"))
       if (!target.at("ignored").get<bool>())
         classes_shown_[split].insert(target.at("class").get<std::string>());

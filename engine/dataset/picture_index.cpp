@@ -106,7 +106,7 @@ void PictureIndex::add_target(const Json& target) {
   annotation["shadow_segmentation"] = shadow.is_null() ? Json::array() : segmentation(shadow);
 }
 
-/// A target's shadow as an annotation of its own.
+/// A target's shadow as a separate annotation.
 void PictureIndex::add_shadow(const Json& target, std::size_t shadow_class) {
   Json& annotation = add_outline(shadow_class, target.at("shadow"));
   annotation["instance"] = target.at("instance");

@@ -22,7 +22,7 @@ std::shared_ptr<const refine::ProgressiveMesh> progressive_of(
   memory.require(static_cast<double>(seafloor.faces) *
                      (refine::mesh_bytes_per_face + refine::tile_collapse_bytes_per_face),
                  fmt::format("the {} faces of the seafloor and their analysis", seafloor.faces),
-                 "take larger cells or a smaller area");
+                 "use larger cells or a smaller area");
   return with_memory_for("the mesh for display", [&] {
     return make_progressive_mesh(seafloor.whole_mesh(stop_check), 1, stop_check);
   });

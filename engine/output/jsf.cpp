@@ -153,7 +153,7 @@ void require_representable(const Recording& recording) {
   constexpr double longest_s = 4.29;  // of 2^32 ns
   if (!(interval_s(recording) < longest_s))
     throw std::runtime_error(fmt::format(
-        "output.jsf: a sample of '{}' is {:.3g} s long, and JSF states at most {} s; take more "
+        "output.jsf: a sample of '{}' is {:.3g} s long, and JSF states at most {} s; use more "
         "bins, or leave JSF out",
         recording.name, interval_s(recording), longest_s));
 }

@@ -19,7 +19,7 @@ struct FileRecord {
   std::string xxh128;
 };
 
-/// A part of a run that has files of its own.
+/// A part of a run that has separate files.
 struct ManifestPart {
   std::string folder;
   std::size_t first_ping = 0, pings = 0;

@@ -55,7 +55,7 @@ void add_exceptions(py::module_& module) {
                                    "Something is wrong with a mesh.");
   add_exception<engine::MemoryError>(
       module, "MemoryError", and_base(PyExc_MemoryError),
-      "A scene does not fit into memory: what needs how much, the limit and the cure.");
+      "A scene does not fit into memory: what needs how much, the limit and the remedy.");
 }
 
 }  // namespace

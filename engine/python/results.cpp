@@ -164,7 +164,7 @@ near to far. `layers` lists the names.)")
           "The vehicle's true Pose at each ping.")
       .def_property_readonly(
           "reported_poses", [](const Image& self) { return by_ping(self, &PingRow::reported); },
-          "What the vehicle's navigation takes its Pose for at each ping.")
+          "The Pose that the vehicle's navigation reports at each ping.")
       .def_property_readonly(
           "altitude_m",
           [](const Image& self) {

@@ -148,9 +148,9 @@ scene: a scene file's path, or a dict of the same keys. keys: changes to it, as
 folder for analysed seafloors (default: ~/.cache/ensonify). threads: how many make the scene ready
 (0: one per core).
 
-Any thread may call it; one is inside at a time, and others wait. The interpreter is free
-meanwhile. Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or
-its files, ValueError for a wrong number of threads, TypeError for a value that no scene holds.)")
+Any thread may call it; calls run one after another. The interpreter is free meanwhile. Raises
+SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files, ValueError
+for a wrong number of threads, TypeError for a value that no scene holds.)")
       .def(py::init<const py::object&, const py::object&, const fs::path&,
                     const std::optional<fs::path>&, int>(),
            py::arg("scene"), py::kw_only(), py::arg("keys") = py::none(), py::arg("data") = "",
@@ -163,9 +163,9 @@ One ping of every sonar, the vehicle being at a pose, sent at pose.t_s.
 
 Returns a list of EchoLines: the sides of the first sonar (port, then starboard, of those it has),
 then of the next. `number` selects the random numbers: the same number and pose give the same ping
-again. Without one it is the session's next, from 0. No ping is lost or repeated: `artefacts.lost`
-and `artefacts.repeated` are for whole tracks, as of images(). Raises ValueError for a pose that is not
-finite, that lies beyond 1e8 m, that turns faster than a million degrees per second, that puts a
+again. Without a number it is the session's next one, from 0. No ping is lost or repeated:
+`artefacts.lost` and `artefacts.repeated` are for whole tracks, as of images(). Raises ValueError
+for a pose that is not finite, that lies beyond 1e8 m, that turns faster than a million degrees per second, that puts a
 sonar above the sea surface (z_m >= 0) or below the bed, or that is as fast as sound. Warns, once,
 of a pose out of reach of the seafloor.)")
       .def("set", &Session::set, py::arg("keys"), R"(set(self, keys)
@@ -203,8 +203,8 @@ that is not there, not finite or beyond 1e8 m.)")
           py::arg("instance"), py::arg("pose"), R"(move(self, instance, pose)
 --
 
-Moves an object that was added; the scene's own are fixed. Raises ValueError for an instance that is
-not there.)")
+Moves an object that was added; those of the scene are fixed. Raises ValueError for an instance
+that is not there.)")
       .def(
           "remove",
           [](Session& self, std::uint32_t instance) {
@@ -223,8 +223,8 @@ Removes an object that was added. Raises ValueError for an instance that is not 
           py::arg("pose"), R"(altitude_m(self, pose)
 --
 
-The height over the bed straight below a pose, metres; objects are looked through. Negative below
-the bed, NaN over a hole and off the seafloor.)")
+The height over the bed straight below a pose, metres; objects are ignored. Negative below the
+bed, NaN over a hole and off the seafloor.)")
       .def(
           "track",
           [](Session& self) {
@@ -233,7 +233,7 @@ the bed, NaN over a hole and off the seafloor.)")
           R"(track(self)
 --
 
-The vehicle's Pose at each ping of the scene's own track, a list. Raises SceneError for a track that
+The vehicle's Pose at each ping of the scene's track, a list. Raises SceneError for a track that
 leaves the seafloor or the water.)")
       .def_property_readonly(
           "classes",
@@ -249,7 +249,7 @@ leaves the seafloor or the water.)")
           "What the numbers of the layer `sediment` mean.")
       .def_property_readonly(
           "warnings", &Session::warnings,
-          "What should be known of the scene: repairs of meshes, models outside their range.");
+          "Warnings about the scene: repairs of meshes, models outside their range.");
 }
 
 }  // namespace ensonify::python

@@ -130,7 +130,7 @@ void OutputFolder::begin() {
   }
   after_killed_ = !left_behind.empty();
   staging_.emplace(place);
-  // Remove the old staging folders only after the new one exists: a staging folder tells the next
+  // Remove the old staging folders only after the new one exists: a staging folder shows the next
   // run that unlisted files here belong to a run.
   std::error_code ignored;
   if (claim_->exclusive())

@@ -12,7 +12,7 @@
 
 namespace ensonify::engine {
 
-/// The parts of a run: consecutive pings that have files of their own. A run of one part has its
+/// The parts of a run: consecutive pings that have separate files. A run of one part has its
 /// files in its folder: NAME.exr, ...; a run of several has them in part_0001/NAME_0001.exr, ...
 class RunParts {
  public:

@@ -244,9 +244,11 @@ class Reader {
       if (owner == owners.end()) {  // only an override can name one that the file does not have
         std::vector<std::string> names;
         for (const Owner& o : owners) names.push_back(o.name);
-        throw fault(name, fmt::format("the scene has no {} {}, expected one of {}{}", kind,
-                                      printable(name.str()), fmt::join(names, ", "),
-                                      scatter::suggestion(name.str(), names)));
+        throw fault(
+            name, fmt::format("the scene has no {} {}", kind, printable(name.str())) +
+                      (names.empty() ? fmt::format("; define it in the file, as [{}.NAME]", kind)
+                                     : fmt::format(", expected one of {}{}", fmt::join(names, ", "),
+                                                   scatter::suggestion(name.str(), names))));
       }
       if (in_file_) places_.insert_or_assign(path, place(name.source()));
       read_keys(section, *owner, expect_table(table, path), path);
@@ -308,9 +310,12 @@ class Reader {
     for (const auto& [number, table] : *numbered) {
       const std::optional i = number_in<std::size_t>(number.str());
       if (!i || *i >= list.size())
-        throw fault(number,
-                    fmt::format("the scene has no {} {}; it has {}, numbered from 0",
-                                list_item(section.name), printable(number.str()), list.size()));
+        throw fault(
+            number,
+            list.empty()
+                ? fmt::format("the scene has no [[{}]]; add one to the file", section.name)
+                : fmt::format("the scene has no {} {}; it has {}, numbered from 0",
+                              list_item(section.name), printable(number.str()), list.size()));
       const std::string path = fmt::format("{}.{}", section.name, *i);
       read_keys(section, list[*i], expect_table(table, path), path);
     }

@@ -33,7 +33,7 @@ class TrackBuilder {
       flight_.middle.reset();
       flight_.warnings.emplace_back(
           "track.origin_lat_deg and track.origin_lon_deg are not used: the survey has a coordinate "
-          "reference system of its own, which places it on Earth");
+          "reference system, which places it on Earth");
     }
     if (track_.kind == TrackKind::file)
       read();
@@ -52,16 +52,16 @@ class TrackBuilder {
     switch (track_.kind) {
       case TrackKind::line:
         return fmt::format(
-            "the line is {:.1f} m long: take fewer track.pings, or move track.middle_east_m and "
+            "the line is {:.1f} m long: use fewer track.pings, or move track.middle_east_m and "
             "track.middle_north_m",
             (flight_.poses.back().position - flight_.poses.front().position).head<2>().norm());
       case TrackKind::lawn_mower:
-        return "take fewer track.legs, or less track.leg_length_m, leg_spacing_m or turn_radius_m, "
+        return "use fewer track.legs, or less track.leg_length_m, leg_spacing_m or turn_radius_m, "
                "or "
                "move track.middle_east_m and track.middle_north_m";
       case TrackKind::file: break;
     }
-    return "move the track with track.middle_east_m and track.middle_north_m, or take another "
+    return "move the track with track.middle_east_m and track.middle_north_m, or use another "
            "seafloor";
   }
 
@@ -81,8 +81,8 @@ class TrackBuilder {
     if (const std::size_t repeated = log.repeated_places();
         track_.smooth_s == 0.0 && 5 * repeated > log.t_s.size())
       flight_.warnings.push_back(fmt::format(
-          "{}: {} of {} rows repeat the place of the row before, so the track moves by fits and "
-          "starts; if that is slow navigation, smooth it with track.smooth_s",
+          "{}: {} of {} rows repeat the place of the row before, so the track stops and jumps; "
+          "if that is slow navigation, smooth it with track.smooth_s",
           name, repeated, log.t_s.size()));
     if (log.origin) flight_.middle = log.origin;
     recorded_.emplace(log, track_.smooth_s);
@@ -183,13 +183,13 @@ class TrackBuilder {
   void check_height(const Eigen::Vector3d& p, std::size_t ping, std::string_view what,
                     std::string_view or_else) const {
     check_over_seafloor(p, ping);
-    const std::string_view cure = has_own_height() && track_.vertical == Vertical::depth
-                                      ? "take track.vertical = \"altitude\""
-                                      : "change track.altitude_m";
+    const std::string_view remedy = has_own_height() && track_.vertical == Vertical::depth
+                                        ? "set track.vertical = \"altitude\""
+                                        : "change track.altitude_m";
     if (const auto fault = out_of_water(p, ground_.bed_height_m(p.x(), p.y())))
       throw SceneError(fmt::format(
           "track: at ping {} {} is {}; {}, or move the track{}, or check seafloor.water_level_m",
-          ping, what, *fault, cure, or_else));
+          ping, what, *fault, remedy, or_else));
   }
 
   const Scene& scene_;

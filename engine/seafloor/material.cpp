@@ -199,7 +199,7 @@ struct OwnModel {
   std::unique_ptr<scatter::Backscatter> (*make)(const Material& material, double frequency_hz);
 };
 constexpr std::array own_models = {
-    OwnModel{solid, "a solid: a diffuse part and a specular lobe",
+    OwnModel{solid, "a diffuse part and a specular lobe",
              [](const Material& material, double) -> std::unique_ptr<scatter::Backscatter> {
                const Solid smooth_solid = solid_of(material);
                static_cast<void>(scatter::SolidTarget(smooth_solid));  // throws
@@ -210,7 +210,7 @@ constexpr std::array own_models = {
                return std::make_unique<scatter::GsabBottom>(gsab_of(material));
              }},
     OwnModel{
-        table, "your own strengths from a CSV file",
+        table, "strengths from a CSV file",
         [](const Material& material, double frequency_hz) -> std::unique_ptr<scatter::Backscatter> {
           strengths_of(material);
           return std::make_unique<scatter::MeasuredBottom>(material.measured, frequency_hz,
@@ -238,6 +238,13 @@ std::vector<MaterialModel> material_models() {
   return models;
 }
 
+std::string cover_names() {
+  std::string names;
+  for (const Cover& cover : covers)
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", cover.name);
+  return names;
+}
+
 Material material_named(std::string_view name, std::span<const Material> own) {
   const auto found = std::ranges::find(own, name, &Material::name);
   if (found != own.end()) return *found;
@@ -254,10 +261,11 @@ Material material_named(std::string_view name, std::span<const Material> own) {
   try {
     scatter::sediment_named(name);
   } catch (const std::invalid_argument&) {
-    throw std::invalid_argument(fmt::format(
-        "material '{}' is not known{}; covers are seagrass, shells; solids are {}; or "
-        "describe it in a table [material.{}]",
-        name.substr(0, 64), nearest_materials(name, own), scatter::solid_names(), name));
+    throw std::invalid_argument(
+        fmt::format("material '{}' is not known{}; covers are {}; solids are {}; or "
+                    "describe it in a table [material.{}]",
+                    name.substr(0, 64), nearest_materials(name, own), cover_names(),
+                    scatter::solid_names(), name));
   }
   return known;
 }

@@ -50,8 +50,11 @@ struct Material {
   std::optional<double> glint_share, glints_per_m2, variation_db, variation_m;
 };
 
+/// The names of the covers, "seagrass, shells".
+std::string cover_names();
+
 /// The material of that name: one of `own` (the scene's), or else a named sediment, cover
-/// (seagrass, shells) or solid. Throws std::invalid_argument, with the nearest names, if there is
+/// or solid. Throws std::invalid_argument, with the nearest names, if there is
 /// none.
 Material material_named(std::string_view name, std::span<const Material> own);
 

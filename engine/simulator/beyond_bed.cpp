@@ -87,8 +87,8 @@ std::optional<std::string> beyond_bed_warning(std::span<const Sonar> sonars,
                     std::ceil(std::max(2.0 * half_m.y(), options.extent_north_m)));
   }
   return fmt::format(
-      "sonar {}: {:.2g} % of its bins look beyond the edge of the bed and are as black as shadow, in "
-      "{} of {} pings, from {} to {}: {}move the track, or shorten sonar.{}.range_m",
+      "sonar {}: {:.2g} % of its bins are beyond the edge of the bed and are black, in {} of {} pings "
+      "(numbers {} to {}): {}move the track, or shorten sonar.{}.range_m",
       worst->name, 100.0 * most.share, most.pings, poses.size(), most.first, most.last, larger,
       worst->name);
 }

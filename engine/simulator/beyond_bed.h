@@ -11,7 +11,7 @@
 
 namespace ensonify::engine {
 
-/// A warning about bins that look beyond the edge of the bed, where the picture is as black as in a
+/// A warning about bins that are beyond the edge of the bed, where the picture is as black as in a
 /// shadow. It names the sonar with the largest share of such bins, the share, the pings and what to
 /// do. The bed is taken as level. None for a share of up to 1 %.
 std::optional<std::string> beyond_bed_warning(std::span<const Sonar> sonars,

@@ -349,7 +349,7 @@ double image_bytes(std::span<const Sonar> sonars, std::size_t pings) {
 
 void require_images(const MemoryLimit& memory, std::span<const Sonar> sonars, std::size_t pings) {
   memory.require(image_bytes(sonars, pings), fmt::format("the images of {} pings", pings),
-                 "take fewer pings, fewer bins or a smaller output.pings_per_file");
+                 "use fewer pings, fewer bins or a smaller output.pings_per_file");
 }
 
 double rays_of(std::span<const Sonar> sonars) {

@@ -70,12 +70,12 @@ double bytes_per_face(std::string_view surface, std::string_view intersector) {
 void refuse_for_tiles(const Scene& scene) {
   if (scene.run.surface == static_surface)
     throw SceneError(
-        "run: the surface 'static' needs the whole bed at once, and this one is made in tiles; take "
+        "run: the surface 'static' needs the whole bed at once, and this one is made in tiles; use "
         "footprint, or refined");
   if (scene.sea.refraction == RefractionMode::full)
     throw SceneError(
         "sea: refraction 'full' needs the highest and the lowest point of the bed, which are not known "
-        "while a bed is made in tiles; take time-only, or a smaller bed");
+        "while a bed is made in tiles; use time-only, or a smaller bed");
 }
 
 class Preparing {
@@ -216,7 +216,7 @@ class Preparing {
                             how_.more_bytes,
                         fmt::format("the {:.0f} faces of {} and a tree over them", faces,
                                     scene_.seafloor.progressive.path.string()),
-                        "take --surface footprint");
+                        "use --surface footprint");
     with_memory_for("the seafloor", [&] { restore_mesh(result_->seafloor); });
   }
 
@@ -237,15 +237,15 @@ class Preparing {
     origin_.surface = for_a_tree ? static_surface : footprint_surface;
     origin_.why =
         for_a_tree
-            ? fmt::format("{} pings are enough to pay for a tree over {} faces", pings, faces)
-            : "the bed is a grid of heights, and a tree over all of it would not pay";
+            ? fmt::format("{} pings are enough for a tree over {} faces to save time", pings, faces)
+            : "the bed is a grid of heights, and a tree over all its faces would not save time";
     if (!for_a_tree) return;
     how_.memory.require(
         static_cast<double>(faces) * (refine::mesh_bytes_per_face +
                                       bytes_per_face(static_surface, scene_.run.intersector)) +
             how_.more_bytes,
         fmt::format("the {} faces of the seafloor and a tree over them", faces),
-        "take --surface footprint");
+        "use --surface footprint");
     with_memory_for("the seafloor",
                     [&] { take_bed_to_mesh(result_->seafloor, still_in("seafloor")); });
   }
@@ -259,7 +259,7 @@ class Preparing {
     const auto pings = static_cast<std::size_t>(scene_.track.pings);
     const bool long_enough = pings >= faces / faces_per_ping;
     origin_.surface = long_enough ? refined_surface : static_surface;
-    origin_.why = fmt::format("{} pings are {} to pay for the analysis of {} faces", pings,
+    origin_.why = fmt::format("{} pings are {} for the analysis of {} faces to save time", pings,
                               long_enough ? "enough" : "too few", faces);
   }
 

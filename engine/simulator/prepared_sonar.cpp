@@ -171,8 +171,8 @@ void warn_of_beams(const Scene& scene, const Sonar& sonar, double altitude_m,
 void warn_of_few_rays(const Sonar& sonar, std::vector<std::string>& warnings) {
   if (sonar.elevations >= 32) return;
   add_once(warnings,
-           fmt::format("sonar {}: {} elevations are so few that a level bed is too bright, "
-                       "or shadow: set sonar.{}.elevations to 64 or more",
+           fmt::format("sonar {}: with only {} elevations a level bed is too bright or has "
+                       "false shadows: set sonar.{}.elevations to 64 or more",
                        sonar.name, sonar.elevations, sonar.name));
 }
 

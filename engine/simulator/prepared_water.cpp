@@ -38,8 +38,8 @@ void PreparedWater::warn_of_odd_speeds() {
     if (layer.top_mps >= slowest_mps && layer.top_mps <= fastest_mps) continue;
     warnings_.push_back(fmt::format(
         "{}: at {:.1f} m the sound speed is {:.1f} m/s, but water of {} psu and {} to {} degrees "
-        "has {:.0f} to {:.0f} m/s; its absorption is that of the nearest: set sea.salinity_psu, "
-        "or sea.absorption_db_per_km",
+        "has {:.0f} to {:.0f} m/s; the nearest possible temperature is used for "
+        "absorption: set sea.salinity_psu, or sea.absorption_db_per_km",
         sea_.profile.name, layer.top_m, layer.top_mps, water.salinity_psu, coldest_c, warmest_c,
         slowest_mps, fastest_mps));
     return;

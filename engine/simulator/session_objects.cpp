@@ -128,9 +128,9 @@ std::size_t SessionObjects::body_of(std::uint32_t instance) const {
   throw std::invalid_argument(fmt::format(
       "Simulator: no object that was added has instance {}{}; {}", instance,
       instance > 0 && instance < first_instance_
-          ? ", which is the scene's own and fixed: leave it out of the scene, and add it"
+          ? ", which belongs to the scene and is fixed: leave it out of the scene, and add it"
           : "",
-      added.empty() ? "none is there that can be moved or removed: add one"
+      added.empty() ? "add an object first"
                     : fmt::format("those that can be moved or removed are {}", added)));
 }
 

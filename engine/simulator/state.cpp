@@ -140,7 +140,7 @@ std::shared_ptr<const PreparedSonar> Simulator::SharedState::prepare(
       threads * ray_bytes({&settings, 1}, "fan_scan"),
       fmt::format("the {:.2g} million rays of a ping of {}, for {} thread{},",
                   1e-6 * rays_of({&settings, 1}), settings.name, threads, threads > 1 ? "s" : ""),
-      "take fewer elevations or planes");
+      "use fewer elevations or planes");
   return prepare_sonar(scene, water, usual, number, settings, materials, bed_shares, its_warnings);
 }
 

@@ -35,7 +35,7 @@ class FanRuns {
   void take(const RayFan& fan, refine::Triangles triangles, std::span<const Hit> hits);
   /// The hits of these runs, by ray number, without u and v; the fan's other rays miss.
   void give_hits(const RayFan& fan, std::span<Hit> hits) const;
-  /// Gives a run the face of another one, whose rays it does not get.
+  /// Copies the face of one run to another; the rays stay.
   void copy_face(std::size_t run, const FanRuns& from, std::size_t other) {
     index[run] = from.index[other], face[run] = from.face[other];
     level[run] = from.level[other], pole[run] = from.pole[other];

@@ -86,7 +86,7 @@ struct IntersectorKind {
   /// Peak memory of build() per face of a large mesh, in addition to the mesh. A lower bound,
   /// measured over 2.4 million faces and rounded down; 0: not measured.
   double bytes_per_face = 0.0;
-  bool builds_tree = false;       ///< over the whole mesh; a static one can pay for many pings
+  bool builds_tree = false;  ///< over the whole mesh; a static one can save time over many pings
   bool tests_every_face = false;  ///< for every ray: too slow for many of both
 };
 /// The name of the kind that all others are compared with.
@@ -97,7 +97,7 @@ inline constexpr std::string_view reference_intersector = "pluecker";
 std::span<const IntersectorKind> intersector_kinds();
 
 /// The back-ends of the program that links the library. The library has a definition that returns
-/// none; a program with back-ends of its own defines this function again, in a source of the
+/// none; a program that adds back-ends defines this function again, in a source of the
 /// executable itself (the linker may omit it from a static library). It is called once,
 /// before the first intersector is looked up; what it returns must live as long as the program.
 std::span<const IntersectorKind> program_intersector_kinds();

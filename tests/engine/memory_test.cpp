@@ -66,12 +66,12 @@ TEST_CASE(
   const MemoryLimit limit{5.0 * gb};
   CHECK_NOTHROW(limit.require(0.0, "pictures", "fewer"));
   CHECK_NOTHROW(limit.require(1.0 * gb, "pictures", "fewer"));
-  CHECK_THROWS_WITH(limit.require(7.5 * gb, "the pictures of 9 pings", "take fewer pings"),
+  CHECK_THROWS_WITH(limit.require(7.5 * gb, "the pictures of 9 pings", "use fewer pings"),
                     Catch::Contains("the pictures of 9 pings need about 7.5 GB of memory, but "
                                     "--memory allows 5.0 GB, of which ") &&
-                        Catch::Contains(" are used; take fewer pings"));
-  CHECK_THROWS_WITH(MemoryLimit{}.require(1e18, "pictures", "take fewer"),
-                    Catch::Contains(" are available (--memory sets another limit); take fewer"));
+                        Catch::Contains(" are used; use fewer pings"));
+  CHECK_THROWS_WITH(MemoryLimit{}.require(1e18, "pictures", "use fewer"),
+                    Catch::Contains(" are available (--memory sets another limit); use fewer"));
 }
 
 TEST_CASE("ripples much longer than the seafloor are refused by the name of their key") {
@@ -149,7 +149,7 @@ TEST_CASE("images that do not fit are refused before the seafloor is made, and l
       run(scene, folder / "run", {.progress = stages, .memory = {4.0 * gb}}),
       Catch::Contains("the images of 100000 pings need about 51.2 GB of memory, but --memory "
                       "allows 4.0 GB") &&
-          Catch::Contains("take fewer pings"));
+          Catch::Contains("use fewer pings"));
   CHECK(!began);
   CHECK(!fs::exists(folder / "run"));
 

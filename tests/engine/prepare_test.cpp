@@ -277,7 +277,7 @@ TEST_CASE("surface auto means footprint for a bed of heights, which is not analy
   scene.track.pings = 38;
   auto prepared = prepare_seafloor(scene, {.cache = folder / "cache"});
   CHECK(prepared->origin.surface == "static");
-  CHECK(prepared->origin.why == "38 pings are enough to pay for a tree over 57600 faces");
+  CHECK(prepared->origin.why == "38 pings are enough for a tree over 57600 faces to save time");
   CHECK(!prepared->seafloor.grid);
   CHECK(prepared->seafloor.mesh.faces.size() == prepared->seafloor.faces);
   scene.run.intersector = "fan_scan";  // has no tree
@@ -299,13 +299,15 @@ TEST_CASE("surface auto of a mesh means refined unless the run is too short, and
   CHECK(prepared->origin.surface == "refined");
   CHECK(prepared->seafloor.progressive);
   CHECK(prepared->seafloor.mesh.faces.empty());
-  CHECK(prepared->origin.why == "100 pings are enough to pay for the analysis of 360000 faces");
+  CHECK(prepared->origin.why ==
+        "100 pings are enough for the analysis of 360000 faces to save time");
   scene.track.pings = 3;
   prepared = prepare_seafloor(scene, {});
   CHECK(prepared->origin.surface == "static");
   CHECK(!prepared->seafloor.progressive);
   CHECK(prepared->seafloor.mesh.faces.size() == 360000);
-  CHECK(prepared->origin.why == "3 pings are too few to pay for the analysis of 360000 faces");
+  CHECK(prepared->origin.why ==
+        "3 pings are too few for the analysis of 360000 faces to save time");
   scene.run.surface = "footprint";
   prepared = prepare_seafloor(scene, {});
   CHECK(prepare_seafloor(scene, {.seafloor = prepared}) == prepared);

@@ -492,9 +492,9 @@ TEST_CASE("a ping out of reach of the seafloor warns once, and one as fast as so
 TEST_CASE("an object that cannot be moved is answered with those that can be") {
   const tests::TemporaryFolder folder;
   Simulator session(with_box(bare_scene(), folder));
-  CHECK_THROWS_WITH(
-      session.move(1, beside),
-      Catch::Contains("instance 1, which is the scene's own") && Catch::Contains("add one"));
+  CHECK_THROWS_WITH(session.move(1, beside),
+                    Catch::Contains("instance 1, which belongs to the scene") &&
+                        Catch::Contains("add an object first"));
   const std::uint32_t added = session.add({.mesh = cube(1.0f), .material = "wood"}, beside);
   CHECK_THROWS_WITH(session.remove(9), Catch::EndsWith("are " + std::to_string(added)));
 }

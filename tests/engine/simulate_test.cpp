@@ -216,11 +216,10 @@ TEST_CASE("swaths that reach beyond the edge of the bed are warned of, with the 
       continue;
     }
     REQUIRE(warnings.size() == 1);
-    CHECK(
-        warnings[0] ==
-        "sonar s: 18 % of its bins look beyond the edge of the bed and are as black as shadow, in "
-        "4 of 4 pings, from 0 to 3: set seafloor.extent_east_m = 138 and "
-        "seafloor.extent_north_m = 60, move the track, or shorten sonar.s.range_m");
+    CHECK(warnings[0] ==
+          "sonar s: 18 % of its bins are beyond the edge of the bed and are black, in 4 of 4 pings "
+          "(numbers 0 to 3): set seafloor.extent_east_m = 138 and "
+          "seafloor.extent_north_m = 60, move the track, or shorten sonar.s.range_m");
     const Waterfall image = ping_all(scene, simulator, 1).images.front();
     int starved = 0;
     for (const PingRow& row : image.pings) starved += row.starved_port + row.starved_starboard;

@@ -4,7 +4,7 @@
 usage: soak.py PROGRAM FAILING_CALLS_LIBRARY FOLDER [--seconds S] [--rows ROW,ROW]
                [--write doc/reliability.md]
 
-A row repeats trials until its time is over; each trial has random numbers of its own, from the
+A row repeats trials until its time is over; each trial has separate random numbers, from the
 row's name and the trial's number. FOLDER/report.json counts the trials of all calls, so a later
 call continues with new ones; it starts again if the program has changed. The exit code is 1 if a
 trial failed. A failed trial's inputs stay in FOLDER/failed.

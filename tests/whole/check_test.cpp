@@ -134,7 +134,7 @@ TEST_CASE("check compares only the intersectors that are named, on whole pings")
   for (const auto& row : report["rows"])
     CHECK((row["intersector"] == "embree" || row["intersector"] == "fan_scan"));
   CHECK(report["pings"] > 0);
-  CHECK(outcome.err.find(" pings, which are cast whole") != std::string::npos);
+  CHECK(outcome.err.find(" whole pings; --rays 3000 asks for at least 1500") != std::string::npos);
 }
 
 TEST_CASE("check of ten rays finds no class too frequent, whatever they are aimed at") {

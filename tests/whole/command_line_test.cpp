@@ -511,8 +511,8 @@ TEST_CASE("A seafloor is written as a mesh, described by mesh-info, and hit by r
         "boundary_edges 12\nnon_manifold_edges 0\n" +
             no_repairs);
   check_refused(run_program(folder.path(), {"mesh-info", "."}), 2, "is a folder");
-  // A grid of heights alone has no cells of its own.
-  check_refused(run_program(folder.path(), {"mesh-info", "flat.npy"}), 2, "cell");
+  // A file of heights alone does not state the size of its cells.
+  check_refused(run_program(folder.path(), {"mesh-info", "flat.npy"}), 2, "--survey-cell-m");
   const Outcome of_grid =
       run_program(folder.path(), {"mesh-info", "flat.npy", "--survey-cell-m", "1"});
   CHECK(of_grid.out.starts_with("vertices 15\ntriangles 16\nx_min -2\nx_max 2\n"));

@@ -134,7 +134,7 @@ TEST_CASE("compare ends with code 1 beyond the limit, and with 2 for what it can
   const Outcome second =
       run_program(folder.path(), {"compare", "a", "a/left-right.xtf", "--sonar-b", "2"});
   CHECK(second.code == 2);
-  CHECK(second.err.find("has no line '2'; give --sonar-a or --sonar-b a number") !=
+  CHECK(second.err.find("has one line, not a line '2': leave --sonar-a or --sonar-b out") !=
         std::string::npos);
   CHECK(run_program(folder.path(), {"compare", "a", "b", "--sonar-a", "x"}).code == 2);
 }

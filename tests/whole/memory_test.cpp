@@ -146,7 +146,7 @@ TEST_CASE("rays that do not fit are refused") {
   CAPTURE(refused.err);
   CHECK(refused.code == 1);
   CHECK(refused.err.find("26 million rays of a ping") != std::string::npos);
-  CHECK(refused.err.find("take fewer elevations or planes") != std::string::npos);
+  CHECK(refused.err.find("use fewer elevations or planes") != std::string::npos);
   CHECK(!std::filesystem::exists(folder / "out"));
 }
 

@@ -371,7 +371,7 @@ void check_pings(const Scene& scene, double pings, std::string_view place) {
     pixels += static_cast<double>(sides_of(sonar).size()) * sonar.bins * sonar.beams * pings;
   if (!(pixels <= max_pixels && pings <= max_pings))
     throw SceneError(fmt::format(
-        "{}: {:.0f} pings make {:.2g} pixels, expected at most {:.0e}: take fewer pings or bins",
+        "{}: {:.0f} pings make {:.2g} pixels, expected at most {:.0e}: use fewer pings or bins",
         place, pings, pixels, max_pixels));
 }
 

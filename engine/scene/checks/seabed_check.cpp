@@ -163,7 +163,7 @@ void check_seabed(const Scene& scene,
         check.require(other == i, area.number > 0 ? key + ".number" : key, [&] {
           return fmt::format(
               "'{}' has the number {} as '{}.{}', and so would lie exactly on it; give each layer "
-              "of the list a number of its own",
+              "of the list a different number",
               key, number, section.name, other);
         });
       }

@@ -37,8 +37,8 @@ struct TileOptions {
 struct ChipOptions {
   int size_px = 0;      ///< with size_m or margin: the chip is resampled to this
   double size_m = 0.0;  ///< on the ground or in slant range
-  /// Instead of size_m: the free border on each side, in the target's longer side; of two numbers,
-  /// one between them is drawn for each chip.
+  /// Instead of size_m: the free border on each side, as a share of the target's longer side; of
+  /// two numbers, one between them is drawn for each chip.
   std::vector<double> margin;
   bool with_shadow = true;           ///< the target is body and shadow, or the body alone
   std::vector<std::string> classes;  ///< of the targets that have chips; empty: all

@@ -52,16 +52,17 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
             "a date, YYYY-MM-DD"},
        }},
       {"dataset.split",
-       "Which samples are for training, validation and test. What is held together never crosses.",
+       "Which samples are for training, validation and test. Samples of one group are always in "
+       "the same split.",
        {
            {"train", "", {0, 1e6}, "Share of the training samples, of the sum of all three.",
             at(&D::split, &SplitOptions::train)},
-           {"val", "", {0, 1e6}, "The same.", at(&D::split, &SplitOptions::val)},
-           {"test", "", {0, 1e6}, "The same.", at(&D::split, &SplitOptions::test)},
+           {"val", "", {0, 1e6}, "The same for validation.", at(&D::split, &SplitOptions::val)},
+           {"test", "", {0, 1e6}, "The same for the test.", at(&D::split, &SplitOptions::test)},
            {"by", "", {},
-            "What is held together: seafloor, a key of the recipe such as objects.0.mesh or "
+            "What makes a group: seafloor, a key of the recipe such as objects.0.mesh or "
             "draw.site, which is then drawn once per seabed, or a list of these: samples that "
-            "agree in all of them stay together.",
+            "agree in all of them are a group.",
             at(&D::split, &SplitOptions::by)},
            {"held_out_val", "", {},
             "Values of these keys that make up the validation set.",
@@ -73,14 +74,16 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
       {"dataset.tiles",
        "Each line is cut into tiles, in pixels or in metres; the last tiles end with the line.",
        {
-           {"width_px", "", {0, 65536}, "Across the track; 0: none.",
+           {"width_px", "", {0, 65536}, "Width of a tile across the track; 0: no tiles.",
             at(&D::tiles, &TileOptions::width_px)},
-           {"height_px", "", {0, 65536}, "Along it.", at(&D::tiles, &TileOptions::height_px)},
-           {"width_m", "m", {0, 1e5}, "Across the track, instead.",
+           {"height_px", "", {0, 65536}, "Its height along the track.",
+            at(&D::tiles, &TileOptions::height_px)},
+           {"width_m", "m", {0, 1e5}, "Width across the track in metres, instead of width_px.",
             at(&D::tiles, &TileOptions::width_m)},
-           {"height_m", "m", {0, 1e5}, "Along it.", at(&D::tiles, &TileOptions::height_m)},
+           {"height_m", "m", {0, 1e5}, "Height along the track in metres, instead of height_px.",
+            at(&D::tiles, &TileOptions::height_m)},
            {"stride", "", {0.01, 100},
-            "From one tile to the next, in tiles: 0.5 lets them overlap by half.",
+            "Distance from one tile to the next, in tiles: 0.5 lets them overlap by half.",
             at(&D::tiles, &TileOptions::stride)},
            {"least_bed", "", {0, 1},
             "Tiles with a smaller share of bed, objects and shadows are left out.",
@@ -90,13 +93,14 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
        "Square images of targets with their shadows.",
        {
            {"size_px", "", {0, 65536},
-            "Edge; 0: none. With size_m or margin, chips are resampled to this many pixels.",
+            "Edge in pixels; 0: no chips. With size_m or margin, chips are resampled to this many "
+            "pixels.",
             at(&D::chips, &ChipOptions::size_px)},
            {"size_m", "m", {0, 1e5}, "Edge in metres.",
             at(&D::chips, &ChipOptions::size_m)},
            {"margin", "", {0, 100},
-            "Instead of size_m: the edge follows from the target. The border on each side, in the "
-            "target's longer side; [0.1, 0.5]: drawn between these for each chip.",
+            "Instead of size_m: the edge follows from the target. The border on each side, as a "
+            "share of the target's longer side; [0.1, 0.5]: drawn between these for each chip.",
             at(&D::chips, &ChipOptions::margin)},
            {"with_shadow", "", {},
             "The chip is centred on the target with its shadow; false: on its body.",
@@ -111,7 +115,7 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
             "Number of chips of the same size without a target, at random places, per line.",
             at(&D::chips, &ChipOptions::backgrounds)},
            {"hard_negatives", "", {0, 1000},
-            "Number of chips without a target of `classes`, on what resembles one, per line: "
+            "Number of chips per line of things that resemble a target but are not of `classes`: "
             "targets of other classes, shadows of the relief, ground that is not plain seabed.",
             at(&D::chips, &ChipOptions::hard_negatives)},
        }},

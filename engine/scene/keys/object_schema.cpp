@@ -1,8 +1,11 @@
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/scatter/solid_target.h>
 
 namespace ensonify::engine {
 namespace {
@@ -25,6 +28,10 @@ std::vector<std::string_view> variant_names() {
 
 // clang-format off
 const Section<ObjectOptions>& object_section() {
+  static const std::string material_help = fmt::format(
+      "What it is made of: a solid ({}), or a name as for seafloor.material. Parts of some shapes "
+      "have other materials, but not those of an object that a session adds.",
+      scatter::solid_names());
   static const Section<ObjectOptions> section = {
       "objects",
       "An object on the seabed, or over it; any number of them. It is a mesh or a shape, and "
@@ -34,7 +41,7 @@ const Section<ObjectOptions>& object_section() {
            "Its mesh (PLY, OBJ, STL, OFF) with z up: a path under the scene's folder, or data:path "
            "under the data folder.",
            at(&ObjectOptions::mesh)},
-          {"shape", "", {}, "Or a shape by its name; the list below has its sizes.",
+          {"shape", "", {}, "Instead of a mesh: a shape by its name; the list below has its sizes.",
            at(&ObjectOptions::shape), shape_names()},
           {"variant", "", {},
            "Which form of the shape, of those listed below; unset: drawn, the first more often.",
@@ -49,7 +56,7 @@ const Section<ObjectOptions>& object_section() {
            at(&ObjectOptions::size, &ShapeSize::length_m)},
           {"width_m", "m", {0.001, 1000}, "Its size across the heading.",
            at(&ObjectOptions::size, &ShapeSize::width_m)},
-          {"tall_m", "m", {0.001, 1000}, "From its lowest point to its highest.",
+          {"tall_m", "m", {0.001, 1000}, "Height from its lowest point to its highest.",
            at(&ObjectOptions::size, &ShapeSize::shape_height_m)},
           {"diameter_m", "m", {0.001, 1000}, "Diameter of a round shape.",
            at(&ObjectOptions::size, &ShapeSize::diameter_m)},
@@ -63,8 +70,8 @@ const Section<ObjectOptions>& object_section() {
            at(&ObjectOptions::size, &ShapeSize::facet_m)},
           {"class", "", {}, "What it is called in the labels.", at(&ObjectOptions::class_name)},
           {"part_classes", "", {},
-           "Whether a shape's parts have classes of their own in images and masks, CLASS.PART, as "
-           "wreck.mast, and an assembly's objects their own classes. A target has one class.",
+           "Whether a shape's parts have separate classes in images and masks, CLASS.PART, as "
+           "wreck.mast, and an assembly's objects keep their classes. A target has one class.",
            at(&ObjectOptions::part_classes)},
           {"assembly", "", {},
            "Objects with the same name here are one object: turned, scaled, sunk in and labelled "
@@ -72,8 +79,7 @@ const Section<ObjectOptions>& object_section() {
            "relative to it, with height_m and burial from its lowest point.",
            at(&ObjectOptions::assembly)},
           {"material", "", {},
-           "What it is made of: steel, wood, rock ..., or a [material.NAME]. Parts of some shapes "
-           "have their own, but not those of an object that a session adds.",
+           material_help,
            at(&ObjectOptions::material)},
           {"east_m", "m", {-1e6, 1e6},
            "Its middle, east of the seabed's; the points of its path are relative to it.",
@@ -81,15 +87,14 @@ const Section<ObjectOptions>& object_section() {
           {"north_m", "m", {-1e6, 1e6}, "Its middle, north of the seabed's.",
            at(&ObjectOptions::north_m)},
           {"height_m", "m", {-1000, 11000},
-           "Smallest distance between it and the bed: 0 stands, more floats, less is sunk in; unset: "
-           "0, or as burial says.",
+           "Smallest distance between it and the bed. 0: it stands; above 0: it floats; below 0: it "
+           "is sunk in; unset: 0, or what follows from burial.",
            at(&ObjectOptions::height_m)},
           {"burial", "", {0, 1},
            "Share of its height that is sunk in, instead of height_m: 0 touches the bed, 1 is "
            "covered by it. If neither is given, a boat, car, container, cable drum, ladder, "
-           "mannequin, mine or ordnance sinks in by itself, by a drawn share. What makes up a wreck, "
-           "an aircraft or a mooring lies in the bed as its form says; both keys move all of it "
-           "from there.",
+           "mannequin, mine or ordnance sinks in by itself, by a drawn share. The shape decides "
+           "how deep the parts of a wreck, aircraft or mooring lie; both keys then move the whole.",
            at(&ObjectOptions::burial)},
           {"follow_slope", "", {}, "Whether it is tilted as the bed below it.",
            at(&ObjectOptions::follow_slope)},

@@ -1,6 +1,9 @@
 #include <ensonify/engine/scene/keys/schema.h>
 
+#include <fmt/format.h>
+
 #include <ensonify/engine/scene/output_formats.h>
+#include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/engine/trace/intersector.h>
 
@@ -94,13 +97,17 @@ std::vector<Key<Scene>> output_keys() {
 // One row per key.
 const std::vector<Section<Scene>>& scene_sections() {
   using scatter::SeaWater;
+  static const std::string material_help = fmt::format(
+      "What it is made of: a sediment (`ensonify sediments` lists them), a cover ({}), a solid (as "
+      "for objects.material) or a [material.NAME].",
+      cover_names());
   static const std::vector<Section<Scene>> sections = {
       {"",
        "The whole run.",
        {
            {"conditions", "", {},
-            "What keys that are not given stand for. survey: a vehicle that moves, the sea "
-            "surface's echo, transmit leakage, a recorder with noise and three looks, and a "
+            "Chooses the values of keys that the scene does not give. survey: a vehicle that moves, "
+            "the sea surface's echo, transmit leakage, a recorder with noise and three looks, and a "
             "display on which beds get darker with range. ideal: none of these, and even ground "
             "(texture = false), for exact levels. auto: survey if a sonar has a preset; otherwise "
             "ideal, but with texture.",
@@ -198,7 +205,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             "Height of the sea surface in the survey's or the mesh's own heights.",
             at(&Scene::seafloor, &SeafloorOptions::water_level_m)},
            {"material", "", {},
-            "What it is made of: a name that `ensonify sediments` lists, or a [material.NAME].",
+            material_help,
             at(&Scene::seafloor, &SeafloorOptions::material)},
            {"penetration_m", "m", {0, 100},
             "Thickness of the bed's uppermost layer, where it is a sediment: sound enters it, and "
@@ -210,14 +217,14 @@ const std::vector<Section<Scene>>& scene_sections() {
        "Relief of a generated seabed that looks the same at every scale.",
        {
            {"height_at_1m_m", "m", {0, 100},
-            "Rms height difference of points 1 m apart, as it is without longest_m, which lowers "
-            "it; 0: no fractal relief.",
+            "Rms height difference of points 1 m apart, before longest_m reduces it; "
+            "0: no fractal relief.",
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::height_at_1m_m)},
            {"hurst", "", {0.01, 0.99}, "Hurst exponent: small is jagged, large is rolling.",
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::hurst)},
            {"spectrum", "", {},
-            "variogram: height differences grow as distance^hurst; paper: the smoother field of "
-            "the paper's own exponent.",
+            "variogram: height differences grow as distance^hurst; paper: the smoother "
+            "field of Riordan, Toal and others, whose spectrum has the exponent 4 hurst + 2.",
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::spectrum),
             {"variogram", "paper"}},
            {"longest_m", "m", {0, 1e6},
@@ -233,7 +240,7 @@ const std::vector<Section<Scene>>& scene_sections() {
        {
            {"rms_height_m", "m", {0, 10}, "Rms height; 0: no ripples.",
             at(&Scene::seafloor, &SeafloorOptions::ripples, &RippleRelief::rms_height_m)},
-           {"wavelength_m", "m", {0.01, 1000}, "From crest to crest; four cells or more.",
+           {"wavelength_m", "m", {0.01, 1000}, "Distance from crest to crest; four cells or more.",
             at(&Scene::seafloor, &SeafloorOptions::ripples, &RippleRelief::wavelength_m)},
            {"across_crests_deg", "degrees", {-360, 360},
             "Heading of the direction across the crests, clockwise from north.",
@@ -398,7 +405,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             "Copies of the direct echo by way of the surface and the bubbles under it.",
             at(&Scene::arrivals, &OtherPathsOptions::multiples)},
            {"second_time_around", "", {},
-            "Echoes of the pings before from beyond the range, of a level bed of "
+            "Echoes of earlier pings that come from beyond the range, of a level bed of "
             "seafloor.material: a ping that was sent a time P earlier adds the echo from r + c P / 2 "
             "at r. P is track.ping_interval_s or a multiple of it, or of the two-way time of the "
             "longest range; of a file with one ping per row, of the median time between two rows.",
@@ -413,8 +420,8 @@ const std::vector<Section<Scene>>& scene_sections() {
             "specular direction, and the paths in both directions add in amplitude.",
             at(&Scene::arrivals, &OtherPathsOptions::double_bounce)},
            {"wall_loss_db", "dB", {0, 60},
-            "Loss of the reflection at a wall, which is smooth then; unset: as its material "
-            "reflects, if that is a solid, and none of it otherwise.",
+            "Loss of the reflection at a wall, which is then smooth; unset: the loss of its "
+            "material, if that is a solid; other walls do not reflect.",
             at(&Scene::arrivals, &OtherPathsOptions::wall_loss_db)},
            {"burst_m", "m", {0, 1000},
             "Range over which the transmitted pulse blinds the receiver; 0: none.",
@@ -429,7 +436,7 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"lost", "", {0, 1}, "Share of pings that are not recorded.",
             at(&Scene::artefacts, &ArtefactOptions::lost)},
            {"repeated", "", {0, 1},
-            "Share of the pings that are not lost in whose place the one before is recorded again.",
+            "Share of the recorded pings that are replaced by a copy of the ping before.",
             at(&Scene::artefacts, &ArtefactOptions::repeated)},
            {"stale_navigation", "", {0, 0.99},
             "Share of the time in which the reported pose does not change.",
@@ -478,7 +485,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::artefacts, &ArtefactOptions::wake_offset_m)},
            {"shimmer_db", "dB", {0, 30}, "Rms change of the brightness by internal waves.",
             at(&Scene::artefacts, &ArtefactOptions::shimmer_db)},
-           {"shimmer_m", "m", {0.01, 20000}, "Their bands' mean length over range.",
+           {"shimmer_m", "m", {0.01, 20000}, "Mean length of its bands over range.",
             at(&Scene::artefacts, &ArtefactOptions::shimmer_m)},
            {"shimmer_s", "s", {0.01, 1e6}, "Time in which a band of that length moves by its length.",
             at(&Scene::artefacts, &ArtefactOptions::shimmer_s)},
@@ -489,8 +496,8 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"surface", "", {},
             "Which triangles a ping sees. static: all, in one tree; refined: those in the fan, "
             "unchanged, of a mesh refined at each ping; footprint: the same by a query; auto: "
-            "over a grid of heights footprint, or static where Embree's tree pays; over a mesh "
-            "refined, unless the run is too short to pay for the analysis.",
+            "over a grid of heights footprint, or static where Embree's tree saves time; over a mesh "
+            "refined, unless the run has too few pings for the analysis to save time.",
             at(&Scene::run, &RunOptions::surface), surface_choices()},
            {"intersector", "", {},
             "What finds the nearest hits (`ensonify intersectors` lists them). fan_scan is the "
@@ -541,15 +548,17 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::display, &Display::mapping), {"gamma", "logarithmic", "equalised"}},
            {"gamma", "", {0.05, 10}, "The power of a gamma mapping.",
             at(&Scene::display, &Display::gamma)},
-           {"range_db", "dB", {1, 200}, "From black to white, of a logarithmic mapping; medium brightness is in the middle.",
+           {"range_db", "dB", {1, 200},
+            "Range from black to white of a logarithmic mapping; medium brightness is in the "
+            "middle.",
             at(&Scene::display, &Display::range_db)},
            {"smoothing_px", "px", {0, 20},
             "Standard deviation of the Gaussian that the picture is smoothed by, as by a display "
             "that enlarges or interpolates; 0: not smoothed.",
             at(&Scene::display, &Display::smoothing_px)},
            {"track_smoothing_px", "px", {0, 20},
-            "The same along the track alone, in addition, as by a display that draws rows at even "
-            "distances, mixtures of pings; 0: none.",
+            "The same along the track alone, in addition, as on displays that interpolate pings to "
+            "evenly spaced rows; 0: none.",
             at(&Scene::display, &Display::track_smoothing_px)},
            {"palette", "", {}, "Colours; paper is grey with strong echoes dark.",
             at(&Scene::display, &Display::palette),

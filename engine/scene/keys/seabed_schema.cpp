@@ -19,24 +19,26 @@ const std::vector<Key<Area>>& area_keys() {
       {"middle_north_m", "m", {-1e6, 1e6}, "That middle, north of the seabed's.",
        at(&Area::middle_north_m)},
       {"image", "", {},
-       "Only where this image (PNG or GeoTIFF of one channel, north up) has image_value; without "
-       "coordinates of its own it is laid over the whole seabed. A path as for seafloor.survey.",
+       "Only where this image (PNG or GeoTIFF of one channel, north up) has image_value; an "
+       "image without coordinates is laid over the whole seabed. A path as for seafloor.survey.",
        at(&Area::image)},
       {"image_value", "", {0, 65535}, "The value of the image's pixels that count.",
        at(&Area::image_value)},
       {"shallowest_m", "m", {-1000, 11000},
-       "Only where the bed, before its layers, is as deep or deeper.",
+       "Only where the depth of the bed, before its layers, is at least this.",
        at(&Area::shallowest_m)},
-      {"deepest_m", "m", {-1000, 11000}, "Only where it is as shallow or shallower.",
+      {"deepest_m", "m", {-1000, 11000}, "Only where that depth is at most this.",
        at(&Area::deepest_m)},
       {"gentlest_deg", "degrees", {0, 90},
-       "Only where the bed, before its layers and averaged over border_m or six cells, is as steep "
-       "or steeper.",
+       "Only where the slope of the bed, before its layers and averaged over border_m or six cells, "
+       "is at least this.",
        at(&Area::gentlest_rad)},
-      {"steepest_deg", "degrees", {0, 90}, "Only where it is as gentle or gentler.",
+      {"steepest_deg", "degrees", {0, 90}, "Only where that slope is at most this.",
        at(&Area::steepest_rad)},
-      {"on", "", {}, "Only where the patches so far have left this material.", at(&Area::on)},
-      {"share", "", {0, 1}, "Of all that, a share in patches with ragged borders.",
+      {"on", "", {}, "Only where the bed has this material after the earlier patches.",
+       at(&Area::on)},
+      {"share", "", {0, 1},
+       "Share of the area within all these limits that is covered, in patches with ragged borders.",
        at(&Area::share)},
       {"patch_m", "m", {0.1, 100e3}, "Typical size of such a patch.", at(&Area::patch_m)},
       {"border_m", "m", {0, 10e3}, "Relief fades in over this width, and two sediments mix.",
@@ -45,8 +47,8 @@ const std::vector<Key<Area>>& area_keys() {
        "How far, rms, the border of a polygon, disc or image strays from its line.",
        at(&Area::ragged_m)},
       {"number", "", {0, 1e6},
-       "Number of its random draws; 0: its place in the list, from 1. With a number given here its "
-       "draws stay the same when other layers are added or removed.",
+       "Selects its random numbers; 0: its place in the list, from 1. With a number given here they "
+       "stay the same when other layers are added or removed.",
        at(&Area::number)},
   };
   return keys;

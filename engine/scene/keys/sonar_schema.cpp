@@ -54,7 +54,7 @@ const Section<Sonar>& sonar_section() {
            at(&Sonar::bins)},
           {"sample_rate_hz", "Hz", {0, 100e6},
            "Sample rate of the digitiser, which replaces bins: they are c / (2 rate) long and "
-           "reach range_m; 0: bins counts.",
+           "reach range_m; 0: the key bins is used.",
            at(&Sonar::sample_rate_hz)},
           {"array_length_m", "m", {0.001, 100}, "Length of the line array that transmits.",
            at(&Sonar::array_length_m)},
@@ -95,20 +95,20 @@ const Section<Sonar>& sonar_section() {
            "Number N of parallel beams that each side receives from one ping, each of which gives a row of the "
            "image, from the rear: so the vehicle can be N times as fast. The receiver is "
            "steered to each of them and focused as focused or focus_zones_m say; the transmitter is "
-           "not focused, and must be short enough to sound them all. The recorder's gain evens out how "
-           "much sound each beam gets from a level bed; the intensity keeps it.",
+           "not focused, and must be short enough to sound them all. The recorder's gain makes the "
+           "beams equally bright on a level bed; the layer intensity is not corrected.",
            at(&Sonar::beams)},
           {"beam_spacing_m", "m", {0.001, 10},
-           "From each of these beams to the next, along the array, at all ranges. Rows are even if "
-           "beams * beam_spacing_m is how far the vehicle goes from ping to ping.",
+           "Distance from each of these beams to the next, along the array, at all ranges. Rows are "
+           "even if beams * beam_spacing_m is how far the vehicle goes from ping to ping.",
            at(&Sonar::beam_spacing_m)},
           {"side_lobes", "", {0, 20},
            "Number of side lobes that are traced on either side; 0: the main lobe alone.",
            at(&Sonar::side_lobes)},
           {"vertical_beamwidth_deg", "degrees", {0, 180},
            "Width of the vertical beam, -3 dB to -3 dB, at least 0.5; 0: the same in all "
-           "directions. Where a narrow beam is below -30 dB its bed is coarse: by 0.2 dB at 20 "
-           "degrees, 1 dB at 2, 3 dB at 1; half that with elevations = 16384.",
+           "directions. Below -30 dB the level of the bed is uneven: by 0.2 dB for a beam of "
+           "20 degrees, 1 dB for 2 degrees, 3 dB for 1 degree; half of that with elevations = 16384.",
            at(&Sonar::vertical, &VerticalPattern::beamwidth_rad)},
           {"tilt_deg", "degrees", {-90, 90}, "The vertical beam's axis below the horizontal.",
            at(&Sonar::vertical, &VerticalPattern::tilt_rad)},

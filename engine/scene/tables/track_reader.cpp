@@ -60,7 +60,7 @@ const PingColumn* recorded_column(std::string_view name) {
   return found == ping_columns().end() ? nullptr : &*found;
 }
 
-/// A number of a ping whose beams have packets of their own: that of the middle of the outermost
+/// A number of a ping whose beams have separate packets: that of the middle of the outermost
 /// two. An angle is in degrees.
 std::optional<double> middle_value(const PingColumn& column, const RecordedPing& rear,
                                    const RecordedPing& front) {

@@ -16,6 +16,7 @@
 #include <gdal_alg.h>
 
 #include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed/unit_of_length.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -212,14 +213,14 @@ Soundings::Soundings(const std::filesystem::path& file, double cell_m)
   if (!(across >= 2.0 && along >= 2.0))
     refuse_soundings(
         file, fmt::format("has soundings over {:.4g} x {:.4g} m, fewer than 2 x 2 cells of {} m; "
-                          "check that they are in metres, or make seafloor.survey_cell_m smaller",
-                          east - west, north - south, cell_m));
+                          "check that they are in metres, or make {} smaller",
+                          east - west, north - south, cell_m, cell_key));
   const double most = std::min(1000.0 * static_cast<double>(x_m_.size()), 1073741824.0);
   if (!(across * along <= most))
-    refuse_soundings(
-        file, fmt::format("would give {} soundings a grid of {:.0f} x {:.0f} cells; make "
-                          "seafloor.survey_cell_m larger, or remove soundings that lie far off",
-                          x_m_.size(), across, along));
+    refuse_soundings(file,
+                     fmt::format("would give {} soundings a grid of {:.0f} x {:.0f} cells; make {} "
+                                 "larger, or remove soundings that lie far off",
+                                 x_m_.size(), across, along, cell_key));
   columns = static_cast<int>(across);
   rows = static_cast<int>(along);
 }

@@ -335,12 +335,12 @@ class SurveyReader {
       fail("does not hold a single grid; extract one with gdal_translate (gdalinfo lists them)");
     band_ = band_of_heights();
     if (cell_m_ > 0.0 && !needs_cell_)
-      fail("has cells of its own size; leave seafloor.survey_cell_m out");
+      fail(fmt::format("states the size of its cells; leave {} out", cell_key));
   }
 
   void require_cell(std::string_view of) {
     needs_cell_ = true;
-    if (!(cell_m_ > 0.0)) fail(fmt::format("is {}; set seafloor.survey_cell_m", of));
+    if (!(cell_m_ > 0.0)) fail(fmt::format("is {}; set {}", of, cell_key));
   }
 
   void open_as(const std::string& name, const char* const* by) {
@@ -459,7 +459,7 @@ class SurveyReader {
                        missing);
   }
 
-  /// HDF5 is not safe for threads. GDAL has a lock of its own, which VariableResolution cannot
+  /// HDF5 is not safe for threads. GDAL has a lock, which VariableResolution cannot
   /// take.
   inline static std::mutex use_of_hdf5;
 

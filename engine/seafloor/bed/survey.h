@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,10 @@ struct SurveyScatter {
   double of_uncertainty = 0.0;  ///< 0: heights are those of the file
   std::uint64_t seed = 0;
 };
+
+/// The names of SurveyFile::cell_m in messages: the key of a scene, and the option of a command
+/// without a scene.
+inline constexpr std::string_view cell_key = "seafloor.survey_cell_m (--survey-cell-m)";
 
 /// The file of a survey.
 struct SurveyFile {

@@ -11,7 +11,7 @@
 namespace ensonify::engine {
 
 /// The heights of a BAG of variable resolution (Open Navigation Surface, Format Specification
-/// Document 1.6): a coarse grid, and for each of its cells a finer grid of its own, called a
+/// Document 1.6): a coarse grid, and for each of its cells a finer grid, called a
 /// refinement. They are read here on one grid with the finest cells of all, with linear
 /// interpolation between the points of coarser refinements. HDF5 is not safe for threads: one at a
 /// time may use objects of this class, and GDAL on files of HDF5.

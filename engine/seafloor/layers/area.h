@@ -25,7 +25,7 @@ struct Area {
   double radius_m = 0.0;  ///< a disc; 0: none
   double middle_east_m = 0.0;
   double middle_north_m = 0.0;
-  InputFile image;      ///< a raster: the seabed from above if it has no coordinates of its own
+  InputFile image;      ///< a raster: the seabed from above if it has no coordinates
   int image_value = 1;  ///< the pixels that count
   std::optional<double> shallowest_m, deepest_m;     ///< depth of the bed before its layers
   std::optional<double> gentlest_rad, steepest_rad;  ///< its slope, averaged over the border

@@ -241,11 +241,11 @@ const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
       .purpose = Purpose::crest_layer,
       .add = &add_bedforms,
       .values = {
-          {"wavelength_m", "m", 0.01, 10e3, "From crest to crest; four cells or more.",
+          {"wavelength_m", "m", 0.01, 10e3, "Distance from crest to crest; four cells or more.",
            &Bedforms::wavelength_m},
           {"height_m", "m", 0, 100,
-           "From trough to crest; the median of crests that are not ragged, and the rms of those that "
-           "are, with height_spread = 0.",
+           "Height from trough to crest; the median of crests that are not ragged, and the rms of "
+           "those that are, with height_spread = 0.",
            &Bedforms::height_m},
           {"across_crests_deg", "degrees", -360, 360,
            "Heading across the crests, clockwise from north; steep sides face that way.",

@@ -141,7 +141,7 @@ const ReliefKind<BoulderField>& kind_of(const BoulderField&) {
       .list = "boulders",
       .help =
           "A layer of many boulders with moats and tails; give the seabed four cells or more "
-          "per boulder. A few with a hull's detail are [[objects]].",
+          "per boulder. For single boulders with fine detail use [[objects]].",
       .purpose = Purpose::boulder_layer,
       .class_name = "boulder",
       .material = "stone",
@@ -150,11 +150,11 @@ const ReliefKind<BoulderField>& kind_of(const BoulderField&) {
       .values = {
           {"per_hectare", "", 0, 1e5, "How many in 100 x 100 m, on average.",
            &BoulderField::per_hectare},
-          {"diameter_m", "m", 0.001, 1000, "The median's.", &BoulderField::diameter_m},
+          {"diameter_m", "m", 0.001, 1000, "Median diameter.", &BoulderField::diameter_m},
           {"diameter_spread", "", 0, 2,
            "Standard deviation of its logarithm; none is larger than 5 medians.",
            &BoulderField::diameter_spread},
-          {"height_ratio", "", 0, 3, "Height over the bed over the diameter, on average.",
+          {"height_ratio", "", 0, 3, "Mean ratio of height above the bed to diameter.",
            &BoulderField::height_ratio},
           {"scour_ratio", "", 0, 1, "Depth of the moat over the height.",
            &BoulderField::scour_ratio},

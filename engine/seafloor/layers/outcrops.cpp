@@ -238,8 +238,8 @@ const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
       .list = "outcrops",
       .help =
           "A layer of tilted beds of rock that stand out of the sediment in ledges. Joints part "
-          "the beds into blocks, and fallen blocks lie about. Over the width border_m it rises "
-          "from as far below the bed as it stands above it.",
+          "the beds into blocks, and fallen blocks lie about. Over the width border_m the rock "
+          "rises from height_m below the bed to height_m above it.",
       .purpose = Purpose::outcrop_layer,
       .class_name = "outcrop",
       .material = "rough rock",
@@ -248,8 +248,8 @@ const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
       .values = {
           {"height_m", "m", 0, 1000,
            "How far the rock's mean surface rises in the middle of the area; ledges, blocks and "
-           "roughness rise above it. At the area's border it is level with the bed, so that less "
-           "than `share` shows where border_m is as wide as patch_m (0.23 of 0.3).",
+           "roughness rise above it. At the area's border it is level with the bed, so less than "
+           "`share` is visible: 0.23 of 0.3 if border_m is as wide as patch_m.",
            &OutcropRelief::height_m},
           {"ledge_m", "m", 0, 1000,
            "Height of a ledge: a bed's thickness. Joints are four times as far apart; 0: no ledges, "
@@ -261,7 +261,7 @@ const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
           {"roughness_at_1m_m", "m", 0, 100,
            "Rms height difference of points 1 m apart on the rock, in addition to its ledges.",
            &OutcropRelief::roughness_at_1m_m},
-          {"hurst", "", 0.01, 0.99, "Hurst exponent of that.", &OutcropRelief::hurst},
+          {"hurst", "", 0.01, 0.99, "Hurst exponent of this roughness.", &OutcropRelief::hurst},
       }};
   return kind;
 }

@@ -85,7 +85,7 @@ const ReliefKind<PitRelief>& kind_of(const PitRelief&) {
       .values = {
           {"per_hectare", "", 0, 1e5, "How many in 100 x 100 m, on average.",
            &PitRelief::per_hectare},
-          {"diameter_m", "m", 0.001, 10e3, "The median's.", &PitRelief::diameter_m},
+          {"diameter_m", "m", 0.001, 10e3, "Median diameter.", &PitRelief::diameter_m},
           {"diameter_spread", "", 0, 2,
            "Standard deviation of its logarithm; none is larger than 3.5 medians.",
            &PitRelief::diameter_spread},
@@ -94,7 +94,8 @@ const ReliefKind<PitRelief>& kind_of(const PitRelief&) {
           {"rim_ratio", "", 0, 1, "Height of the rim over the depth.", &PitRelief::rim_ratio},
           {"elongation", "", 1, 20, "Length over width; scours are long.", &PitRelief::elongation},
           {"heading_deg", "degrees", -360, 360,
-           "Of the long axis, from the steep end to the shallow one.", &PitRelief::heading_rad},
+           "Heading of the long axis, from the steep end to the shallow one.",
+           &PitRelief::heading_rad},
       }};
   return kind;
 }

@@ -26,7 +26,7 @@ struct Dimension {
 /// A part of a shape.
 struct ShapePart {
   std::string_view name;
-  std::string_view material;  ///< of its own; empty: the object's
+  std::string_view material;  ///< of this part; empty: the object's
 };
 
 struct FamilyForm;

@@ -164,7 +164,7 @@ Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& recei
             .in_zones = focusing && zones,
             .offset_m = static_cast<float>(offset_m)};
   };
-  // The beam is that of a receiver of its own; the transmitter stays in the array's middle.
+  // The beam is that of a separate receiver; the transmitter stays in the array's middle.
   transmit_ = array(transmit, sonar.beams == 1, beam_offset_m);
   receive_ = array(receive, true, 0.0);
   for (const double zone_m : sonar.focus_zones_m)

@@ -21,7 +21,7 @@ enum class Artefact : std::uint32_t {
   repeated = 2,          ///< the ping before was recorded again
   stale_navigation = 4,  ///< the pose reported is an old one
   interference = 8,      ///< another sonar was received
-  gain_step = 16,        ///< the gain was not the one of the run's begin
+  gain_step = 16,        ///< the gain differs from the gain at the run's start
   automatic_gain = 32,
   fish = 64,
   wake = 128,

@@ -205,7 +205,7 @@ double SurfaceWalk::on_plane_m(std::size_t piece, std::size_t ray) const {
   return facing < 0.0 ? pieces_->distance[piece] / facing : std::numeric_limits<double>::infinity();
 }
 
-// Adds the half step of elevation between a piece and the next ray as a piece of its own.
+// Adds the half step of elevation between a piece and the next ray as a separate piece.
 void SurfaceWalk::continue_beyond_range(std::size_t piece, double next_m) {
   PieceTable& pieces = *pieces_;
   const std::size_t added = pieces.count++, end = pieces.end[piece];

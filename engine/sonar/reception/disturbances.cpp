@@ -60,7 +60,7 @@ void Disturbances::apply(const PingContext& context, Side side, std::span<float>
 
 // Three waves that cross the track, port towards the array and starboard away from it. The longer
 // ones are faster, so their sum makes bands that bend, come and go. Each grows and fades over some
-// periods, and each side has phases of its own. The phase advances by a constant from step to step.
+// periods, and each side has separate phases. The phase advances by a constant from step to step.
 void Disturbances::shimmer(const PingContext& context, Side side, std::span<float> gain,
                            std::span<float>, Artefacts& artefacts) const {
   artefacts.add(Artefact::shimmer);

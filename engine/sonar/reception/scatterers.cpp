@@ -267,7 +267,7 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins,
   if (!ground_.without_patches()) place_patches(frame, bins, scratch);
 }
 
-/// The patches under each bin's scatterers. Bins without a place of their own have none.
+/// The patches under each bin's scatterers. Bins without a place have none.
 void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Scratch& scratch) const {
   TexturedGround::Places& patches = scratch.patches;
   const Eigen::Vector2d line = frame.along + scratch.skew * frame.across;

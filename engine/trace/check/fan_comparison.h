@@ -50,7 +50,7 @@ void for_each_count(Counts& counts, F&& f) {
   for (std::size_t i = 0; i < verdict_names.size(); ++i) f(verdict_names[i], counts.verdicts[i]);
 }
 
-/// The hits that those of some rays are compared with.
+/// The expected hits of some rays.
 struct ExpectedHits {
   std::span<const Hit> by_reference;
   std::span<const Hit> on_static;  ///< the same intersector's on the static faces, or empty

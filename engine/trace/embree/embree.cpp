@@ -53,7 +53,7 @@ struct NearestHit : EmbreeQuery {
   }
 
   /// The filter for a device of that instruction set. It is called about ten thousand times per
-  /// ping, so a version of its own is worthwhile.
+  /// ping, so a separate version is worthwhile.
   static RTCFilterFunctionN filter_for(std::string_view instruction_set) {
 #if defined(__x86_64__)
     if (instruction_set.starts_with("avx2") || instruction_set.starts_with("avx512"))

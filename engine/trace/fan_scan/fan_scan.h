@@ -8,8 +8,8 @@ namespace ensonify::engine {
 
 /// Scan conversion of the fan, without a tree. Each plane of the fan cuts a face in a segment, a
 /// segment covers an interval of the plane's rays, and each ray keeps the nearest segment that
-/// covers it: a one-dimensional z-buffer. Every face is read once, so this pays off where the face
-/// source gives no more faces than the fan can touch.
+/// covers it: a one-dimensional z-buffer. Every face is read once, so this saves time where the
+/// face source gives no more faces than the fan can touch.
 ///
 /// No ray slips through between two faces: both compute the place where their edge crosses a plane
 /// from the same two positions by the same operations, so they agree on which rays are on either

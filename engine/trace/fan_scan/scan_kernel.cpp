@@ -251,7 +251,7 @@ HWY_INLINE bool nearer(const ScanArgs& args, const PreciseClaim& face, std::uint
 }
 
 // The face claims those of rays [from, until) of a plane to which it is nearer than all before it,
-// decided in double where float is not enough. It is called rarely and is a function of its own, so
+// decided in double where float is not enough. It is called rarely and is a separate function, so
 // that claim_row keeps its values in registers.
 HWY_NOINLINE void claim_carefully(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                                   std::int64_t until, Claim face) {

@@ -20,7 +20,7 @@ constexpr double highest_rad = std::numbers::pi / 3.0;  // above the horizontal
 constexpr double node_rad = 0.1 * degree;               // as find_eigenray() shoots
 constexpr double closest_rad = 2e-6;                    // of two launch angles
 constexpr double needed_times = 4.0;                    // FanGrid lays rays up to there
-// Each edge of a layer needs rays of its own, which cross all the others.
+// Each edge of a layer needs separate rays, which cross all the others.
 constexpr std::size_t most_layers = 2000;  // above the bed
 
 /// The profile that is followed: of a dense one the means over equal depths.

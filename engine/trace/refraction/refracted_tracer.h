@@ -45,7 +45,7 @@ class RefractedTracer final : public IncidenceSource {
  public:
   /// Faces lie between the height highest_m and the depth deepest_m. The t of hits is travel time
   /// times reference_mps. The profile must outlive this. takes_lists: the intersectors of the faces
-  /// answer lists of rays; otherwise it builds a tree of its own for the chords.
+  /// answer lists of rays; otherwise it builds a separate tree for the chords.
   RefractedTracer(const scatter::SoundSpeedProfile& profile, double highest_m, double deepest_m,
                   double reference_mps, bool takes_lists = true);
 

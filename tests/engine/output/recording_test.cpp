@@ -354,7 +354,7 @@ TEST_CASE("what the fields of a JSF cannot hold is refused") {
   CHECK_THROWS_WITH(encode_jsf({&late, 1}), Catch::Contains("output.start_time"));
   Recording slow = whole;
   slow.range_m = 4000.0 * static_cast<double>(slow.bins);
-  CHECK_THROWS_WITH(encode_jsf({&slow, 1}), Catch::Contains("take more bins"));
+  CHECK_THROWS_WITH(encode_jsf({&slow, 1}), Catch::Contains("use more bins"));
 }
 
 TEST_CASE("texts that are too long for an XTF field are cut, and end with a zero") {

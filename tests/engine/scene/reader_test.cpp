@@ -459,7 +459,7 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
       {head + "[seafloor.ripples]\nrms_height_m = 0.1\nwavelength_m = 0.5",
        "s.toml:4:16: ripples of 0.5 m need cells of 0.125 m or less, and seafloor.cell_m is 0.2"},
       {head + "[track]\npings = 1_000_000",
-       "s.toml:3:9: 1000000 pings make 3e+09 pixels, expected at most 1e+09: take fewer pings or "
+       "s.toml:3:9: 1000000 pings make 3e+09 pixels, expected at most 1e+09: use fewer pings or "
        "bins"},
   }));
   CHECK(error_of(text) == message);
@@ -553,6 +553,19 @@ TEST_CASE("Objects keep their order and their numbers, from the file, an overrid
     INFO(error);
     CHECK(error.starts_with("-D " + override_text + ": " + message));
   }
+}
+
+TEST_CASE("An override of what the scene does not have is answered with what to add") {
+  CHECK(error_of([] {
+          parse_scene("version = 1\n", "s.toml", std::vector<std::string>{"objects.0.height_m=2"},
+                      {});
+        }) == "-D objects.0.height_m=2: the scene has no [[objects]]; add one to the file");
+  CHECK(error_of([] {
+          parse_scene("version = 1\n", "s.toml", std::vector<std::string>{"material.q.like=sand"},
+                      {});
+        }) ==
+        "-D material.q.like=sand: the scene has no material \"q\"; define it in the file, as "
+        "[material.NAME]");
 }
 
 TEST_CASE("A scene's files lie under its folder or the data folder, and nowhere else") {

@@ -133,10 +133,10 @@ TEST_CASE("an error for an impossible track tells the user what to do") {
   Scene scene;
   scene.track.kind = TrackKind::lawn_mower;
   scene.track.legs = 20;
-  CHECK_THAT(refusal(scene), Contains("off the seafloor") && Contains("take fewer track.legs"));
+  CHECK_THAT(refusal(scene), Contains("off the seafloor") && Contains("use fewer track.legs"));
   scene.track.leg_length_m = 1e6;
   scene.track.legs = 10000;
-  CHECK_THAT(refusal(scene), Contains("take fewer pings"));
+  CHECK_THAT(refusal(scene), Contains("use fewer pings"));
   const TemporaryFolder folder;
   scene = from_file(folder, "t_s,x_m,y_m,z_m\n0,0,0,-15\n");
   CHECK_THAT(refusal(scene), Contains("at ping 0 the vehicle is 1.0 m below the bed"));

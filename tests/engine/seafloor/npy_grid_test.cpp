@@ -100,7 +100,7 @@ TEST_CASE("faults of an .npy file are named, and so is a cell size that is missi
   fault(npy("<f8", "(1, 6)", six), "at least 2 x 2");
   fault(npy("<f8", "(2, 3)", std::vector<double>{-1, -2, -3, 1e9, -5, -6}), "a height of");
   CHECK(has(survey_error(folder, text_grid(rows_4x3), "grid.asc", 1.0),
-            "leave seafloor.survey_cell_m out"));
+            "leave seafloor.survey_cell_m (--survey-cell-m) out"));
 }
 
 TEST_CASE("a damaged .npy file is read or refused, and nothing else happens") {
