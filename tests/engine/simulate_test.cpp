@@ -189,7 +189,7 @@ TEST_CASE("fewer than 32 elevations are warned of") {
     scene.sonars[0].elevations = elevations;
     const Simulator simulator(scene);
     const auto few = std::ranges::count_if(simulator.warnings(), [](const std::string& warning) {
-      return warning.find("s: 31 elevations are so few") != std::string::npos;
+      return warning.find("s: with only 31 elevations") != std::string::npos;
     });
     CHECK(few == (elevations == 31 ? 1 : 0));
   }
