@@ -21,10 +21,12 @@
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/read_file.h>
+#include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 namespace {
@@ -82,13 +84,40 @@ void stage(const fs::path& file, const std::string& text) {
   refine::write_staged(file, std::as_bytes(std::span(text)));
 }
 
-/// Copies the files that a scene names by relative paths, so that it finds them in its own folder.
+void stage_copy(const fs::path& file, const fs::path& copy) {
+  fs::create_directories(copy.parent_path());
+  stage(copy, refine::read_file(file));
+}
+
+/// Throws SceneError unless the copy of a scene's file is read with these copies, and so as the
+/// file itself. A mosaic may name its sources by absolute paths; a link may have another name than
+/// the file, and so than what lies beside it.
+void require_read_with(const std::vector<fs::path>& copies, const fs::path& copy,
+                       std::string_view key, const InputFile& file) {
+  try {
+    if (files_behind(copy) == copies) return;
+  } catch (const refine::MeshError&) {  // the mosaic would not find its sources
+  }
+  throw SceneError(fmt::format(
+      "'{}' names {}, whose copy in a sample would not find the files that it is read with; let a "
+      "mosaic name files relative to itself, and name no link with another name than its file",
+      key, file.name));
+}
+
+/// Copies the files that a scene names by relative paths, and those behind them, so that it finds
+/// them in its own folder.
 void stage_files(const Scene& scene, const fs::path& folder) {
-  for_each_file(scene, [&](std::string_view, const InputFile& file) {
+  for_each_file(scene, [&](std::string_view key, const InputFile& file) {
     if (file.name.empty() || file.name.starts_with("data:")) return;
-    const fs::path copy = folder / fs::path(file.name).lexically_normal();
-    fs::create_directories(copy.parent_path());
-    stage(copy, refine::read_file(file.path));
+    const fs::path copy = fs::absolute(folder / file.name).lexically_normal();
+    stage_copy(file.path, copy);
+    const fs::path its_folder = fs::absolute(file.path).lexically_normal().parent_path();
+    std::vector<fs::path> copies;
+    for (const fs::path& behind : files_behind(file.path)) {
+      copies.push_back(copy.parent_path() / behind.lexically_relative(its_folder));
+      stage_copy(behind, copies.back());
+    }
+    if (!copies.empty()) require_read_with(copies, copy, key, file);
   });
 }
 

@@ -15,6 +15,7 @@
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/scene_paths.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
 
 namespace ensonify::engine {
 namespace {
@@ -338,7 +339,16 @@ std::vector<std::string> Recipe::class_names() const {
 }
 std::size_t Recipe::target_classes() const { return targets_.size(); }
 std::vector<std::string> Recipe::material_names() const { return materials_; }
-std::vector<std::string> Recipe::assets() const { return {files_.begin(), files_.end()}; }
+std::vector<std::string> Recipe::assets() const {
+  std::set<std::string> assets = files_;
+  for (const std::string& name : files_) {
+    const std::filesystem::path file = std::filesystem::absolute(path_of(name)).lexically_normal();
+    const std::string its_folder = name.substr(0, name.size() - file.filename().string().size());
+    for (const std::filesystem::path& behind : files_behind(file))
+      assets.insert(its_folder + behind.lexically_relative(file.parent_path()).string());
+  }
+  return {assets.begin(), assets.end()};
+}
 std::filesystem::path Recipe::path_of(const std::string& asset) const {
   const ScenePaths all = paths();
   return asset.starts_with("data:") ? all.data_folder / asset.substr(5) : all.scene_folder / asset;

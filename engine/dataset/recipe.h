@@ -63,8 +63,8 @@ class Recipe {
   std::vector<std::string> class_names() const;
   std::size_t target_classes() const;  ///< how many of them are of targets
   std::vector<std::string> material_names() const;
-  /// The files that the recipe names, sorted: `data:path` under the data folder, others under its
-  /// own.
+  /// The files that the recipe names and those behind them (files_behind(), whose exceptions it
+  /// throws), sorted: `data:path` under the data folder, others under its own.
   std::vector<std::string> assets() const;
   std::filesystem::path path_of(const std::string& asset) const;
 

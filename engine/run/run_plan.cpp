@@ -11,6 +11,7 @@
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
@@ -38,6 +39,15 @@ std::map<std::string, std::string> values_of(const std::string& scene_toml) {
   return values;
 }
 
+/// Of the content of a file and of those behind it.
+std::string hash_of_files(const std::filesystem::path& file) {
+  std::string hash = xxh128_of_file(file);
+  for (const std::filesystem::path& behind : files_behind(file))
+    hash =
+        xxh128(fmt::format("{} {} {}", hash, behind.filename().string(), xxh128_of_file(behind)));
+  return hash;
+}
+
 }  // namespace
 
 RunPlan make_plan(const Scene& scene, const std::string& reference, std::size_t verify_pings,
@@ -52,7 +62,7 @@ RunPlan make_plan(const Scene& scene, const std::string& reference, std::size_t 
                .libraries = library_versions()};
   if (parts.count() == 1) return plan;
   for_each_file(scene, [&](const std::string& key, const InputFile& file) {
-    if (!file.path.empty()) plan.files[key] = xxh128_of_file(file.path);
+    if (!file.path.empty()) plan.files[key] = hash_of_files(file.path);
   });
   return plan;
 }
@@ -120,7 +130,8 @@ std::vector<std::string> differences(const RunPlan& before, const RunPlan& now) 
   for (const auto& [key, value] : were) compare(key, value, "not set");
   for (const auto& [key, hash] : now.files)
     if (const auto was = before.files.find(key); was != before.files.end() && was->second != hash)
-      found.push_back(fmt::format("the file of {} has another content", key));
+      found.push_back(
+          fmt::format("the file of {} has another content, or one that it is read with has", key));
   compare("the number of pings", std::to_string(before.parts.pings()),
           std::to_string(now.parts.pings()));
   return found;

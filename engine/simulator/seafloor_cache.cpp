@@ -16,7 +16,6 @@
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
-#include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
@@ -41,6 +40,17 @@ std::string identity_of(const fs::path& file) {
   return fmt::format("{} bytes of {}", bytes, fs::last_write_time(file).time_since_epoch().count());
 }
 
+/// Of a file and of those behind it: names and identities. What is cached has warnings that name
+/// the file.
+std::string identities_of(const fs::path& file) {
+  const auto named = [](const fs::path& its) {
+    return fmt::format(" {} {}", its.filename().string(), identity_of(its));
+  };
+  std::string text = named(file);
+  for (const fs::path& behind : files_behind(file)) text += named(behind);
+  return text;
+}
+
 template <class Owner>
 void add_keys(std::string& text, const Section<Owner>& section, const Owner& owner) {
   text += fmt::format("[{}]\n", section.name);
@@ -48,9 +58,7 @@ void add_keys(std::string& text, const Section<Owner>& section, const Owner& own
     const ConstOption option = key.option(owner);
     if (const auto* file = std::get_if<const InputFile*>(&option)) {
       if ((*file)->path.empty()) continue;
-      // What is cached has warnings that name the file.
-      text += fmt::format("{} = {} {}\n", key.name, (*file)->path.filename().string(),
-                          identity_of((*file)->path));
+      text += fmt::format("{} ={}\n", key.name, identities_of((*file)->path));
     } else if (const auto value = option_text(key, owner)) {
       text += fmt::format("{} = {}\n", key.name, *value);
     }
@@ -116,14 +124,6 @@ std::string seafloor_key(const Scene& scene) {
                   refine::progressive_mesh_version, library_versions(), scene.bed_seed());
   for (const Section<Scene>& section : scene_sections())
     if (section.name.starts_with("seafloor")) add_keys(text, section, scene);
-  if (scene.seafloor.kind == SeafloorKind::survey) {
-    // A VRT file only lists other files, so their identities belong to the key too.
-    for (const fs::path& file : files_of_survey(scene.seafloor.survey.path))
-      if (file != scene.seafloor.survey.path) text += identity_of(file) + '\n';
-    const Heightfield grid = base_grid(scene.seafloor);  // may be placed by files beside it
-    text += fmt::format("{} {} {} {}\n{}\n", grid.world_origin.x(), grid.world_origin.y(),
-                        grid.cell_east_m, grid.cell_north_m, grid.reference);
-  }
   // Tiles hold only the bed, so objects are not part of the key.
   const bool bed_alone = needs_tiles(scene.seafloor);
   for_each_list(scene, [&](const auto& section, const auto& list) {

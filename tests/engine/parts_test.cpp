@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -13,10 +14,12 @@
 #include "support/program.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run/join_pictures.h>
 #include <ensonify/engine/run/join_targets.h>
 #include <ensonify/engine/run/parts.h>
+#include <ensonify/engine/run/run_plan.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/refine/atomic_file.h>
@@ -258,4 +261,28 @@ TEST_CASE(
         R"("polygons": [], "rle": {"size": [2, 9], "counts": [0, 100000000000000]})",
         R"("polygons": [], "rle": {"size": [0, 9], "counts": [0, 1]})"})
     CHECK_THROWS_AS(joined(wrong), SceneError);
+}
+
+TEST_CASE("the plan of a run in parts follows what its files are read with") {
+  const TemporaryFolder folder;
+  Scene scene;
+  scene.seafloor.kind = SeafloorKind::survey;
+  scene.seafloor.survey = {"bed.asc", folder / "bed.asc"};
+  write_text(folder / "bed.asc",
+             "ncols 3\nnrows 2\nxllcorner 1\nyllcorner 2\ncellsize 2\n-9 -9 -9\n-9 -9 -9\n");
+  const auto plan = [&] { return make_plan(scene, "", 0, RunParts({0, 64}, 100)); };
+  const RunPlan before = plan();
+  // As of a file that nothing belongs to.
+  CHECK(before.files.at("seafloor.survey") == xxh128(read_text(folder / "bed.asc")));
+  CHECK(differences(before, plan()).empty());
+  for (const char* const zone : {"32", "33"}) {
+    const RunPlan earlier = plan();
+    write_text(folder / "bed.prj", "Projection UTM\nZone " + std::string(zone) + "\n");
+    const std::vector<std::string> changes = differences(earlier, plan());
+    REQUIRE(changes.size() == 1);
+    CHECK(changes[0] ==
+          "the file of seafloor.survey has another content, or one that it is read with has");
+  }
+  std::filesystem::remove(folder / "bed.prj");
+  CHECK(differences(before, plan()).empty());
 }

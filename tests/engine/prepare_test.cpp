@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "support/catch.h"
 #include "support/files.h"
@@ -10,6 +14,7 @@
 #include "support/temporary_folder.h"
 #include "support/tree.h"
 
+#include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
@@ -105,7 +110,7 @@ TEST_CASE("a seafloor's key follows its options, its files and the seed, and not
   CHECK(key_with_box(folder / "other.ply") != key);  // warnings have the file's name
 }
 
-TEST_CASE("a survey's key follows its coordinate reference system, which may lie beside it") {
+TEST_CASE("a seafloor's key follows what lies beside its survey and its images") {
   const TemporaryFolder folder;
   write_text(folder / "bed.asc",
              "ncols 3\nnrows 2\nxllcorner 1\nyllcorner 2\ncellsize 2\n-9 -9 -9\n-9 -9 -9\n");
@@ -120,7 +125,18 @@ TEST_CASE("a survey's key follows its coordinate reference system, which may lie
              "PROJECTION[\"Transverse_Mercator\"],PARAMETER[\"latitude_of_origin\",54],"
              "PARAMETER[\"central_meridian\",10],PARAMETER[\"scale_factor\",1],"
              "PARAMETER[\"false_easting\",0],PARAMETER[\"false_northing\",0],UNIT[\"metre\",1]]");
-  CHECK(seafloor_key(scene) != without);
+  const std::string with_reference = seafloor_key(scene);
+  CHECK(with_reference != without);
+  // An image may be placed by a file beside it, too.
+  const std::vector<std::byte> image = encode_png({.width = 2, .height = 1, .pixels = {1, 2}});
+  write_text(folder / "map.png", {reinterpret_cast<const char*>(image.data()), image.size()});
+  scene.seafloor.seabed.patches.emplace_back().area.image = {"map.png", folder / "map.png"};
+  std::set<std::string> keys{without, with_reference, seafloor_key(scene)};
+  for (const char* const place : {"0", "2"}) {
+    write_text(folder / "map.pgw", std::string("9\n0\n0\n-9\n") + place + "\n9\n");
+    keys.insert(seafloor_key(scene));
+  }
+  CHECK(keys.size() == 5);
 }
 
 TEST_CASE("a run's warnings name its own mesh files, whatever another run has cached") {

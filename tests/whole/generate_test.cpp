@@ -9,9 +9,11 @@
 
 #include <ensonify/engine/dataset/generate.h>
 #include <ensonify/engine/dataset/recipe.h>
+#include <ensonify/engine/output/png.h>
 
 #include "support/catch.h"
 #include "support/files.h"
+#include "support/grids.h"
 #include "support/program.h"
 #include "support/tiny_recipe.h"
 #include "support/tree.h"
@@ -228,6 +230,70 @@ TEST_CASE("a sample has the files that its scene names by relative paths") {
   CHECK(run_program(folder.path(), {"generate", "recipes/recipe.toml", "-o", "set", "--quiet", "-D",
                                     "dataset.samples=3"})
             .code == 2);
+}
+
+TEST_CASE("a sample has the files that its scene's files are read with") {
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "maps/tiles");
+  Tiff tiff;
+  tiff.columns = 81;
+  tiff.rows = 41;
+  tiff.transform = {0, 0.5, 0, 20.5, 0, -0.5};
+  for (std::uint32_t i = 0; i < tiff.columns * tiff.rows; ++i)
+    tiff.heights.push_back(-15.0f - 0.01f * static_cast<float>(i % tiff.columns));
+  write_text(folder / "maps/tiles/bed.tif", tiff.bytes());
+  const auto write_mosaic = [&](const std::string& source) {
+    write_text(folder / "maps/bed.vrt",
+               "<VRTDataset rasterXSize=\"81\" rasterYSize=\"41\"><SRS>EPSG:32619</SRS>"
+               "<GeoTransform>0, 0.5, 0, 20.5, 0, -0.5</GeoTransform><VRTRasterBand "
+               "dataType=\"Float32\" band=\"1\"><SimpleSource><SourceFilename relativeToVRT=\"" +
+                   source +
+                   "</SourceFilename><SourceBand>1</SourceBand></SimpleSource>"
+                   "</VRTRasterBand></VRTDataset>");
+  };
+  write_mosaic("1\">tiles/bed.tif");
+  // Without its world file the image would be stretched over the bed.
+  ensonify::engine::Picture picture{.width = 96, .height = 48, .pixels = {}};
+  for (std::size_t i = 0; i < 96 * 48; ++i) picture.pixels.push_back(i % 96 < 50 ? 1 : 2);
+  const std::vector<std::byte> png = ensonify::engine::encode_png(picture);
+  write_text(folder / "maps/map.png", {reinterpret_cast<const char*>(png.data()), png.size()});
+  write_text(folder / "maps/map.pgw", "0.5\n0\n0\n-0.5\n-3\n22\n");
+  write_text(folder / "recipe.toml",
+             changed(tiny_recipe,
+                     "extent_east_m = 40\nextent_north_m = 20\ncell_m = 0.25\n"
+                     "depth_m = { uniform = [12, 20] }\n",
+                     "kind = \"survey\"\nsurvey = \"maps/bed.vrt\"\n") +
+                 "[[seafloor.patches]]\nmaterial = \"silt\"\nimage = \"maps/map.png\"\n");
+  const std::vector<std::string> two{"-D", "dataset.samples=2", "-D", "dataset.seafloors=1"};
+  generate_whole(folder.path(), "set", two);
+  const fs::path sample = folder / "set/samples/000001";
+  fs::rename(folder / "maps", folder / "elsewhere");
+  const Outcome again = run_program(
+      "/", {"run", (sample / "scene.toml").string(), "-o", (folder / "again").string(), "--quiet"});
+  fs::rename(folder / "elsewhere", folder / "maps");
+  INFO(again.err);
+  REQUIRE(again.code == 0);
+  for (const auto& [name, content] : tree_of(folder / "again")) {
+    CAPTURE(name);
+    CHECK(read_text(sample / name) == content);
+  }
+  std::vector<std::string> assets;
+  const Json dataset = Json::parse(read_text(folder / "set/dataset.json"));
+  for (const Json& asset : dataset.at("assets")) assets.push_back(asset.at("name"));
+  CHECK(assets == std::vector<std::string>{"maps/bed.vrt", "maps/map.pgw", "maps/map.png",
+                                           "maps/tiles/bed.tif"});
+
+  // Changed, they make another dataset.
+  write_text(folder / "maps/map.pgw", "0.5\n0\n0\n-0.5\n-2\n22\n");
+  const Outcome other = generate(folder.path(), "set", two);
+  CHECK(other.code == 2);
+  CHECK(other.err.find("the data file maps/map.pgw has changed") != std::string::npos);
+  // No copy of such a mosaic finds its sources.
+  write_mosaic("0\">" + (folder / "maps/tiles/bed.tif").string());
+  const Outcome absolute = generate(folder.path(), "absolute", two);
+  CHECK(absolute.code != 0);
+  CHECK(absolute.err.find("'seafloor.survey' names maps/bed.vrt, whose copy in a sample") !=
+        std::string::npos);
 }
 
 TEST_CASE("a dataset that is killed several times becomes the same tree, without leftovers") {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,6 +19,7 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
+#include <cpl_string.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
 #include <hdf5.h>
@@ -59,11 +61,26 @@ class SurveyReader {
   SurveyReader(const SurveyReader&) = delete;
   SurveyReader& operator=(const SurveyReader&) = delete;
 
-  /// The files of a mosaic.
+  /// The files that a mosaic puts together; none if the file is no mosaic.
   std::vector<std::filesystem::path> sources() {
+    if (!is_mosaic(file_)) return {};
     const Quiet quiet(*this);
     GDALAllRegister();
     return files_of_mosaic(file_);
+  }
+
+  /// The file and others that GDAL reads with it; none if it is no raster. A mosaic's sources must
+  /// have been checked.
+  std::vector<std::filesystem::path> files_of_raster() {
+    const Quiet quiet(*this);
+    GDALAllRegister();
+    // BAG and netCDF files have nothing beside them. An area's image may be a PNG.
+    constexpr std::array<const char*, 4> drivers = {"GTiff", "AAIGrid", "PNG", nullptr};
+    open_as(std::filesystem::absolute(file_),
+            is_mosaic(file_) ? vrt_driver.data() : drivers.data());
+    if (!dataset_) return {};
+    const CPLStringList names(dataset_->GetFileList());
+    return {names.List(), names.List() + names.Count()};
   }
 
   Heightfield header() {
@@ -502,12 +519,25 @@ class SurveyReader {
 
 }  // namespace
 
-std::vector<std::filesystem::path> files_of_survey(const std::filesystem::path& file) {
-  std::vector<std::filesystem::path> files{file};
-  if (!is_mosaic(file)) return files;
-  const std::vector<std::filesystem::path> sources = SurveyReader(file, 0.0).sources();
-  files.insert(files.end(), sources.begin(), sources.end());
-  return files;
+std::vector<std::filesystem::path> files_behind(const std::filesystem::path& file) {
+  const auto place_of = [](const std::filesystem::path& named) {
+    return std::filesystem::absolute(named).lexically_normal();
+  };
+  const std::filesystem::path its_place = place_of(file), folder = its_place.parent_path();
+  std::set<std::filesystem::path> files;
+  const auto take = [&](const std::filesystem::path& named) {
+    std::filesystem::path place = place_of(named);
+    // GDAL also finds metadata in folders above, which say nothing about the pixels.
+    if (place != its_place && std::ranges::mismatch(folder, place).in1 == folder.end())
+      files.insert(std::move(place));
+  };
+  SurveyReader reader(file, 0.0);
+  for (const std::filesystem::path& source : reader.sources()) {
+    take(source);
+    std::ranges::for_each(files_behind(source), take);
+  }
+  std::ranges::for_each(reader.files_of_raster(), take);
+  return {files.begin(), files.end()};
 }
 
 SurveySample sample_survey(const SurveyFile& file, double water_level_m) {

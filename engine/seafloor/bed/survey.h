@@ -68,8 +68,11 @@ struct SurveySample {
 /// Throws as read_survey(), also if none of the places has heights.
 SurveySample sample_survey(const SurveyFile& file, double water_level_m);
 
-/// The file, and those that it names if it is a mosaic. Throws as read_survey().
-std::vector<std::filesystem::path> files_of_survey(const std::filesystem::path& file);
+/// The other files that a file which a scene names is read with, sorted: the sources of a mosaic,
+/// and what lies beside a raster and belongs to it (a world file, an external mask, a .prj). All
+/// lie in the file's folder or below it. None for a file that is no raster or is missing. Throws
+/// refine::MeshError for a mosaic that read_survey() refuses because of its sources.
+std::vector<std::filesystem::path> files_behind(const std::filesystem::path& file);
 
 /// The grid without heights, read from the file's header. Throws what read_survey() would throw for
 /// that header.

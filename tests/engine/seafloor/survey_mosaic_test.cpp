@@ -1,9 +1,17 @@
 #include <ensonify/engine/seafloor/bed/survey_mosaic.h>
 
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include <cpl_conv.h>
+#include <gdal_priv.h>
+
+#include <ensonify/engine/output/png.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 
 #include "support/catch.h"
@@ -47,6 +55,22 @@ void write_halves(const TemporaryFolder& folder) {
   }
 }
 
+/// A mask that hides the first pixel.
+void write_mask_beside(const std::filesystem::path& raster) {
+  GDALAllRegister();
+  const CPLConfigOptionSetter beside("GDAL_TIFF_INTERNAL_MASK", "NO", false);
+  const std::unique_ptr<GDALDataset> dataset(
+      GDALDataset::Open(raster.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  REQUIRE(dataset);
+  REQUIRE(dataset->CreateMaskBand(GMF_PER_DATASET) == CE_None);
+  GDALRasterBand& mask = *dataset->GetRasterBand(1)->GetMaskBand();
+  std::vector<std::uint8_t> shown(
+      static_cast<std::size_t>(mask.GetXSize()) * static_cast<std::size_t>(mask.GetYSize()), 255);
+  shown[0] = 0;
+  REQUIRE(mask.RasterIO(GF_Write, 0, 0, mask.GetXSize(), mask.GetYSize(), shown.data(),
+                        mask.GetXSize(), mask.GetYSize(), GDT_Byte, 0, 0, nullptr) == CE_None);
+}
+
 }  // namespace
 
 TEST_CASE("A VRT mosaic of local files reads as the whole grid") {
@@ -57,9 +81,53 @@ TEST_CASE("A VRT mosaic of local files reads as the whole grid") {
   CHECK(mosaic.z_m == whole.z_m);
   CHECK(mosaic.world_origin == whole.world_origin);
   CHECK(mosaic.utm_zone == whole.utm_zone);
-  CHECK(files_of_survey(folder / "bed.vrt") ==
-        std::vector<std::filesystem::path>{folder / "bed.vrt", folder / "west.tif",
-                                           folder / "east.tif"});
+  CHECK(files_behind(folder / "bed.vrt") ==
+        std::vector<std::filesystem::path>{folder / "east.tif", folder / "west.tif"});
+}
+
+TEST_CASE("The files behind a file are those that change what is read, and no others") {
+  const TemporaryFolder folder;
+  write_halves(folder);
+  write_text(folder / "bed.vrt", mosaic_text(east_half));
+  const auto names = [&](const std::string& file) {
+    std::vector<std::string> all;
+    for (const std::filesystem::path& behind : files_behind(folder / file))
+      all.push_back(behind.lexically_relative(folder.path()).string());
+    return all;
+  };
+  using Names = std::vector<std::string>;
+  // A mask beside one of a mosaic's sources, made by GDAL; and one beside the mosaic.
+  const auto holes_in_mosaic = [&] {
+    int holes = 0;
+    for (const double z_m : read_survey(folder / "bed.vrt", 0.0).z_m) holes += std::isnan(z_m);
+    return holes;
+  };
+  CHECK(names("west.tif").empty());
+  REQUIRE(holes_in_mosaic() == 0);
+  write_mask_beside(folder / "west.tif");
+  CHECK(names("west.tif") == Names{"west.tif.msk"});
+  CHECK(names("bed.vrt") == Names{"east.tif", "west.tif", "west.tif.msk"});
+  write_text(folder / "whole.tif", tiff_4x3().bytes());
+  write_mask_beside(folder / "whole.tif");
+  std::filesystem::rename(folder / "whole.tif.msk", folder / "bed.vrt.msk");
+  CHECK(holes_in_mosaic() == 1);
+  CHECK(names("bed.vrt") == Names{"bed.vrt.msk", "east.tif", "west.tif", "west.tif.msk"});
+
+  write_text(folder / "grid.asc", text_grid(rows_4x3));
+  write_text(folder / "grid.asc.aux.xml", "<PAMDataset></PAMDataset>");  // is not read
+  write_text(folder / "grid.xyz", "1 2 -3\n");
+  CHECK(names("grid.asc").empty());
+  write_text(folder / "grid.prj", "Projection UTM\nZone 32\nUnits METERS\n");
+  CHECK(names("grid.asc") == Names{"grid.prj"});
+
+  Picture picture{.width = 3, .height = 2, .pixels = {1, 2, 3, 4, 5, 6}};
+  const std::vector<std::byte> png = encode_png(picture);
+  write_text(folder / "map.png", {reinterpret_cast<const char*>(png.data()), png.size()});
+  CHECK(names("map.png").empty());
+  write_text(folder / "map.pgw", "1\n0\n0\n-1\n0.5\n1.5\n");
+  CHECK(names("map.png") == Names{"map.pgw"});
+  CHECK(names("grid.xyz").empty());
+  CHECK(names("missing.tif").empty());
 }
 
 TEST_CASE("A VRT mosaic that names other hosts, other mosaics or functions is refused") {
