@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
@@ -354,8 +353,19 @@ std::vector<double> area_mask(const Area& area, const AreaGround& ground, const 
 }
 
 std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, double width_m) {
-  const bool has_border = std::ranges::adjacent_find(mask, std::not_equal_to()) != mask.end();
-  return has_border ? blurred(std::move(mask), grid, width_m) : mask;
+  // A hole is no border of the area: like a slope, a mean leaves it out.
+  bool any_inside = false, any_outside = false;
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (!std::isnan(grid.z_m[i])) (mask[i] > 0.0 ? any_inside : any_outside) = true;
+  if (!any_inside || !any_outside) return mask;
+  const auto set_holes = [&](double value) {
+    for (std::size_t i = 0; i < mask.size(); ++i)
+      if (std::isnan(grid.z_m[i])) mask[i] = value;
+  };
+  set_holes(std::numeric_limits<double>::quiet_NaN());
+  mask = blurred(std::move(mask), grid, width_m);
+  set_holes(0.0);
+  return mask;
 }
 
 std::optional<std::pair<std::size_t, std::size_t>> crossing_sides(const Polygon& polygon) {

@@ -54,7 +54,8 @@ struct AreaGround {
 /// whole grid, and refine::MeshError for files that cannot be read or do not fit.
 std::vector<double> area_mask(const Area& area, const AreaGround& ground, const LayerDraws& draws);
 
-/// A mask with borders that rise from 0 to 1 over a width: its mean over about that width.
+/// A mask with borders that rise from 0 to 1 over a width: its mean over about that width. Holes of
+/// the grid are 0, but do not count in the means.
 std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, double width_m);
 
 /// The first two sides of a polygon that cross or touch, by the indices of their first points; none

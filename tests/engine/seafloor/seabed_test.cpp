@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -119,6 +120,48 @@ TEST_CASE("A softened mask rises over the width asked for and keeps its amount")
   CHECK(softened(mask, grid, 0.0) == mask);
   std::ranges::fill(mask, 1.0);
   CHECK(softened(mask, grid, 6.0) == mask);
+}
+
+TEST_CASE("A hole of the bed is no border of an area") {
+  Heightfield whole = flat(301, 201, 0.5, 0.5);
+  std::ranges::fill(whole.z_m, -20.0);
+  Heightfield holed = whole;
+  std::uint32_t noise = 1;
+  for (double& z_m : holed.z_m)
+    if ((noise = noise * 1664525u + 1013904223u) < 0x08000000u)  // 3 %
+      z_m = std::numeric_limits<double>::quiet_NaN();
+  for (const double border_m : {1.0, 10.0}) {
+    CAPTURE(border_m);
+    // Without limits a patch raises all of the bed, and all of it has its material.
+    SeabedOptions seabed;
+    seabed.patches.resize(1);
+    seabed.patches[0] = {.area = {.border_m = border_m}, .material = "sandy mud", .rise_m = 1.0};
+    Heightfield raised = holed;
+    const SeabedMap map = lay_seabed(raised, seabed, "medium sand", 3);
+    int wrong = 0;
+    for (std::size_t i = 0; i < raised.z_m.size(); ++i)
+      wrong += !std::isnan(holed.z_m[i]) &&
+               !(raised.z_m[i] == -19.0 && map.kinds[map.point_kind[i]].material == "sandy mud");
+    CHECK(wrong == 0);
+    // Along a border the weight is that of the bed without holes, but for the points left out.
+    const Area half{.polygon_m = {{0.1, -99}, {99, -99}, {99, 99}, {0.1, 99}}};
+    const auto weight = [&](const Heightfield& grid) {
+      return softened(mask_of(half, grid), grid, border_m);
+    };
+    const std::vector<double> expected = weight(whole), got = weight(holed);
+    double most = 0.0;
+    for (std::size_t i = 0; i < got.size(); ++i) {
+      const bool beyond_border = expected[i] == 0.0 || expected[i] == 1.0;
+      if (std::isnan(holed.z_m[i]))
+        wrong += got[i] != 0.0;
+      else if (beyond_border)
+        wrong += got[i] != expected[i];
+      else
+        most = std::max(most, std::abs(got[i] - expected[i]));
+    }
+    CHECK(wrong == 0);
+    CHECK(most < 0.25);
+  }
 }
 
 TEST_CASE("Bands of depth and slope follow the bed") {
