@@ -90,6 +90,9 @@ void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const
   seafloor.faces = seafloor.bed_faces = seafloor.grid->faces();
   seafloor.mean_bed_m = seafloor.grid->mean_height_m();
   seafloor.warnings = coarse_cell_warnings(grid, options.seabed);
+  for (std::string& warning :
+       unfound_area_warnings(grid, options.seabed, [&] { return base_in_windows(options, seed); }))
+    seafloor.warnings.push_back(std::move(warning));
   label_tiles(options.seabed, kinds, seafloor);
 }
 

@@ -2,6 +2,7 @@
 
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -323,6 +324,15 @@ TEST_CASE("What a bed in tiles cannot have is refused with what to do") {
   const auto make = [&] { return make_seafloor_in_tiles(options, 1, {}, {}, {}); };
   options.seabed.outcrops.emplace_back();
   CHECK_THROWS_WITH(make(), Catch::Contains("seafloor.outcrops.0"));
+  options = {};
+  Area& area = options.seabed.patches.emplace_back().area;
+  area.shallowest_m = 500.0;
+  const std::vector<std::string> warnings = make().warnings;
+  CHECK(std::ranges::any_of(warnings, [](const std::string& warning) {
+    return warning.find("seafloor.patches.0: at 64 places") == 0;
+  }));
+  area = {.radius_m = 10.0, .middle_east_m = 9000.0};
+  CHECK_THROWS_WITH(make(), Catch::Contains("seafloor.patches.0: an area lies outside the seabed"));
   options = {};
   options.extent_east_m = options.extent_north_m = 1300.0;
   options.cell_m = 0.1;

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
@@ -191,6 +192,13 @@ std::vector<double> ragged_field(const Heightfield& grid, const LayerDraws& draw
   return values;
 }
 
+std::string fault_outside(const Heightfield& grid) {
+  return fmt::format(
+      "an area lies outside the seabed, which spans {:.1f} to {:.1f} m east and {:.1f} to {:.1f} m "
+      "north of its middle",
+      grid.x_m(0), grid.x_m(grid.columns - 1), grid.y_m(0), grid.y_m(grid.rows - 1));
+}
+
 /// A mask under construction: each limit strikes points out.
 class MaskMaker {
  public:
@@ -255,11 +263,7 @@ class MaskMaker {
         if (!in) values_[point] = 0.0;
       }
     }
-    if (!any && !grid_.is_window())
-      throw std::invalid_argument(fmt::format(
-          "an area lies outside the seabed, which spans {:.1f} to {:.1f} m east and {:.1f} to "
-          "{:.1f} m north of its middle",
-          grid_.x_m(0), grid_.x_m(grid_.columns - 1), grid_.y_m(0), grid_.y_m(grid_.rows - 1)));
+    if (!any && !grid_.is_window()) throw std::invalid_argument(fault_outside(grid_));
   }
 
   void limit_heights() {
@@ -350,6 +354,34 @@ class MaskMaker {
 
 std::vector<double> area_mask(const Area& area, const AreaGround& ground, const LayerDraws& draws) {
   return MaskMaker(area, ground, draws).make();
+}
+
+std::string fault_of_place(const Area& area, const Heightfield& grid) {
+  using Box = Eigen::AlignedBox2d;
+  Box place(Vector2d(grid.x_m(0), grid.y_m(0)),
+            Vector2d(grid.x_m(grid.columns - 1), grid.y_m(grid.rows - 1)));
+  const auto keep_within = [&](const Box& limit) {
+    const Vector2d ragged = Vector2d::Constant(6.0 * area.ragged_m);  // 6 standard deviations
+    place = place.intersection(Box(limit.min() - ragged, limit.max() + ragged));
+  };
+  const auto box_of = [](const Polygon& polygon) {
+    Box box;
+    for (const Vector2d& point : polygon) box.extend(point);
+    return box;
+  };
+  if (!area.polygon_m.empty()) keep_within(box_of(area.polygon_m));
+  if (!area.outline.path.empty()) {
+    Box all;
+    for (const PolygonWithHoles& outline : read_outlines(area.outline.path, grid))
+      all.extend(box_of(outline.border));
+    keep_within(all);
+  }
+  if (area.radius_m > 0.0) {
+    const Vector2d middle(area.middle_east_m, area.middle_north_m);
+    const Vector2d radius = Vector2d::Constant(area.radius_m);
+    keep_within(Box(middle - radius, middle + radius));
+  }
+  return place.isEmpty() ? fault_outside(grid) : std::string();
 }
 
 std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, double width_m) {

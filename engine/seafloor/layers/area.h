@@ -54,6 +54,10 @@ struct AreaGround {
 /// whole grid, and refine::MeshError for files that cannot be read or do not fit.
 std::vector<double> area_mask(const Area& area, const AreaGround& ground, const LayerDraws& draws);
 
+/// Why no point of a grid can be in an area, by its polygons and its disc; empty if some may. It
+/// only compares what they span, but needs no heights. Throws as area_mask().
+std::string fault_of_place(const Area& area, const Heightfield& grid);
+
 /// A mask with borders that rise from 0 to 1 over a width: its mean over about that width. Holes of
 /// the grid are 0, but do not count in the means.
 std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, double width_m);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -18,6 +20,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr int max_margin = 1024;  // points
+constexpr int sampled_rows = 8;   // and columns, of places
 
 /// Whether a layer at a place depends on its neighbourhood alone. The rock of outcrops is one
 /// transform over the whole grid; roughness is one too, unless its cells are square
@@ -111,9 +114,62 @@ std::string obstacle_to_windows(const Heightfield& grid, const SeabedOptions& op
 void require_windows(const Heightfield& grid, const SeabedOptions& options) {
   if (const std::string obstacle = obstacle_to_windows(grid, options); !obstacle.empty())
     throw std::invalid_argument(obstacle);
-  // lay_seabed() refuses the same options for a corner as for the whole bed.
+  // lay_seabed() refuses the same options for a corner as for the whole bed, except areas that lie
+  // outside it.
   Heightfield corner = window_of(grid, 0, 0, 4, 4);
   lay_seabed(corner, options, {}, 0);
+  for_each_layer(grid, options, [&](const std::string& key, const Area& area, double, bool) {
+    if (const std::string fault = fault_of_place(area, grid); !fault.empty())
+      throw std::invalid_argument(fmt::format("{}: {}", key, fault));
+  });
+}
+
+std::vector<std::string> unfound_area_warnings(
+    const Heightfield& grid, const SeabedOptions& options,
+    const std::function<refine::HeightTiles::Heights()>& make_bed) {
+  std::vector<Heightfield> samples;  // made when a layer needs them
+  double deepest_m = 0.0, shallowest_m = std::numeric_limits<double>::infinity();
+  const auto take_samples = [&] {
+    constexpr int side = 64;  // points
+    const int columns = std::min(side, grid.columns), rows = std::min(side, grid.rows);
+    const refine::HeightTiles::Heights bed = make_bed();
+    for (int row = 0; row < sampled_rows; ++row)
+      for (int column = 0; column < sampled_rows; ++column) {
+        const auto first = [](int place, int points) {
+          return static_cast<int>((place + 0.5) / sampled_rows * points);
+        };
+        const int west = first(column, grid.columns - columns);
+        const int south = first(row, grid.rows - rows);
+        Heightfield& sample =
+            samples.emplace_back(window_of(grid, west, south, west + columns, south + rows));
+        bed(west, south, columns, rows, sample.z_m, {});
+        for (const double z_m : sample.z_m)
+          if (!std::isnan(z_m)) {
+            deepest_m = std::max(deepest_m, -z_m);
+            shallowest_m = std::min(shallowest_m, -z_m);
+          }
+      }
+  };
+  std::vector<std::string> warnings;
+  for_each_layer(grid, options, [&](const std::string& key, const Area& area, double, bool) {
+    if (!area.shallowest_m && !area.deepest_m && !area.gentlest_rad && !area.steepest_rad) return;
+    if (samples.empty()) take_samples();
+    const Area limits{.shallowest_m = area.shallowest_m,
+                      .deepest_m = area.deepest_m,
+                      .gentlest_rad = area.gentlest_rad,
+                      .steepest_rad = area.steepest_rad,
+                      .border_m = area.border_m};
+    const bool found = std::ranges::any_of(samples, [&](const Heightfield& sample) {
+      const std::vector<double> mask = area_mask(limits, {sample, {}}, {});
+      return std::ranges::any_of(mask, [](double inside) { return inside > 0.0; });
+    });
+    if (!found)
+      warnings.push_back(fmt::format(
+          "{}: at {} places all over the bed no point has the depths and slopes of this area, so it "
+          "may lie nowhere (depths there are {:.2f} to {:.2f} m)",
+          key, samples.size(), shallowest_m, deepest_m));
+  });
+  return warnings;
 }
 
 std::vector<SeabedMap::Kind> possible_kinds(const SeabedOptions& options,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,15 @@ namespace ensonify::engine {
 /// at fault; empty if they can.
 std::string obstacle_to_windows(const Heightfield& grid, const SeabedOptions& options);
 
-/// Throws std::invalid_argument for such an obstacle, and what lay_seabed() throws for the options.
+/// Throws std::invalid_argument for such an obstacle and for an area outside the grid, and what
+/// lay_seabed() throws for the options.
 void require_windows(const Heightfield& grid, const SeabedOptions& options);
+
+/// Warnings about layers whose depths and slopes are nowhere in a sample of the bed without its
+/// layers. `make_bed` is called only if there is a layer with such limits.
+std::vector<std::string> unfound_area_warnings(
+    const Heightfield& grid, const SeabedOptions& options,
+    const std::function<refine::HeightTiles::Heights()>& make_bed);
 
 /// All kinds that lay_seabed() can make of any bed: the seafloor's own first. Throws
 /// std::invalid_argument for more than 256.

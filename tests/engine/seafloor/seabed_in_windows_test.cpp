@@ -248,6 +248,27 @@ TEST_CASE("A seabed in windows refuses what it cannot have, by its key and with 
   seabed.bedforms[0].relief.wavelength_m = 0.5;  // two cells
   CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Contains("seafloor.crests.0"));
   seabed = {};
+  seabed.patches.resize(2);
+  Area& area = seabed.patches[1].area;
+  const TemporaryFolder folder;
+  const auto check_outside = [&](const Area& outside) {
+    area = outside;
+    CHECK_THROWS_WITH(require_windows(grid, seabed),
+                      Catch::Contains("seafloor.patches.1: an area lies outside the seabed, which "
+                                      "spans -24.9 to 24.9 m east"));
+  };
+  check_outside({.polygon_m = {{50, 50}, {60, 50}, {60, 60}}});
+  check_outside({.radius_m = 5.0, .middle_east_m = -31.0});
+  // Each on the bed, but not both at one place.
+  check_outside({.polygon_m = {{5, 5}, {6, 5}, {6, 6}}, .radius_m = 2.0});
+  write_text(folder / "area.geojson",
+             R"({"type":"Polygon","coordinates":[[[0,90],[9,90],[9,99],[0,90]]]})");
+  check_outside({.outline = {"", folder / "area.geojson"}});
+  area = {.radius_m = 5.0, .middle_east_m = -29.0};
+  CHECK_NOTHROW(require_windows(grid, seabed));
+  area = {.radius_m = 5.0, .middle_east_m = -31.0, .ragged_m = 1.0};
+  CHECK_NOTHROW(require_windows(grid, seabed));
+  seabed = {};
   seabed.pits.resize(20);
   for (std::size_t i = 0; i < seabed.pits.size(); ++i) {
     seabed.pits[i].class_name = "class " + std::to_string(i);
@@ -259,4 +280,28 @@ TEST_CASE("A seabed in windows refuses what it cannot have, by its key and with 
   for (std::size_t i = 0; i < seabed.patches.size(); ++i)
     seabed.patches[i].material = "patch " + std::to_string(i);
   CHECK_THROWS_WITH(possible_kinds(seabed, "medium sand"), Catch::Contains("256"));
+}
+
+TEST_CASE("Depths and slopes that a sample of the bed has nowhere are a warning") {
+  const Heightfield base = rough_bed(900, 700, 0.2);
+  const auto warnings_of = [&](const Area& area) {
+    SeabedOptions seabed;
+    seabed.patches.resize(2);
+    seabed.patches[1].area = area;
+    return unfound_area_warnings(base, seabed, [&] { return windows_of(base); });
+  };
+  const auto check_unfound = [&](const Area& area) {
+    const std::vector<std::string> warnings = warnings_of(area);
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(warnings[0], Catch::StartsWith("seafloor.patches.1: at 64 places"));
+  };
+  const auto [lowest, highest] = std::ranges::minmax(base.z_m);
+  check_unfound({.shallowest_m = -lowest + 0.01});
+  check_unfound({.deepest_m = -highest - 0.01});
+  check_unfound({.gentlest_rad = 1.4});
+  CHECK(warnings_of({.shallowest_m = 20.0}).empty());
+  CHECK(warnings_of({.deepest_m = 20.0, .steepest_rad = 0.5}).empty());
+  SeabedOptions without_limits;
+  without_limits.patches.resize(1);
+  CHECK(unfound_area_warnings(base, without_limits, {}).empty());
 }
