@@ -157,9 +157,11 @@ std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
     points += static_cast<std::size_t>(ring.getNumPoints());
     if (points > max_points) fail(file, fmt::format("has more than {} points", max_points));
     Polygon polygon;
-    for (int i = 0; i + 1 < ring.getNumPoints(); ++i)  // the last is the first again
+    for (int i = 0; i < ring.getNumPoints(); ++i)
       polygon.emplace_back(ring.getX(i) - grid.world_origin.x(),
                            ring.getY(i) - grid.world_origin.y());
+    // The last point should be the first again, but not all programs write it.
+    if (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
     if (polygon.size() < 3) fail(file, "has a polygon of less than three points");
     return polygon;
   };
@@ -170,17 +172,18 @@ std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
     for (int i = 0; i < polygon.getNumInteriorRings(); ++i)
       outline.holes.push_back(polygon_of(*polygon.getInteriorRing(i)));
   };
+  const auto add_polygons = [&](const auto& add_its, const OGRGeometry& geometry) -> void {
+    const OGRwkbGeometryType type = wkbFlatten(geometry.getGeometryType());
+    if (type == wkbPolygon)
+      add_polygon(*geometry.toPolygon());
+    else if (type == wkbMultiPolygon || type == wkbGeometryCollection)
+      for (const OGRGeometry* part : *geometry.toGeometryCollection()) add_its(add_its, *part);
+  };
   for (int i = 0; i < dataset->GetLayerCount(); ++i) {
     require_reference(file, dataset->GetLayer(i)->GetSpatialRef(), grid, "ogr2ogr");
-    for (const auto& feature : dataset->GetLayer(i)) {
-      const OGRGeometry* geometry = feature->GetGeometryRef();
-      if (!geometry) continue;
-      const OGRwkbGeometryType type = wkbFlatten(geometry->getGeometryType());
-      if (type == wkbPolygon)
-        add_polygon(*geometry->toPolygon());
-      else if (type == wkbMultiPolygon)
-        for (const OGRPolygon* polygon : *geometry->toMultiPolygon()) add_polygon(*polygon);
-    }
+    for (const auto& feature : dataset->GetLayer(i))
+      if (const OGRGeometry* geometry = feature->GetGeometryRef())
+        add_polygons(add_polygons, *geometry);
   }
   if (outlines.empty()) fail(file, "holds no polygon");
   Eigen::AlignedBox2d all;

@@ -37,9 +37,9 @@ struct PolygonWithHoles {
   std::vector<Polygon> holes;
 };
 
-/// Reads the polygons of a GeoJSON file and moves them from the grid's world to local metres.
-/// Throws refine::MeshError for a file that cannot be read, is in another coordinate reference
-/// system than the grid, or holds no polygon.
+/// Reads all polygons of a GeoJSON file, also those in collections, and moves them from the grid's
+/// world to local metres. Throws refine::MeshError for a file that cannot be read, is in another
+/// coordinate reference system than the grid, or holds no polygon.
 std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
                                             const Heightfield& grid);
 

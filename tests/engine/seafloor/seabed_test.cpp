@@ -545,6 +545,31 @@ TEST_CASE("An outline in GeoJSON lies in world coordinates, and its holes are ho
   CHECK_THROWS_WITH(mask_of(area, grid), Catch::Contains("area.geojson"));
 }
 
+TEST_CASE("An outline may leave its rings open, and have polygons in collections") {
+  const TemporaryFolder folder;
+  Heightfield grid = flat(201, 201, 0.1, 0.1);
+  grid.world_origin = {1005.0, 2005.0, 0.0};
+  Area area;
+  area.outline.path = folder / "area.geojson";
+  const auto mask = [&](const std::string& geometry) {
+    write_text(area.outline.path, geometry);
+    return mask_of(area, grid);
+  };
+  const auto polygon = [](const std::string& last) {
+    return R"({"type":"Polygon","coordinates":[[[1000,2000],[1008,2000],[1008,2008],[1000,2008])" +
+           last + "]]}";
+  };
+  const std::vector<double> closed = mask(polygon(",[1000,2000]"));
+  CHECK(share(closed) * 201 * 201 * 0.01 == Approx(64.0).epsilon(0.02));
+  CHECK(mask(polygon("")) == closed);
+  const auto collection = [](const std::string& parts) {
+    return R"({"type":"GeometryCollection","geometries":[)" + parts + "]}";
+  };
+  const std::string point = R"({"type":"Point","coordinates":[1001,2001]})";
+  CHECK(mask(collection(point + "," + collection(polygon("")))) == closed);
+  CHECK_THROWS_WITH(mask(collection(point)), Catch::Contains("holds no polygon"));
+}
+
 TEST_CASE("Outlines of many polygons hold what each of them holds, and can be stopped") {
   const TemporaryFolder folder;
   const auto octagon = [](double east_m, double north_m, double radius_m) {
