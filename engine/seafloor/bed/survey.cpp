@@ -141,11 +141,12 @@ class SurveyReader {
     if (from.RasterIO(GF_Read, first_column, first_line, columns, rows, first, columns, rows,
                       GDT_Float64, sizeof(double), step, nullptr) != CE_None ||
         !gdal_error_.empty())
-      fail_with_gdal(
-          fmt::format("{} of {} cannot be read; the file is truncated or damaged",
-                      rows == 1 ? fmt::format("row {}", first_line + 1)
-                                : fmt::format("rows {} to {}", first_line + 1, first_line + rows),
-                      field_.rows));
+      fail_with_gdal(fmt::format(
+          "{} of {} cannot be read; {}",
+          rows == 1 ? fmt::format("row {}", first_line + 1)
+                    : fmt::format("rows {} to {}", first_line + 1, first_line + rows),
+          field_.rows,
+          out_of_memory_ ? "there is not enough memory" : "the file is truncated or damaged"));
   }
 
   /// The file's heights.
@@ -267,10 +268,10 @@ class SurveyReader {
 
   /// Windows side by side share the rows of files that keep whole rows together.
   void keep_rows_in_cache() {
-    constexpr std::int64_t rows = 1400;
+    constexpr std::int64_t rows = 1400, most_bytes = 256 << 20;
     const std::int64_t row_bytes =
         std::int64_t{field_.columns} * GDALGetDataTypeSizeBytes(band().GetRasterDataType());
-    GDALSetCacheMax64(std::max(gdal_cache_bytes, rows * row_bytes));
+    GDALSetCacheMax64(std::clamp(rows * row_bytes, gdal_cache_bytes, most_bytes));
   }
 
   GDALRasterBand& band() { return *dataset_->GetRasterBand(band_); }
@@ -311,8 +312,9 @@ class SurveyReader {
   }
 
   // Keeps GDAL's first message, which is nearest to the cause. What PROJ reports is a warning.
-  static void CPL_STDCALL on_gdal_error(CPLErr severity, CPLErrorNum, const char* message) {
+  static void CPL_STDCALL on_gdal_error(CPLErr severity, CPLErrorNum number, const char* message) {
     auto& reader = *static_cast<SurveyReader*>(CPLGetErrorHandlerUserData());
+    reader.out_of_memory_ = reader.out_of_memory_ || number == CPLE_OutOfMemory;
     if (severity >= CE_Failure && reader.gdal_error_.empty()) reader.gdal_error_ = message;
     if (std::string_view(message).starts_with("PROJ") && reader.proj_message_.empty())
       reader.proj_message_ = message;
@@ -496,6 +498,7 @@ class SurveyReader {
   };
 
   std::string gdal_error_, proj_message_;
+  bool out_of_memory_ = false;
   const std::filesystem::path file_;
   const double cell_m_;
   bool may_use_hdf5_;

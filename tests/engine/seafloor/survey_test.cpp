@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <iterator>
@@ -10,11 +11,14 @@
 #include <utility>
 #include <vector>
 
+#include <gdal.h>
+
 #include <ensonify/refine/triangle_mesh.h>
 
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/files.h"
+#include "support/little_memory.h"
 #include "support/surveys.h"
 #include "support/temporary_folder.h"
 
@@ -331,4 +335,30 @@ TEST_CASE("A survey's windows have the heights of the whole") {
   const SurveySample sample = sample_survey(folder / "grid.tif", 0.5);
   CHECK(sample.lowest_m == -13.0);
   CHECK(sample.highest_m == -1.5);
+}
+
+TEST_CASE("Rows of a wide survey are kept in memory, but no more than 256 MiB of them") {
+  const TemporaryFolder folder;
+  const auto read_two = [&](std::uint32_t columns) {
+    Tiff tiff;
+    tiff.columns = columns;
+    tiff.rows = 2;
+    tiff.transform = {500000, 1e-3, 0, 4000000, 0, -1e-3};
+    tiff.nodata = "-9999";  // else a hole of the file would be refused
+    const std::filesystem::path file = folder / "wide.tif";
+    write_text(file, tiff.bytes());  // then zeros, which take no place on the disk
+    std::filesystem::resize_file(file, std::filesystem::file_size(file) + std::size_t{8} * columns);
+    std::vector<double> z_m(8);
+    survey_tiles(file, 5.0)(0, 0, 4, 2, z_m, {});
+    CHECK(z_m == std::vector<double>(8, -5.0));
+    return GDALGetCacheMax64();
+  };
+  CHECK(read_two(1000) == 64 << 20);
+  CHECK(read_two(20000) == 1400 * 80000);
+  CHECK(read_two(600000) == 256 << 20);
+#ifdef ENSONIFY_CAN_LIMIT_MEMORY
+  const LittleMemory little(std::size_t{1} << 26);
+  CHECK_THROWS_WITH(read_two(30000000),
+                    Catch::Contains("there is not enough memory") && !Catch::Contains("damaged"));
+#endif
 }
