@@ -25,8 +25,8 @@ struct Preparation {
   /// Called now and then during a ping, and while the exact reference's tree and the grid for
   /// altitudes are made; by any thread. What it throws ends the ping or the preparation.
   std::function<void()> stop_check = {};
-  /// The scene's seafloor, if prepare_seafloor() has made it before; null: it is made. It is
-  /// shared, not copied.
+  /// The scene's seafloor, if the library has made it before (as for the samples of a dataset);
+  /// null: it is made. It is shared, not copied. Programs leave it null.
   std::shared_ptr<const PreparedSeafloor> seafloor = {};
   MemoryLimit memory = {};  ///< for the whole process
   double more_bytes = 0.0;  ///< the part that the caller will use, e.g. for images

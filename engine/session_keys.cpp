@@ -10,6 +10,7 @@
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/scene_paths.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 
 namespace ensonify::engine {
 
@@ -73,10 +74,14 @@ bool is_sonar_key(std::string_view key) {
 
 std::vector<std::pair<std::size_t, Sonar>> changed_sonars(const Scene& scene,
                                                           std::span<const KeyValue> changes) {
+  // With a preset, the scene's conditions give all sonars another recorder (use_conditions()).
+  const bool by_preset = std::ranges::any_of(
+      changes, [](const KeyValue& change) { return change.key.ends_with(".preset"); });
   std::vector<std::pair<std::size_t, Sonar>> changed;
   for (std::size_t i = 0; i < scene.sonars.size(); ++i) {
     const std::string prefix = "sonar." + scene.sonars[i].name + ".";
-    if (std::ranges::any_of(changes, [&](const KeyValue& c) { return c.key.starts_with(prefix); }))
+    if (by_preset ||
+        std::ranges::any_of(changes, [&](const KeyValue& c) { return c.key.starts_with(prefix); }))
       changed.emplace_back(i, scene.sonars[i]);
   }
   return changed;
@@ -123,6 +128,10 @@ MovingObject object_of(std::span<const KeyValue> keys, std::string_view name, co
           "{}: '{}' is for objects of the scene; an added one has one label and leaves the bed as "
           "it is",
           name, key));
+    for (const ShapeKind& kind : shape_kinds())
+      if (kind.along_path && key == "shape" && value == toml_string(kind.name))
+        throw SceneError(fmt::format(
+            "{}: a {} is laid along a path on the seabed, and cannot be added", name, kind.name));
     if (value.find('\n') != value.npos)
       throw SceneError(fmt::format("{}: the value of '{}' has more than one line", name, key));
     text += fmt::format("{} = {}\n", toml_string(key), value);

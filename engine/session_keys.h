@@ -59,7 +59,8 @@ class SessionScene {
 /// to write a sonar's key: with quotes, spaces or a table as the value.
 bool is_sonar_key(std::string_view key);
 
-/// The scene's sonars that any of these keys (`sonar.NAME.key`) changes, with their numbers.
+/// The scene's sonars that any of these keys (`sonar.NAME.key`) changes, with their numbers. A
+/// preset can change all of them: it makes the scene's conditions those of a survey.
 std::vector<std::pair<std::size_t, Sonar>> changed_sonars(const Scene& scene,
                                                           std::span<const KeyValue> changes);
 

@@ -35,8 +35,8 @@ struct SimulatorInternals;  // simulator/internals.h
 /// Not thread-safe: one thread at a time per Simulator. Distinct Simulators may run concurrently,
 /// also where they share a seafloor. clone_for_thread() returns one that shares this one's
 /// seafloor, with the scene's original settings and without objects that were added. A ping depends
-/// only on the scene, what was changed since, the pose and the ping's number. Every exception comes
-/// before anything is changed.
+/// only on the scene, what was changed since, the pose and the ping's number. An exception comes
+/// before anything is changed, except one of the stop_check, after which lines are not complete.
 class Simulator {
  public:
   /// Throws SceneError, refine::MeshError, MemoryError, std::invalid_argument.
@@ -66,7 +66,8 @@ class Simulator {
   std::vector<EchoLine> take_lines();
 
   /// Other settings for a sonar of the scene, from the next ping on. Throws SceneError for settings
-  /// that a scene's check refuses, std::invalid_argument for a number that no sonar has.
+  /// that a scene's check refuses, MemoryError for rays that do not fit, std::invalid_argument for
+  /// a number that no sonar has.
   void set_sonar(std::size_t number, const Sonar& settings);
   /// The same for several sonars, by their numbers: all of them change, or none.
   void set_sonars(std::span<const std::pair<std::size_t, Sonar>> settings);
@@ -102,7 +103,8 @@ class Simulator {
   std::span<const std::string> classes() const;
   std::span<const std::string> materials() const;
   /// Repairs of meshes, parameters outside their range, a short cast, a ping out of reach of the
-  /// seafloor; valid until the next call. What lies outside a model's range is in Extrapolation
+  /// seafloor; valid until the next call. All since the beginning, also those of settings that
+  /// set_sonar() has changed since. What lies outside a model's range is in Extrapolation
   /// (extrapolation.h).
   std::span<const std::string> warnings() const;
   double sound_speed_mps() const;  ///< that converts time to range

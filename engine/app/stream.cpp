@@ -10,6 +10,8 @@
 #include <cerrno>
 #include <cmath>
 #include <memory>
+#include <set>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -18,6 +20,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/json_text.h>
+#include <ensonify/engine/memory.h>
 #include <ensonify/scatter/kind_named.h>
 
 #include "app.h"
@@ -63,12 +66,10 @@ class PoseSession {
     }
     report_scene();
     print_warnings(warnings_for_single_pings(scene_));
-    print_warnings(Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials)
-                       .appended_to({}));
   }
 
-  /// Answers a request. Throws SceneError, refine::MeshError or std::invalid_argument for a faulty
-  /// one, which changes nothing.
+  /// Answers a request. Throws SceneError, refine::MeshError, MemoryError or std::invalid_argument
+  /// for a faulty one, which changes nothing.
   void answer(const std::string& line) {
     using Kind = StreamRequest::Kind;
     const StreamRequest request = read_stream_request(line);
@@ -116,6 +117,7 @@ class PoseSession {
     write_json({{"added", number},
                 {"classes", strings(simulator_.classes())},
                 {"materials", strings(simulator_.materials())}});
+    report_extrapolation();
   }
 
   void ping(const Pose& pose) {
@@ -173,11 +175,20 @@ class PoseSession {
                 {"classes", strings(simulator_.classes())},
                 {"materials", strings(simulator_.materials())}});
     report_warnings();
+    report_extrapolation();
   }
 
   void report_warnings() {
     print_warnings(simulator_.warnings().subspan(warned_));
     warned_ = simulator_.warnings().size();
+  }
+
+  /// Prints what no warning has said before.
+  void report_extrapolation() {
+    const Extrapolation extrapolation(simulator_.sonars(), simulator_.materials(),
+                                      scene_.materials);
+    for (const std::string& warning : extrapolation.appended_to({}))
+      if (extrapolations_.insert(warning).second) print_warnings({&warning, 1});
   }
 
   static std::vector<std::string> strings(std::span<const std::string> all) {
@@ -194,6 +205,7 @@ class PoseSession {
   std::vector<float> block_;
   std::uint64_t pings_ = 0;
   std::size_t warned_ = 0;
+  std::set<std::string> extrapolations_;  // the warnings that were printed
 };
 
 /// The lines of stdin. They end with the input, or at a signal. A line that is too long for a
@@ -253,6 +265,9 @@ void stream(const StreamArguments& arguments) {
     } catch (const refine::MeshError& error) {
       refuse(error);
     } catch (const std::invalid_argument& error) {
+      refuse(error);
+    } catch (const MemoryError& error) {
+      if (!arguments.answer_all) throw;
       refuse(error);
     }
   }

@@ -117,9 +117,9 @@ class Session {
   std::uint32_t add(const py::object& keys, const Pose& pose) {
     const std::vector<KeyValue> values = key_values(keys, "the object");
     return alone([&](Simulator& simulator) {
-      return simulator.add(object_of(values, "the object", scene_,
-                                     {".", source_.paths().data_folder}, simulator.next_instance()),
-                           pose);
+      return simulator.add(
+          object_of(values, "the object", scene_, source_.paths(), simulator.next_instance()),
+          pose);
     });
   }
 
@@ -249,7 +249,8 @@ leaves the seafloor or the water.)")
           "What the numbers of the layer `sediment` mean.")
       .def_property_readonly(
           "warnings", &Session::warnings,
-          "Warnings about the scene: repairs of meshes, models outside their range.");
+          "Warnings about the scene: repairs of meshes, a ping out of reach, and those of settings, "
+          "all since the beginning; models outside their range, with the present settings.");
 }
 
 }  // namespace ensonify::python

@@ -105,6 +105,19 @@ TEST_CASE("keys of two sonars are set together, or neither") {
   CHECK(simulator.sonars()[1].range_m == 11.0);
 }
 
+TEST_CASE("after a preset all sonars are those of a scene with these keys") {
+  SessionScene session(tests::tiny_scene + "\n[sonar.other]\nrange_m = 15\nbins = 100\n", "two", {},
+                       {});
+  Simulator simulator(session.with());
+  CHECK(simulator.sonars()[1].receiver.looks == 1);
+  set_sonars(simulator, session,
+             std::vector<KeyValue>{{"sonar.left-right.preset", "\"deepvision-de340\""}});
+  CHECK(session.with().sonars[1].receiver.looks == 3);
+  for (std::size_t number = 0; number < 2; ++number)
+    CHECK(simulator.sonars()[number].receiver.looks ==
+          session.with().sonars[number].receiver.looks);
+}
+
 TEST_CASE("lost and repeated pings of a scene are warned of where pings are single") {
   CHECK(warnings_for_single_pings(tiny().with()).empty());
   for (const std::string key : {"artefacts.lost", "artefacts.repeated"}) {
@@ -140,6 +153,7 @@ TEST_CASE("an object is made from the keys of its table") {
   for (const char* key : {"scour_ratio", "tail_ratio", "current_deg"})
     CHECK_THROWS_WITH(object_with({{"shape", "\"box\""}, {key, "0.5"}}),
                       Catch::Contains(key) && Catch::Contains("is for objects of the scene"));
+  CHECK_THROWS_WITH(object_with({{"shape", "\"pipeline\""}}), Catch::Contains("cannot be added"));
   CHECK_THROWS_WITH(object_with({{"shape", "\"wreck\""}, {"part_classes", "true"}}),
                     Catch::Contains("is for objects of the scene"));
 }

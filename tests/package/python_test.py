@@ -444,6 +444,16 @@ class Sessions(unittest.TestCase):
         self.assertNotEqual(boulders[0], boulders[2])
         numpy.testing.assert_array_equal(empty, simulator.ping(self.pose, 0)[1]["intensity_mean"])
 
+    def test_the_mesh_of_an_added_object_lies_beside_the_scene(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            vertices, faces = cube(0.5)
+            lines = [f"v {x} {y} {z}" for x, y, z in vertices]
+            lines += ["f " + " ".join(str(corner + 1) for corner in face) for face in faces]
+            (folder / "box.obj").write_text("\n".join(lines) + "\n")
+            simulator = ensonify.Simulator(toml_of(folder / "scene.toml"))
+            self.assertEqual(simulator.add({"mesh": "box.obj"}, ensonify.Pose(5, 0, -17)), 1)
+
     def test_control_c_stops_a_ping_and_the_next_one_is_whole(self):
         simulator = ensonify.Simulator(scene, keys={"sonar.left-right.elevations": 40000, "run.intersector": "pluecker"})
         whole = simulator.ping(self.pose, 0)

@@ -284,6 +284,37 @@ TEST_CASE("with --answer-all each request has an answer, and a faulty one change
   CHECK(answers[behind + 5].contains("error"));
 }
 
+TEST_CASE("with --answer-all a stream answers a request that does not fit into memory") {
+  const Folder folder;
+  const std::string rays =
+      R"({"set": {"sonar.left-right.planes": 1024, "sonar.left-right.elevations": 50000}})"
+      "\n";
+  const tests::Outcome outcome =
+      folder.stream(pose + rays + pose, {"--json", "--answer-all", "--memory", "500MB"});
+  CHECK(outcome.code == 0);
+  const std::vector<Json> answers = json_lines(outcome.out);
+  REQUIRE(answers.size() == 1 + 2 + 1 + 2);
+  CHECK(std::string(answers[3]["error"]).find("stdin:2: ") == 0);
+  CHECK(answers[4]["ping"] == 1);
+  CHECK(folder.stream(pose + rays, {"--json", "--memory", "500MB"}).code == 1);
+}
+
+TEST_CASE("a stream warns once of levels that a request makes extrapolated") {
+  const Folder folder;
+  const std::string set = R"({"set": {"sonar.left-right.frequency_hz": 2e6}})"
+                          "\n";
+  const std::string add =
+      R"({"add": {"shape": "box", "material": "gravel"}, "x_m": 5, "y_m": 0, "z_m": -18})"
+      "\n";
+  const std::string warning = "levels are extrapolated";
+  CHECK(folder.stream(pose + set).err.find(warning) == std::string::npos);  // "plain" has no model
+  const std::string err = folder.stream(pose + set + add + set + pose).err;
+  const std::size_t first = err.find(warning);
+  REQUIRE(first != std::string::npos);
+  CHECK(err.find("gravel", first) != std::string::npos);
+  CHECK(err.find(warning, first + 1) == std::string::npos);
+}
+
 TEST_CASE("a signal ends a stream whose reader has stopped reading") {
   const Folder folder;
   std::string lines;
