@@ -207,7 +207,7 @@ struct RowOfCells {
 RowOfCells row_of_cells(std::span<const double> south, std::span<const double> north,
                         const float* tile_south, int row_in_grid);
 
-/// Throws MeshError unless a grid of so many points has a cell.
+/// Throws MeshError for a grid of fewer than 2 x 2 points: it has no cell.
 void check_has_cell(std::size_t columns, std::size_t rows);
 /// Throws MeshError for a grid whose faces are more than a mesh can number.
 [[noreturn]] void throw_too_many_faces(std::size_t columns, std::size_t rows);

@@ -89,9 +89,9 @@ void stage_copy(const fs::path& file, const fs::path& copy) {
   stage(copy, refine::read_file(file));
 }
 
-/// Throws SceneError unless the copy of a scene's file is read with these copies, and so as the
-/// file itself. A mosaic may name its sources by absolute paths; a link may have another name than
-/// the file, and so than what lies beside it.
+/// Throws SceneError unless these copies are the files behind the copy of a scene's file, so that
+/// it is read as the original. They are not if a mosaic names its sources by absolute paths, or if
+/// a link has another name than its file, and so than the files beside that.
 void require_read_with(const std::vector<fs::path>& copies, const fs::path& copy,
                        std::string_view key, const InputFile& file) {
   try {
@@ -99,8 +99,8 @@ void require_read_with(const std::vector<fs::path>& copies, const fs::path& copy
   } catch (const refine::MeshError&) {  // the mosaic would not find its sources
   }
   throw SceneError(fmt::format(
-      "'{}' names {}, whose copy in a sample would not find the files that it is read with; let a "
-      "mosaic name files relative to itself, and name no link with another name than its file",
+      "'{}' names {}, whose copy in a sample would not find the other files that belong to it; use "
+      "paths relative to the mosaic in it, and links that have the names of their files",
       key, file.name));
 }
 

@@ -39,7 +39,7 @@ std::map<std::string, std::string> values_of(const std::string& scene_toml) {
   return values;
 }
 
-/// Of the content of a file and of those behind it.
+/// The hash of a file and of the files behind it.
 std::string hash_of_files(const std::filesystem::path& file) {
   std::string hash = xxh128_of_file(file);
   for (const std::filesystem::path& behind : files_behind(file))
@@ -130,8 +130,8 @@ std::vector<std::string> differences(const RunPlan& before, const RunPlan& now) 
   for (const auto& [key, value] : were) compare(key, value, "not set");
   for (const auto& [key, hash] : now.files)
     if (const auto was = before.files.find(key); was != before.files.end() && was->second != hash)
-      found.push_back(
-          fmt::format("the file of {} has another content, or one that it is read with has", key));
+      found.push_back(fmt::format(
+          "the file of {} has another content (or one of its sources, or a file beside it)", key));
   compare("the number of pings", std::to_string(before.parts.pings()),
           std::to_string(now.parts.pings()));
   return found;

@@ -280,8 +280,9 @@ TEST_CASE("the plan of a run in parts follows what its files are read with") {
     write_text(folder / "bed.prj", "Projection UTM\nZone " + std::string(zone) + "\n");
     const std::vector<std::string> changes = differences(earlier, plan());
     REQUIRE(changes.size() == 1);
-    CHECK(changes[0] ==
-          "the file of seafloor.survey has another content, or one that it is read with has");
+    CHECK(
+        changes[0] ==
+        "the file of seafloor.survey has another content (or one of its sources, or a file beside it)");
   }
   std::filesystem::remove(folder / "bed.prj");
   CHECK(differences(before, plan()).empty());

@@ -68,10 +68,10 @@ struct SurveySample {
 /// Throws as read_survey(), also if none of the places has heights.
 SurveySample sample_survey(const SurveyFile& file, double water_level_m);
 
-/// The other files that a file which a scene names is read with, sorted: the sources of a mosaic,
-/// and what lies beside a raster and belongs to it (a world file, an external mask, a .prj). All
-/// lie in the file's folder or below it. None for a file that is no raster or is missing. Throws
-/// refine::MeshError for a mosaic that read_survey() refuses because of its sources.
+/// The files that belong to a file of a scene and are read with it, sorted: the sources of a
+/// mosaic, and a world file, an external mask or a .prj beside a raster. All lie in the file's
+/// folder or below it. Empty for a file that is no raster or is missing. Throws refine::MeshError
+/// for a mosaic that read_survey() refuses because of its sources.
 std::vector<std::filesystem::path> files_behind(const std::filesystem::path& file);
 
 /// The grid without heights, read from the file's header. Throws what read_survey() would throw for

@@ -584,9 +584,11 @@ TEST_CASE("rows of several beams are known by their beam or by their time") {
   CHECK(has_several_beams(line));
 }
 
-TEST_CASE("a weaker side stays weaker, and a silent one is left out and named") {
-  const tests::TemporaryFolder folder;
-  run(parse_scene(R"(
+namespace {
+
+/// A quiet sonar over a level bed.
+Scene level_scene(const std::vector<std::string>& overrides) {
+  return parse_scene(R"(
 version = 1
 [seafloor]
 extent_east_m = 70
@@ -600,19 +602,23 @@ ping_interval_s = 0.1
 altitude_m = 8
 [sonar.sidescan]
 range_m = 30
-bins = 300
-bandwidth_hz = 20e3
 vertical_beamwidth_deg = 60
 tilt_deg = 30
 planes = 2
-elevations = 500
 noise = false
 output_noise_db = -60
 [output]
 exr = false
-xtf = true
 )",
-                  "scene.toml"),
+                     "scene.toml", overrides);
+}
+
+}  // namespace
+
+TEST_CASE("a weaker side stays weaker, and a silent one is left out and named") {
+  const tests::TemporaryFolder folder;
+  run(level_scene({"sonar.sidescan.bins=300", "sonar.sidescan.bandwidth_hz=20e3",
+                   "sonar.sidescan.elevations=500", "output.xtf=true"}),
       folder / "run", {});
   RecordedLine line = read_recording(folder / "run/sidescan.xtf").at(0);
   const auto mean = [](const std::vector<float>& side) {
@@ -645,37 +651,10 @@ TEST_CASE("a sweep whose bandwidth a file states gets its window, and the bed it
     CAPTURE(hann);
     const tests::TemporaryFolder folder;
     std::filesystem::create_directory(folder / "imitation");
-    run(parse_scene(R"(
-version = 1
-[seafloor]
-extent_east_m = 70
-extent_north_m = 40
-cell_m = 0.5
-depth_m = 14
-fractal.height_at_1m_m = 0
-[track]
-pings = 96
-ping_interval_s = 0.1
-altitude_m = 8
-[sonar.sidescan]
-range_m = 30
-bins = 600
-pulse = "lfm"
-pulse_length_s = 2e-3
-bandwidth_hz = 15e3
-vertical_beamwidth_deg = 60
-tilt_deg = 30
-planes = 2
-elevations = 1000
-noise = false
-output_noise_db = -60
-[output]
-exr = false
-jsf = true
-)",
-                    "scene.toml",
-                    std::vector<std::string>{hann ? "sonar.sidescan.window=hann"
-                                                  : "sonar.sidescan.window=none"}),
+    run(level_scene({"sonar.sidescan.bins=600", "sonar.sidescan.pulse=lfm",
+                     "sonar.sidescan.pulse_length_s=2e-3", "sonar.sidescan.bandwidth_hz=15e3",
+                     "sonar.sidescan.elevations=1000", "output.jsf=true",
+                     hann ? "sonar.sidescan.window=hann" : "sonar.sidescan.window=none"}),
         folder / "run", {});
     const RecordedLine line = read_recording(folder / "run/sidescan.jsf").at(0);
     const Imitation made = imitate(line, folder / "imitation", {});

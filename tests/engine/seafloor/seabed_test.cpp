@@ -143,7 +143,7 @@ TEST_CASE("A hole of the bed is no border of an area") {
       wrong += !std::isnan(holed.z_m[i]) &&
                !(raised.z_m[i] == -19.0 && map.kinds[map.point_kind[i]].material == "sandy mud");
     CHECK(wrong == 0);
-    // Along a border the weight is that of the bed without holes, but for the points left out.
+    // Holes change the weight along a border a little, because its mean is over fewer points.
     const Area half{.polygon_m = {{0.1, -99}, {99, -99}, {99, 99}, {0.1, 99}}};
     const auto weight = [&](const Heightfield& grid) {
       return softened(mask_of(half, grid), grid, border_m);
