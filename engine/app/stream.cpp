@@ -183,12 +183,11 @@ class PoseSession {
     warned_ = simulator_.warnings().size();
   }
 
-  /// Prints what no warning has said before.
+  /// Prints a warning of extrapolated levels, unless the same was printed before.
   void report_extrapolation() {
-    const Extrapolation extrapolation(simulator_.sonars(), simulator_.materials(),
-                                      scene_.materials);
-    for (const std::string& warning : extrapolation.appended_to({}))
-      if (extrapolations_.insert(warning).second) print_warnings({&warning, 1});
+    const auto warning =
+        Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials).warning();
+    if (warning && extrapolations_.insert(*warning).second) print_warnings({&*warning, 1});
   }
 
   static std::vector<std::string> strings(std::span<const std::string> all) {
