@@ -20,10 +20,13 @@ MotionOptions survey_motion() {
   return motion;
 }
 
-// What recordings show: noise after the gain, 25 to 35 dB below the bed (automatic gain: -16 dB) at
-// all ranges, and a contrast near that of the largest of three looks.
+// What recordings show: levels that fall by 7 to 9 dB from 30 % of the range to its end, a mean
+// amplitude of 0.25 to 0.45 of full scale, noise after the gain 25 to 35 dB below the bed, and a
+// contrast near that of the largest of three looks.
 void use_survey_recorder(ReceiverOptions& receiver) {
-  receiver.output_noise_db = -46.0;
+  receiver.spreading = 30.0;
+  receiver.bed_level_db = -12.0;
+  receiver.output_noise_db = -42.0;
   receiver.looks = 3;
   receiver.detector = Detector::peak;
 }

@@ -107,10 +107,10 @@ const std::vector<Section<Scene>>& scene_sections() {
        {
            {"conditions", "", {},
             "Chooses the values of keys that the scene does not give. survey: a vehicle that moves, "
-            "the sea surface's echo, transmit leakage, a recorder with noise and three looks, and a "
-            "display on which beds get darker with range. ideal: none of these, and even ground "
-            "(texture = false), for exact levels. auto: survey if a sonar has a preset; otherwise "
-            "ideal, but with texture.",
+            "the sea surface's echo, transmit leakage, a recorder with noise, three looks and samples "
+            "that clip, and a display on which beds get darker with range. ideal: none of these, and "
+            "even ground (texture = false), for exact levels. auto: survey if a sonar has a preset; "
+            "otherwise ideal, but with texture.",
             at(&Scene::conditions), {"auto", "ideal", "survey"}},
            {"seed", "", {0, largest_seed}, "Seed of all random numbers.", at(&Scene::seed)},
            {"speckle", "", {},

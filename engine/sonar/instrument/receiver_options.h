@@ -22,12 +22,14 @@ struct ReceiverOptions {
   double self_noise_density(double speed_mps) const;
   std::optional<double> output_noise_db;  ///< added after the gain, dB re full scale; unset: none
   /// Time-varied gain, dB per factor of ten in range. It ends where the expected noise is recorded
-  /// 16 dB below full scale.
+  /// at bed_level_db.
   double spreading = 40.0;
   bool absorption = true;  ///< whether the time-varied gain corrects the two-way absorption too
   /// Amplitude over full scale per received amplitude at 1 m, without the time-varied gain, dB re
   /// 1/uPa; unset: automatic.
   std::optional<double> gain_db;
+  /// At this level re full scale an automatic gain records the nominal bed at half the range.
+  double bed_level_db = -16.0;
   int looks = 1;  ///< independent echoes per sample
   Detector detector = Detector::mean;
   /// Mean amplitude over full scale to which each side of a ping is scaled; 0: not scaled.

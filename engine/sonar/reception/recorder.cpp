@@ -28,8 +28,8 @@ Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
   // A gain that the options set is not reduced, even if the noise then exceeds the limit.
   double loudest_db = max_gain_db;
   if (noise > 0.0)
-    loudest_db =
-        std::max(recorded_bed_db - scatter::to_db(noise), options.gain_db.value_or(-max_gain_db));
+    loudest_db = std::max(options.bed_level_db - scatter::to_db(noise),
+                          options.gain_db.value_or(-max_gain_db));
   for (int bin = 0; bin < bins; ++bin) {
     const double r = std::max(bin + 0.5, 1.0) * bin_m;
     double gain_db = options.gain_db.value_or(automatic_gain_db);

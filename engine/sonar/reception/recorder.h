@@ -8,10 +8,6 @@
 
 namespace ensonify::engine {
 
-/// At this level re full scale an automatic gain records the nominal bed, and every time-varied
-/// gain the noise at most.
-inline constexpr double recorded_bed_db = -16.0;
-
 /// The received level at full scale in the nearest and in the farthest bin, dB re 1 uPa.
 struct FullScale {
   double near_db = 0.0, far_db = 0.0;
@@ -24,8 +20,8 @@ struct FullScale {
 class Recorder {
  public:
   /// automatic_gain_db: the gain at 1 m, dB re 1/uPa, that is used if the options set none. noise:
-  /// its expected power, uPa^2; where noise would be recorded louder than recorded_bed_db, the
-  /// time-varied gain ends.
+  /// its expected power, uPa^2; where noise would be recorded louder than the options'
+  /// bed_level_db, the time-varied gain ends.
   Recorder(const ReceiverOptions& options, double bin_m, int bins, double absorption_db_per_m,
            double automatic_gain_db, double noise = 0.0);
 

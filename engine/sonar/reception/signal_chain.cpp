@@ -85,7 +85,7 @@ double SignalChain::unit_bed(Side side, std::size_t bin) const {
          law_.level_bed(side, {}, range_m, options_.nominal_altitude_m / range_m);
 }
 
-/// The gain at 1 m that puts a level bed at half the range to recorded_bed_db.
+/// The gain at 1 m that records a level bed at half the range at the receiver's bed_level_db.
 double SignalChain::automatic_gain_db() const {
   const auto bin = static_cast<std::size_t>(sonar_.bins / 2);
   const double r = law_.range_m(bin);
@@ -93,7 +93,7 @@ double SignalChain::automatic_gain_db() const {
                           scatter::to_db(options_.nominal_strength(options_.nominal_altitude_m /
                                                                    (0.5 * sonar_.range_m)));
   const ReceiverOptions& receiver = sonar_.receiver;
-  return recorded_bed_db - level_db - receiver.spreading * std::log10(r) -
+  return receiver.bed_level_db - level_db - receiver.spreading * std::log10(r) -
          (receiver.absorption ? 2.0 * options_.absorption_db_per_m * r : 0.0);
 }
 
@@ -469,7 +469,7 @@ void SignalChain::follow_level(Channel& channel) const {
   const ArtefactOptions& artefacts = options_.artefacts;
   const auto forget =
       static_cast<float>(1.0 - std::exp(-law_.bin_m() / artefacts.automatic_gain_m));
-  const auto nominal = static_cast<float>(scatter::from_db(recorded_bed_db));
+  const auto nominal = static_cast<float>(scatter::from_db(sonar_.receiver.bed_level_db));
   const auto power = static_cast<float>(0.5 * artefacts.automatic_gain);
   float level = nominal, gain = 1.0f;
   for (std::size_t n = 0; n < channel.detected.size(); ++n) {
