@@ -17,3 +17,24 @@ export function fitCanvas(canvas) {
   canvas.height = height;
   return true;
 }
+
+export const fixed = (x, digits) => Number.isFinite(x) ? x.toFixed(digits) : '–';
+
+// Writes pairs of a name and a value into a <dl>; elements that are there stay.
+export function list(dl, pairs) {
+  if (dl.children.length === pairs.length) {
+    pairs.forEach(([name, value], i) => {
+      const [dt, dd] = dl.children[i].children;
+      if (dt.textContent !== name) dt.textContent = name;
+      if (dd.textContent !== String(value)) dd.textContent = value;
+    });
+    return;
+  }
+  dl.replaceChildren(...pairs.map(([name, value]) => {
+    const div = document.createElement('div'), dt = document.createElement('dt'), dd = document.createElement('dd');
+    dt.textContent = name;
+    dd.textContent = value;
+    div.append(dt, dd);
+    return div;
+  }));
+}
