@@ -16,12 +16,11 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/objects/facets.h>
-#include <ensonify/engine/seafloor/objects/path_reader.h>
+#include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/seafloor/objects/set_down.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/objects/spacing.h>
 #include <ensonify/engine/units.h>
-#include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
@@ -30,94 +29,6 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr int max_tries = 1000;
-constexpr double max_table_faces = 4e6;  // for the round bodies of a table, refined for its lobe
-constexpr int max_round = 512;           // facets around a body
-
-/// The table with facets of round shapes as small as its material's lobe needs, within the limits
-/// above.
-ObjectOptions refined(ObjectOptions table, std::span<const Material> materials) {
-  const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
-  if (!lobe_rad) return table;
-  constexpr double finer = 0.87;  // a margin, since facets differ in size
-  // A ball with n facets around it has about n^2 / 1.5 faces, and up to four times that, since
-  // edges are only halved.
-  const double affordable = std::sqrt(0.375 * max_table_faces / std::max(table.count, 1));
-  table.size.facet_rad = std::max(finer * facet_over_lobe * *lobe_rad,
-                                  2.0 * std::numbers::pi / std::min<double>(affordable, max_round));
-  return table;
-}
-
-constexpr double far_m = 1e5;  // size of an object up to which floats resolve a centimetre
-
-/// A warning for an object so large that one of its vertices may be misplaced: names the farthest
-/// vertex and the precision that is left.
-std::optional<std::string> warning_of_extent(const refine::TriangleMesh& mesh,
-                                             const ObjectOptions& table) {
-  const refine::Bounds box = refine::bounds(mesh);
-  const float extent = (box.highest - box.lowest).maxCoeff();  // in units of the mesh
-  if (!(table.scale * extent > far_m)) return std::nullopt;
-  std::vector<std::uint32_t> used;
-  for (const refine::Face& face : mesh.faces) used.insert(used.end(), face.begin(), face.end());
-  Eigen::Vector3f middle;  // the median, which a few distant vertices do not move
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const auto half = used.begin() + std::ssize(used) / 2;
-    std::ranges::nth_element(used, half, {},
-                             [&](std::uint32_t vertex) { return mesh.positions[vertex][axis]; });
-    middle[axis] = mesh.positions[*half][axis];
-  }
-  const std::uint32_t farthest = *std::ranges::max_element(
-      used, {}, [&](std::uint32_t vertex) { return (mesh.positions[vertex] - middle).norm(); });
-  return fmt::format(
-      "{}: is {:.3g} m long, where positions have a precision of {:.2g} m; vertex {} (from 0) is "
-      "the farthest, {:.3g} m from the middle: if it is misplaced, move or remove it",
-      table.mesh.path.filename().string(), table.scale * extent,
-      table.scale * (std::nextafter(0.5f * extent, 1e30f) - 0.5f * extent), farthest,
-      table.scale * (mesh.positions[farthest] - middle).norm());
-}
-
-/// A warning for an object that is wider than the bed.
-std::optional<std::string> warning_of_size(const refine::TriangleMesh& mesh,
-                                           const ObjectOptions& table, const BedGrid& bed) {
-  const auto width_m = [](const refine::Bounds& box) {
-    return double((box.highest - box.lowest).head<2>().maxCoeff());
-  };
-  const double own_m = table.scale * width_m(refine::bounds(mesh));
-  const double bed_m = width_m(bed.bounds());
-  if (!(own_m > bed_m)) return std::nullopt;
-  return fmt::format(
-      "{}: is {:.4g} m wide, and the seafloor {:.4g} m; is it in millimetres? Then set scale = 0.001",
-      table.mesh.path.filename().string(), own_m, bed_m);
-}
-
-refine::RepairedMesh repaired(const refine::TriangleMesh& read, const ObjectOptions& table) {
-  return refine::repair_file(read, table.weld_tolerance_m / table.scale, table.mesh.path);
-}
-
-/// The mesh of a table's file; with a length, scaled so that its longer side seen from above has
-/// it.
-refine::TriangleMesh read_fitted(const ObjectOptions& table, const MemoryPlan& plan) {
-  refine::TriangleMesh mesh =
-      read_mesh_to_repair(table.mesh.path, plan, "use a coarser mesh of the object");
-  if (!table.size.length_m) return mesh;
-  Eigen::AlignedBox2f box;
-  for (const refine::Face& face : mesh.faces)
-    for (const std::uint32_t vertex : face) box.extend(mesh.positions[vertex].head<2>().eval());
-  const double longer = box.isEmpty() ? 0.0 : box.sizes().maxCoeff();
-  if (!(longer > 0.0))
-    throw refine::MeshError(fmt::format(
-        "{}: has no length seen from above, so it cannot be scaled to length_m; give its scale",
-        table.mesh.path.string()));
-  for (Eigen::Vector3f& p : mesh.positions) p *= static_cast<float>(*table.size.length_m / longer);
-  return mesh;
-}
-
-/// An object before it is set down.
-struct Body {
-  refine::TriangleMesh mesh;
-  std::vector<ObjectPart> parts;
-  std::vector<std::uint16_t> face_part;  // one per face
-  double sunk_m = 0.0;                   // as ShapeBody's
-};
 
 /// What all tables need, and the faces of the objects so far.
 class Placing {
@@ -154,103 +65,6 @@ class Placing {
   double faces_ = 0.0, checked_ = 0.0;
 };
 
-/// Makes the bodies of one of the scene's [[objects]] tables.
-class Source {
- public:
-  Source(const ObjectOptions& options, std::size_t number, const Placing& placing)
-      : options_(refined(options, placing.materials)), number_(number), seed_(placing.seed) {
-    const std::string name = options.shape.empty() ? options.mesh.path.string() : options.shape;
-    what_ = options.shape.empty() ? name : fmt::format("objects.{} ({})", number, name);
-    if (!options_.path_file.path.empty()) options_.path = read_path(options_.path_file.path);
-    if (options.shape.empty()) {
-      const refine::TriangleMesh read = read_fitted(options, placing.plan);
-      warning_ = warning_of_extent(read, options);
-      if (!warning_) warning_ = warning_of_size(read, options, placing.bed);
-      if (warning_) what_ = *warning_;
-      refine::RepairedMesh sound = repaired(read, options);
-      mesh_ = std::move(sound.mesh);
-      report_ = sound.report;
-    }
-  }
-
-  const ObjectOptions& options() const { return options_; }
-  std::size_t number() const { return number_; }
-  const std::string& what() const { return what_; }
-  const std::optional<refine::RepairReport>& report() const { return report_; }
-  const std::optional<std::string>& warning() const { return warning_; }
-  bool is_line() const { return !options_.shape.empty() && shape_named(options_.shape).along_path; }
-
-  /// Copy number `copy`; of a line, only its labels.
-  Body body(std::size_t copy) const {
-    Body body{.mesh = {}, .parts = parts_of(options_), .face_part = {}};
-    if (options_.shape.empty()) {
-      body.mesh = mesh_;
-    } else if (!is_line()) {
-      const RandomStream form =
-          options_.shape_seed ? RandomStream(*options_.shape_seed, Purpose::object_shape, {0, copy})
-                              : RandomStream(seed_, Purpose::object_shape, {number_, copy});
-      try {
-        const ShapeKind& kind = shape_named(options_.shape);
-        ShapeBody made = make_body(kind, options_.size, form, options_.variant);
-        body.mesh = std::move(made.mesh);
-        const bool depth_given = options_.burial || options_.height_m;
-        if (kind.several || !depth_given) body.sunk_m = made.sunk_m;
-        // Part 0 is the object's own label, and those of the shape follow.
-        for (const std::uint8_t part : made.face_part)
-          body.face_part.push_back(static_cast<std::uint16_t>(part + 1));
-      } catch (const std::invalid_argument& error) {
-        throw std::invalid_argument(fmt::format("{}: {}", what_, error.what()));
-      }
-    }
-    const bool one_of_several = body.parts.size() > 1;
-    body.face_part.resize(body.mesh.faces.size(), one_of_several ? 1 : 0);
-    return body;
-  }
-
- private:
-  ObjectOptions options_;
-  std::size_t number_;
-  std::uint64_t seed_;
-  std::string what_;
-  refine::TriangleMesh mesh_;
-  std::optional<refine::RepairReport> report_;
-  std::optional<std::string> warning_;
-};
-
-/// Moves a body's middle to x = y = 0, and the bed as it is meant to z = 0.
-void centre(Body& body) {
-  const refine::Bounds box = refine::bounds(body.mesh);
-  Eigen::Vector3f shift = 0.5f * (box.lowest + box.highest);
-  shift.z() = box.lowest.z() + static_cast<float>(body.sunk_m);
-  for (Eigen::Vector3f& p : body.mesh.positions) p -= shift;
-}
-
-/// Adds a member of an assembly to its base, which is centred.
-void join(Body& base, Body member, const ObjectOptions& options) {
-  centre(member);
-  const Eigen::Matrix3d turn = options.scale * attitude(options, options.heading_rad);
-  double lowest_m = std::numeric_limits<double>::infinity(), highest_m = -lowest_m;
-  for (Eigen::Vector3f& p : member.mesh.positions) {
-    p = (turn * p.cast<double>()).cast<float>();
-    lowest_m = std::min(lowest_m, double(p.z()));
-    highest_m = std::max(highest_m, double(p.z()));
-  }
-  const double sunk_m =
-      options.burial.value_or(0.0) * (highest_m - lowest_m) + options.scale * member.sunk_m;
-  const Eigen::Vector3f shift(
-      static_cast<float>(options.east_m), static_cast<float>(options.north_m),
-      static_cast<float>(options.height_m.value_or(0.0) - sunk_m - lowest_m));
-  const auto vertices = static_cast<std::uint32_t>(base.mesh.positions.size());
-  const auto parts = static_cast<std::uint16_t>(base.parts.size());
-  for (const Eigen::Vector3f& p : member.mesh.positions)
-    base.mesh.positions.emplace_back(p + shift);
-  for (const refine::Face& face : member.mesh.faces)
-    base.mesh.faces.push_back({face[0] + vertices, face[1] + vertices, face[2] + vertices});
-  base.parts.insert(base.parts.end(), member.parts.begin(), member.parts.end());
-  for (const std::uint16_t part : member.face_part)
-    base.face_part.push_back(static_cast<std::uint16_t>(part + parts));
-}
-
 /// Leaves the first part, the object's own label, and those different ones that faces have.
 void merge_parts(PlacedObjects::One& object) {
   std::vector<ObjectPart> parts{object.parts.front()};
@@ -277,17 +91,18 @@ class Table {
     for (const std::size_t member : members) {
       ObjectOptions options = tables[member];
       options.count = tables[number].count;  // an assembly's members are as many as its base
-      sources_.emplace_back(options, member, placing);
+      sources_.emplace_back(options, member, placing.seed, placing.bed, placing.materials,
+                            placing.plan);
     }
     options_ = base().options();
     what_ = base().what();
   }
 
-  const std::vector<Source>& sources() const { return sources_; }
+  const std::vector<BodySource>& sources() const { return sources_; }
 
   PlacedObjects::One one(std::size_t number, Layout& layout) const {
     const Spot spot{options_.east_m, options_.north_m, options_.heading_rad, options_.scale};
-    const Body body = body_of(number);
+    const ObjectBody body = body_of(number);
     placing_.take(body.mesh.faces.size(), what_);  // a line has few
     PlacedObjects::One placed =
         set_down_at(body, spot);  // first, since it refuses a line that is too long
@@ -300,7 +115,7 @@ class Table {
     const auto count = static_cast<std::size_t>(options_.count);
     const std::size_t at_once = 2 * static_cast<std::size_t>(placing_.threads);
     std::vector<PlacedObjects::One> all(count);
-    std::vector<Body> bodies;
+    std::vector<ObjectBody> bodies;
     std::vector<Spot> spots;
     for (std::size_t first = 0; first < count; first += at_once) {
       const std::size_t some = std::min(at_once, count - first);
@@ -327,26 +142,26 @@ class Table {
   }
 
  private:
-  const Source& base() const { return sources_.front(); }
+  const BodySource& base() const { return sources_.front(); }
   bool is_line() const { return base().is_line(); }
 
   /// The base with the members of its assembly.
-  Body body_of(std::size_t copy) const {
-    Body body = base().body(copy);
+  ObjectBody body_of(std::size_t copy) const {
+    ObjectBody body = base().body(copy);
     if (sources_.size() == 1) return body;
     centre(body);
     for (std::size_t i = 1; i < sources_.size(); ++i) {
-      Body member = sources_[i].body(copy);
+      ObjectBody member = sources_[i].body(copy);
       // The whole object has the class of its base, unless its parts have their own classes.
       if (!options_.part_classes)
         for (ObjectPart& part : member.parts) part.class_name = options_.class_name;
-      join(body, std::move(member), sources_[i].options());
+      add_member(body, std::move(member), sources_[i].options());
     }
     body.sunk_m = std::max(0.0, -double(refine::bounds(body.mesh).lowest.z()));
     return body;
   }
 
-  PlacedObjects::One set_down_at(const Body& body, const Spot& spot) const {
+  PlacedObjects::One set_down_at(const ObjectBody& body, const Spot& spot) const {
     SetDown placed = is_line() ? lay_down(options_, spot, bed_, what_)
                                : set_down(body.mesh, options_, spot, bed_, what_, body.sunk_m);
     const refine::Bounds box = refine::bounds(placed.mesh);
@@ -456,8 +271,8 @@ class Table {
     return true;
   }
 
-  std::vector<Source> sources_;  // the base first
-  ObjectOptions options_;        // the base's
+  std::vector<BodySource> sources_;  // the base first
+  ObjectOptions options_;            // the base's
   std::size_t number_;
   std::uint64_t seed_;
   const BedGrid& bed_;
@@ -465,64 +280,10 @@ class Table {
   std::string what_;
 };
 
-}  // namespace
-
-refine::TriangleMesh mesh_of(const ObjectOptions& options, std::uint64_t seed,
-                             std::span<const Material> materials, std::uint64_t number) {
-  const ObjectOptions table = refined(options, materials);
-  refine::TriangleMesh mesh;
-  if (table.shape.empty())
-    mesh = repaired(read_fitted(table, {}), table).mesh;
-  else
-    mesh =
-        make_body(shape_named(table.shape), table.size,
-                  table.shape_seed ? RandomStream(*table.shape_seed, Purpose::object_shape, {0, 0})
-                                   : RandomStream(seed, Purpose::object_shape, {0, number}),
-                  table.variant)
-            .mesh;
-  const refine::Bounds box = refine::bounds(mesh);
-  const Eigen::Vector3f middle = 0.5f * (box.lowest + box.highest);
-  for (Eigen::Vector3f& p : mesh.positions) p = static_cast<float>(table.scale) * (p - middle);
-  mesh.world_origin = Vector3d::Zero();
-  return mesh;
-}
-
-std::vector<ObjectPart> parts_of(const ObjectOptions& table) {
-  std::vector<ObjectPart> parts{
-      {table.class_name, table.material, table.shape.empty()}};  // a shape's outside is known
-  if (table.shape.empty()) return parts;
-  for (const ShapePart& part : shape_named(table.shape).parts)
-    parts.push_back(
-        {table.part_classes ? fmt::format("{}.{}", table.class_name, part.name) : table.class_name,
-         part.material.empty() ? table.material : std::string(part.material), false});
-  return parts;
-}
-
-std::vector<std::size_t> bases_of(std::span<const ObjectOptions> tables) {
-  std::vector<std::size_t> bases(tables.size());
-  for (std::size_t t = 0; t < tables.size(); ++t) {
-    bases[t] = t;
-    if (!tables[t].assembly.empty())
-      bases[t] = static_cast<std::size_t>(
-          std::ranges::find(tables, tables[t].assembly, &ObjectOptions::assembly) - tables.begin());
-  }
-  return bases;
-}
-
-std::size_t count_of(std::span<const ObjectOptions> tables) {
-  const std::vector<std::size_t> bases = bases_of(tables);
-  std::size_t sum = 0;
-  for (std::size_t t = 0; t < tables.size(); ++t)
-    if (bases[t] == t) sum += static_cast<std::size_t>(std::max(tables[t].count, 1));
-  return sum;
-}
-
-namespace {
-
 /// Collects bodies whose facets are too wide for their material's lobe; warns of the worst one.
 class CoarseFacets {
  public:
-  void look_at(const Source& source, const refine::TriangleMesh& mesh,
+  void look_at(const BodySource& source, const refine::TriangleMesh& mesh,
                std::span<const Material> materials) {
     const ObjectOptions& table = source.options();
     const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
@@ -562,6 +323,25 @@ class CoarseFacets {
 
 }  // namespace
 
+std::vector<std::size_t> bases_of(std::span<const ObjectOptions> tables) {
+  std::vector<std::size_t> bases(tables.size());
+  for (std::size_t t = 0; t < tables.size(); ++t) {
+    bases[t] = t;
+    if (!tables[t].assembly.empty())
+      bases[t] = static_cast<std::size_t>(
+          std::ranges::find(tables, tables[t].assembly, &ObjectOptions::assembly) - tables.begin());
+  }
+  return bases;
+}
+
+std::size_t count_of(std::span<const ObjectOptions> tables) {
+  const std::vector<std::size_t> bases = bases_of(tables);
+  std::size_t sum = 0;
+  for (std::size_t t = 0; t < tables.size(); ++t)
+    if (bases[t] == t) sum += static_cast<std::size_t>(std::max(tables[t].count, 1));
+  return sum;
+}
+
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                             const BedGrid& bed, std::span<const Material> materials,
                             const MemoryPlan& plan, const WorkControl& control) {
@@ -577,7 +357,7 @@ PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t
     for (std::size_t t = 0; t < tables.size(); ++t) {
       if (bases[t] != t || (tables[t].count > 0) != at_random) continue;
       const Table table(tables, t, members[t], placing);
-      for (const Source& source : table.sources()) {
+      for (const BodySource& source : table.sources()) {
         if (source.report())
           placed.repairs.emplace_back(source.options().mesh.path, *source.report());
         if (source.warning()) placed.warnings.push_back(*source.warning());
@@ -587,7 +367,7 @@ PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t
       else
         of_table[t].push_back(table.one(0, layout));
       if (of_table[t].empty()) continue;
-      for (const Source& source : table.sources())
+      for (const BodySource& source : table.sources())
         coarse.look_at(source,
                        table.sources().size() == 1 ? of_table[t].front().mesh : source.body(0).mesh,
                        materials);

@@ -12,19 +12,13 @@
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/memory_plan.h>
+#include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/work_control.h>
 #include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::engine {
-
-/// What some faces of an object are labelled as.
-struct ObjectPart {
-  std::string class_name, material;
-  bool two_sided = false;  ///< as in Label
-  bool operator==(const ObjectPart&) const = default;
-};
 
 /// All objects of a scene at their final places.
 struct PlacedObjects {
@@ -41,17 +35,6 @@ struct PlacedObjects {
   /// material's lobe.
   std::vector<std::string> warnings;
 };
-
-/// The body of a table alone, in metres about its middle: the mesh of a file, repaired and scaled,
-/// or the mesh of a shape with facets as small as its material's lobe needs. The form of a shape
-/// without a seed of its own follows from `seed` and `number`. Throws refine::MeshError for a mesh
-/// that cannot be read, std::invalid_argument for sizes that contradict one another and for shapes
-/// that are laid along a path.
-refine::TriangleMesh mesh_of(const ObjectOptions& options, std::uint64_t seed,
-                             std::span<const Material> materials = {}, std::uint64_t number = 0);
-
-/// The parts that a table's object can have; the first is its own label.
-std::vector<ObjectPart> parts_of(const ObjectOptions& table);
 
 /// For each table the number of the one whose object it belongs to: of its assembly's first table,
 /// or its own.
