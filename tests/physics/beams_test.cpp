@@ -382,3 +382,42 @@ TEST_CASE("water and sea surface get as much less sound from outer beams as a le
   CHECK(lost_db(water) == Approx(lost_db(bed, 0.0)).margin(0.1));
   CHECK(lost_db(surface) == Approx(lost_db(bed, 0.0)).margin(0.1));
 }
+
+TEST_CASE("the places of an outer beam are the middle of both patterns, however few the planes") {
+  Sonar sonar = plain_sonar();
+  sonar.focused = false;
+  sonar.beams = 5;
+  sonar.beam_spacing_m = 0.2;
+  sonar.array_length_m = 0.3;
+  sonar.receive_array_length_m = 1.2;
+  constexpr double altitude_m = 8.0;
+  const Seafloor bed = level_bed(altitude_m);
+  const std::vector<scatter::BackscatterTable> lambert(
+      2, scatter::BackscatterTable(scatter::Lambert(-27.0)));
+  const auto tracer = make_intersector("embree", bed.mesh);
+  for (const int planes : {8, 64})
+    for (const int beam : {0, 4}) {
+      sonar.planes = planes;
+      const double offset_m = sonar.beam_offset_m(beam);
+      EchoLine line;
+      line.bins.assign(static_cast<std::size_t>(sonar.bins));
+      PingTracer pinger(sonar, Medium{1500.0, 0.0}, bed, lambert, Refraction{}, nullptr,
+                        ObjectSurfaces{}, beam);
+      const BeamAim aim = pinger.aim({.position = {0.0, offset_m, 0.0}}, altitude_m);
+      REQUIRE(pinger.trace(aim, {tracer.get(), bed.mesh}, Side::starboard));
+      pinger.echo(aim, Side::starboard, line);
+      for (const double range_m : {10.0, 15.0, 20.0, 40.0}) {
+        const auto at_once = [](double) { return 0.0; };
+        double sum = 0.0, moment_m = 0.0;
+        for (double y_m = -0.5 * range_m; y_m < 0.5 * range_m; y_m += 0.005) {
+          const double power =
+              one_way(0.3, y_m, range_m, at_once) * one_way(1.2, y_m - offset_m, range_m, at_once);
+          sum += power;
+          moment_m += power * y_m;
+        }
+        CAPTURE(planes, beam, range_m);
+        CHECK(double(line.bins.y_m[bin_at(sonar, range_m)]) ==
+              Approx(moment_m / sum).margin(0.01));  // side lobes beyond the traced ones: 0.008
+      }
+    }
+}

@@ -45,6 +45,7 @@ PlaneBeam plane_beam(const SideView& view, std::size_t plane) {
   };
   return {.samples = samples.data(),
           .sample_count = samples.size(),
+          .sin_azimuth = static_cast<float>(view.fan->grid->planes[plane].sin_azimuth),
           .transmit = array(beam.transmit(), beam.transmit_table()),
           .receive = array(beam.receive(), beam.receive_table()),
           .same_arrays = beam.same_arrays(),
@@ -292,10 +293,19 @@ void EchoFormer::leave_out_small_objects() {
     if (objects_.small(pieces_.label[i])) pieces_.energy[i] *= almost_nothing;
 }
 
+/// Moves the places of one of several beams to the middles of their energy.
+void EchoFormer::move_aside() {
+  if (beam_.transmit().offset_m == 0.0f) return;
+  const Eigen::Vector3d& ahead = view_.fan->array_axis;
+  for (std::size_t i = 0; i < pieces_.count; ++i)
+    Eigen::Map<Eigen::Vector3d>(&pieces_.middles[4 * i]) += double(pieces_.aside_m[i]) * ahead;
+}
+
 void EchoFormer::lay(std::size_t plane) {
   leave_out_small_objects();
   bins_.begin_plane();
   walk_.walk(view_, plane, pieces_);
+  move_aside();
   if (!view_.motion->steady) return lay_shifted(plane);
   bins_.lay(pieces_.to_lay());
   for (const Shadow& shadow : walk_.shadows()) bins_.shade(shadow);

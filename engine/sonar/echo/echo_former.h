@@ -73,6 +73,7 @@ class EchoFormer {
   void absorb_over_depth();
   void correct_bent_rays();
   void leave_out_small_objects();
+  void move_aside();
   void lay(std::size_t plane);
   double nearer_m(double range_m, double drift) const;
   double absorbed_beyond_bin(double drift) const;

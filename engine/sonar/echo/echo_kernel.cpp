@@ -215,8 +215,9 @@ HWY_INLINE VF array_value(const PlaneBeam::Array& array, const ArrayRow& row, VF
   return hn::IfThenElseZero(inside, fma(row.share, in_row(power.upper) - lower, lower));
 }
 
-// Beam::two_way.
-HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine) {
+// Beam::two_way. `aside`: how far the middle of the beam over the plane's samples lies ahead of the
+// plane, as a sine of azimuth; only for a transmitter that lies aside, else 0.
+HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine, VF& aside) {
   const auto along = [&](const AlongPlane& vector) HWY_ATTR {
     return fma(cosine, set(vector.level), sine * set(vector.pole));
   };
@@ -232,9 +233,9 @@ HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine) {
   const ArrayRow row = array_row(beam, beam.transmit, range_m);
   const ArrayRow heard_row = beam.same_arrays ? row : array_row(beam, beam.receive, range_m);
   VF sent_x = set(0.0f);
-  if (beam.transmit.offset_m != 0.0f)  // one of several beams
-    sent_x = set(beam.transmit.offset_m * beam.transmit.x_per_sine) / range_m;
-  VF sum = set(0.0f);
+  const bool lopsided = beam.transmit.offset_m != 0.0f;  // one of several beams
+  if (lopsided) sent_x = set(beam.transmit.offset_m * beam.transmit.x_per_sine) / range_m;
+  VF sum = set(0.0f), moment = set(0.0f);
   for (std::size_t i = 0; i < beam.sample_count; ++i) {
     const BeamSample& sample = beam.samples[i];
     const VF sine_off = cosine * set(sample.sin_azimuth);
@@ -247,7 +248,11 @@ HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine) {
                             : array_value(beam.receive, heard_row,
                                           (sine_off + shift) * set(beam.receive.x_per_sine));
     sum = fma(transmitted * received, set(sample.width_rad), sum);
+    if (lopsided)
+      moment = fma(transmitted * received,
+                   set(sample.width_rad * (sample.sin_azimuth - beam.sin_azimuth)), moment);
   }
+  aside = hn::IfThenElseZero(sum > set(0.0f), moment / sum);
   return cosine * sent * (heard * sum) * (row.scale * heard_row.scale);
 }
 
@@ -434,7 +439,9 @@ std::size_t compute_echoes(const PieceKernelArgs& in, const PieceEchoes& out) {
     const VF grazing_change =
         hn::Neg(narrowed(places.turning) * width_rad / hn::Sqrt(grazing_cosine2));
 
-    const VF weight = two_way(in.beam, range_m, cosine, sine);
+    VF aside;
+    const VF weight = two_way(in.beam, range_m, cosine, sine, aside);
+    hn::StoreU(range_m * cosine * aside, f, out.aside_m + first);
     VF falls;
     const VF strength = sigma_over_sine(in.strengths, hn::LoadU(i32, pieces.strengths_from + first),
                                         grazing_sine, grazing_cosine2, falls);

@@ -46,6 +46,7 @@ struct AlongPlane {
 struct PlaneBeam {
   const BeamSample* samples;  ///< across the plane
   std::size_t sample_count;
+  float sin_azimuth;  ///< of the plane
   /// The horizontal pattern: ArrayTable's values, and what turns an array's angle into its columns.
   struct Array {
     const float* power;
@@ -91,6 +92,10 @@ struct PieceEchoes {
   double *middles, *changes;
   /// The two-way beam times the solid angle per radian of elevation; 0 where no echo comes back.
   float* beam_weight;
+  /// One of several beams: how far the energy's middle lies ahead of the rays, along the array.
+  /// Such a beam may be so lopsided that the rays of wide planes do not lie in the middle of their
+  /// energy.
+  float* aside_m;
   /// How much the energy's density over range changes from end to end, as a share of its mean.
   float* energy_slope;
   float* width_rad;     ///< the elevation that the piece stands for

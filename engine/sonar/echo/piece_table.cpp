@@ -10,7 +10,7 @@ void PieceTable::make_room(std::size_t rays) {
   const auto resize = [&](auto&... columns) { (columns.resize(room), ...); };
   resize(begin, end, index, label, strengths_from, level, pole, distance);
   resize(answers, range_m, to_last_m, to_end_m, energy);
-  resize(beam_weight, energy_slope, width_rad, ray_step_rad);
+  resize(beam_weight, aside_m, energy_slope, width_rad, ray_step_rad);
   resize(from_m, until_m, breaks, starts_surface);
   middles.resize(4 * room);
   changes.resize(4 * room);
@@ -46,6 +46,7 @@ PieceEchoes PieceTable::echoes() {
           .middles = middles.data(),
           .changes = changes.data(),
           .beam_weight = beam_weight.data(),
+          .aside_m = aside_m.data(),
           .energy_slope = energy_slope.data(),
           .width_rad = width_rad.data(),
           .ray_step_rad = ray_step_rad.data(),

@@ -33,7 +33,7 @@ struct PieceTable {
   CacheLines<std::int32_t> answers;
   CacheLines<double> range_m, to_last_m, to_end_m, energy;
   CacheLines<double> middles, changes;  ///< four values per piece
-  CacheLines<float> beam_weight, energy_slope, width_rad, ray_step_rad;
+  CacheLines<float> beam_weight, aside_m, energy_slope, width_rad, ray_step_rad;
 
   CacheLines<double> from_m, until_m;
   CacheLines<std::uint32_t> breaks;

@@ -221,6 +221,7 @@ void SurfaceWalk::continue_beyond_range(std::size_t piece, double next_m) {
   std::copy_n(&pieces.changes[4 * piece], 4, &pieces.changes[4 * added]);
   pieces.answers[added] = 1;
   pieces.beam_weight[added] = pieces.beam_weight[piece];
+  pieces.aside_m[added] = pieces.aside_m[piece];
   pieces.energy_slope[added] = pieces.energy_slope[piece];
   pieces.label[added] = pieces.label[piece];
   pieces.starts_surface[added] = 1;
