@@ -57,12 +57,12 @@ class Session {
 
   std::vector<Line> ping(const Pose& pose, std::optional<std::uint64_t> number) {
     std::string warning;
+    std::uint64_t sent = 0;
     std::vector<Line> lines = alone([&](Simulator& simulator) {
       const std::size_t warnings = simulator.warnings().size();
-      if (number)
-        simulator.ping_numbered(pose, *number);
-      else
-        simulator.ping(pose);
+      sent = number.value_or(next_ping_);
+      simulator.ping_numbered(pose, sent);
+      if (!number) ++next_ping_;
       if (simulator.warnings().size() > warnings) warning = simulator.warnings().back();
       std::vector<EchoLine> lines = simulator.take_lines();
       std::vector<Line> owned;
@@ -72,8 +72,15 @@ class Session {
           owned.push_back({sonar.name, std::move(*next++)});
       return owned;
     });
-    if (!warning.empty() && PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0)
-      throw py::error_already_set();
+    if (!warning.empty() && PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0) {
+      const py::error_already_set error;
+      // The caller gets no lines, so the ping has taken no number, unless another thread has the
+      // next one by now.
+      alone([&](Simulator&) {
+        if (!number && next_ping_ == sent + 1) next_ping_ = sent;
+      });
+      throw error;
+    }
     return lines;
   }
 
@@ -127,6 +134,7 @@ class Session {
   SessionScene source_;  // under mutex_, once there is a simulator
   const Scene scene_;    // without later changes
   std::unique_ptr<Simulator> simulator_;
+  std::uint64_t next_ping_ = 0;  // under mutex_
   std::mutex mutex_;
 };
 
@@ -163,11 +171,12 @@ One ping of every sonar, the vehicle being at a pose, sent at pose.t_s.
 
 Returns a list of EchoLines: the sides of the first sonar (port, then starboard, of those it has),
 then of the next. `number` selects the random numbers: the same number and pose give the same ping
-again. Without a number it is the session's next one, from 0. No ping is lost or repeated:
-`artefacts.lost` and `artefacts.repeated` are for whole tracks, as of images(). Raises ValueError
-for a pose that is not finite, that lies beyond 1e8 m, that turns faster than a million degrees per second, that puts a
-sonar above the sea surface (z_m >= 0) or below the bed, or that is as fast as sound. Warns, once,
-of a pose out of reach of the seafloor.)")
+again. Without a number it is the session's next one, from 0; a ping that raises takes none. No
+ping is lost or repeated: `artefacts.lost` and `artefacts.repeated` are for whole tracks, as of
+images(). Raises ValueError for a pose that is not finite, that lies beyond 1e8 m, that turns faster
+than a million degrees per second, that puts a sonar above the sea surface (z_m >= 0) or below the
+bed, or that is as fast as sound. Warns, once, of a pose out of
+reach of the seafloor.)")
       .def("set", &Session::set, py::arg("keys"), R"(set(self, keys)
 --
 

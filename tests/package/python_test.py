@@ -19,6 +19,7 @@ import tempfile
 import threading
 import time
 import unittest
+import warnings
 
 import numpy
 
@@ -416,6 +417,18 @@ class Sessions(unittest.TestCase):
         first = simulator.ping(self.pose)[0]["intensity"]
         self.assertFalse(numpy.array_equal(first, simulator.ping(self.pose)[0]["intensity"]))
         numpy.testing.assert_array_equal(first, simulator.ping(self.pose, 0)[0]["intensity"])
+
+    def test_a_warning_that_raises_takes_no_ping_number(self):
+        on_bed, off_bed = ensonify.Pose(0, 0, -10), ensonify.Pose(0, 1000, -10)
+        session, fresh = ensonify.Simulator(scene), ensonify.Simulator(scene)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.assertRaisesRegex(UserWarning, "out of every sonar's range", session.ping, off_bed)
+            for mine, expected in zip(session.ping(on_bed), fresh.ping(on_bed)):
+                numpy.testing.assert_array_equal(mine["intensity"], expected["intensity"])
+            session.ping(off_bed)  # it warns once
+        for mine, expected in zip(session.ping(on_bed), fresh.ping(on_bed, 2)):
+            numpy.testing.assert_array_equal(mine["intensity"], expected["intensity"])
 
     def test_objects_are_added_moved_and_removed(self):
         simulator = ensonify.Simulator(scene)
