@@ -68,31 +68,21 @@ std::string no_parts(const Shard& shard, const RunParts& parts) {
 
 /// The bytes of the images that are in memory at one time, and of the rays. Throws MemoryError if
 /// they do not fit.
-double require_pings(const RunState& run, std::span<const Sonar> sonars, const RunParts& parts) {
-  const std::size_t images = run.pings_in_memory(parts);
-  require_images(run.control.memory, sonars, images);
-  const auto block = static_cast<std::size_t>(run.scene.run.block_pings);
-  const std::size_t threads =
-      std::min(static_cast<std::size_t>(run.threads), (parts.pings() + block - 1) / block);
-  const double bytes = image_bytes(sonars, images) +
-                       static_cast<double>(threads) * ray_bytes(sonars, run.scene.run.intersector);
-  run.control.memory.require(
-      bytes,
-      fmt::format("the {:.2g} million rays of a ping, for {} thread{}, and the images of {} pings,",
-                  1e-6 * rays_of(sonars), threads, threads == 1 ? "" : "s", images),
-      "use fewer elevations or planes, fewer threads, or run the sonars in several scenes");
-  return bytes;
+double require_pings_of(const RunState& run, std::span<const Sonar> sonars, const RunParts& parts) {
+  return require_pings(
+      run.control.memory, run.scene.run, sonars,
+      {.pings = parts.pings(), .images = run.pings_in_memory(parts), .threads = run.threads});
 }
 
 /// Bytes of the pings, if their number is known before the seafloor is made; otherwise 0. Throws as
-/// require_pings().
+/// require_pings_of().
 double expected_ping_bytes(const RunState& run) {
   if (run.scene.track.kind != TrackKind::line) return 0.0;
   std::vector<Sonar> sonars = run.scene.sonars;
   for (Sonar& sonar : sonars)
     sonar = sonar.sampled(run.scene.sea.sound_speed_mps.value_or(scatter::nominal_sound_speed_mps));
   const auto pings = static_cast<std::size_t>(run.scene.track.pings);
-  return require_pings(run, sonars, equal_parts(pings, pings_of_a_part(run, sonars, pings)));
+  return require_pings_of(run, sonars, equal_parts(pings, pings_of_a_part(run, sonars, pings)));
 }
 
 RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl& control) {
@@ -133,7 +123,7 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
   const RunParts parts = parts_of(run, track.leg_starts(), track.count(), simulator.sonars());
   if (std::string warning = no_parts(control.shard, parts); !warning.empty())
     run.warnings.push_back(std::move(warning));
-  require_pings(run, simulator.sonars(), parts);
+  require_pings_of(run, simulator.sonars(), parts);
   run.world = {track.middle(),
                world_reference(simulator.seafloor().reference,
                                simulator.seafloor().mesh.world_origin, track.middle())};

@@ -14,6 +14,7 @@
 #include <ensonify/engine/seafloor/memory_plan.h>
 #include <ensonify/engine/simulator/bed_abeam.h>
 #include <ensonify/engine/simulator/internals.h>
+#include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/simulator/state.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
 
@@ -174,14 +175,17 @@ void Simulator::set_sonars(std::span<const std::pair<std::size_t, Sonar>> settin
   for (std::size_t i = 0; i < own.prepared.size(); ++i)
     changed.sonars[i] = own.prepared[i]->settings;
   std::vector<bool> prepare_again(own.prepared.size(), false);
+  std::vector<Sonar> set;
   for (const auto& [number, sonar] : settings) {
     if (number >= changed.sonars.size())
       throw std::invalid_argument(
           fmt::format("Simulator: there is no sonar {} of {}", number, changed.sonars.size()));
     changed.sonars[number] = sonar;
     prepare_again[number] = true;
+    set.push_back(sonar);
   }
   check_values(changed);
+  require_rays(shared_->memory, set, shared_->parts.intersector);
   UsualPing usual = own.usual_ping;
   if (changed.track.kind != TrackKind::file)
     usual.interval_s = changed.ping_interval_s(sound_speed_mps());

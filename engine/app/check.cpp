@@ -14,6 +14,7 @@
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/internals.h>
+#include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/check/hierarchy.h>
@@ -103,6 +104,8 @@ std::uint64_t least_scene_rays(std::uint64_t rays) { return (rays + 1) / 2; }
 std::unique_ptr<Prepared> prepare(const CheckArguments& arguments, const Preparation& how) {
   const Scene read = arguments.scene.read();
   require_at_once(read.seafloor);
+  // Every thread compares fans; of all intersectors this one takes the most for a ray.
+  require_rays(how.memory, read.sonars, "fan_scan", how.threads);
   // Later, when this tree is asked, a signal still prints the table.
   const auto making = std::make_shared<bool>(true);
   Preparation how_reference = how;

@@ -323,7 +323,8 @@ ScenePings ping_as_one(const Scene& scene, Simulator& simulator, const TrackPing
 ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
                     const AfterBlock& after_block, const MemoryLimit& memory) {
   const TrackPings track(scene, simulator);
-  require_images(memory, simulator.sonars(), track.count());
+  require_pings(memory, scene.run, simulator.sonars(),
+                {.pings = track.count(), .images = track.count(), .threads = threads});
   return ping_as_one(scene, simulator, track, threads, after_block);
 }
 
@@ -347,11 +348,6 @@ double image_bytes(std::span<const Sonar> sonars, std::size_t pings) {
   return bytes_a_bin * bins * static_cast<double>(pings);
 }
 
-void require_images(const MemoryLimit& memory, std::span<const Sonar> sonars, std::size_t pings) {
-  memory.require(image_bytes(sonars, pings), fmt::format("the images of {} pings", pings),
-                 "use fewer pings, fewer bins or a smaller output.pings_per_file");
-}
-
 double rays_of(std::span<const Sonar> sonars) {
   double rays = 0.0;
   for (const Sonar& sonar : sonars)
@@ -362,6 +358,39 @@ double rays_of(std::span<const Sonar> sonars) {
 double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector) {
   // Bytes per ray, measured.
   return rays_of(sonars) * (intersector_kind(intersector).builds_tree ? 43.0 : 130.0);
+}
+
+namespace {
+
+std::string rays_for_threads(std::span<const Sonar> sonars, int threads) {
+  return fmt::format("the {:.2g} million rays of a ping, for {} thread{}", 1e-6 * rays_of(sonars),
+                     threads, threads == 1 ? "" : "s");
+}
+
+}  // namespace
+
+void require_rays(const MemoryLimit& memory, std::span<const Sonar> sonars,
+                  std::string_view intersector, int threads) {
+  memory.require(threads * ray_bytes(sonars, intersector), rays_for_threads(sonars, threads) + ",",
+                 "use fewer elevations or planes");
+}
+
+double require_pings(const MemoryLimit& memory, const RunOptions& options,
+                     std::span<const Sonar> sonars, const PingWork& work) {
+  const double of_images = image_bytes(sonars, work.images);
+  memory.require(of_images, fmt::format("the images of {} pings", work.images),
+                 "use fewer pings, fewer bins or a smaller output.pings_per_file");
+  const auto block = static_cast<std::size_t>(options.block_pings);
+  const std::size_t blocks = (work.pings + block - 1) / block;
+  const auto threads =
+      static_cast<int>(std::min<std::size_t>(refine::thread_count(work.threads), blocks));
+  const double bytes = of_images + threads * ray_bytes(sonars, options.intersector);
+  memory.require(
+      bytes,
+      fmt::format("{}, and the images of {} pings,", rays_for_threads(sonars, threads),
+                  work.images),
+      "use fewer elevations or planes, fewer threads, or run the sonars in several scenes");
+  return bytes;
 }
 
 }  // namespace ensonify::engine

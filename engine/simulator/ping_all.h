@@ -112,7 +112,7 @@ ScenePings ping_as_one(const Scene& scene, Simulator& simulator, const TrackPing
                        int threads, const AfterBlock& after_block, std::size_t verify_pings = 0);
 
 /// Every ping of a scene's track. Throws SceneError for a track that leaves the seafloor,
-/// MemoryError for images that do not fit, and as ping_parts().
+/// MemoryError for images or rays that do not fit, and as ping_parts().
 ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
                     const AfterBlock& after_block = {}, const MemoryLimit& memory = {});
 
@@ -126,7 +126,20 @@ double rays_of(std::span<const Sonar> sonars);
 /// The bytes that the rays of one ping of all these sonars take in each thread that pings, at
 /// least.
 double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector);
-/// Throws MemoryError unless the images fit.
-void require_images(const MemoryLimit& memory, std::span<const Sonar> sonars, std::size_t pings);
+/// Throws MemoryError unless the rays of a ping of all these sonars fit, for each of the threads
+/// that ping.
+void require_rays(const MemoryLimit& memory, std::span<const Sonar> sonars,
+                  std::string_view intersector, int threads = 1);
+
+/// The pings that threads (0: one per core of the machine) make from a scene.
+struct PingWork {
+  std::size_t pings = 0;
+  std::size_t images = 0;  ///< of how many pings the images are in memory at one time
+  int threads = 0;
+};
+/// The bytes of these images, and of the rays of the threads that have a block of pings. Throws
+/// MemoryError if they do not fit.
+double require_pings(const MemoryLimit& memory, const RunOptions& options,
+                     std::span<const Sonar> sonars, const PingWork& work);
 
 }  // namespace ensonify::engine

@@ -45,7 +45,6 @@ void require_sea_over(const refine::Bounds& bounds, const SeafloorOptions& optio
 Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
     : scene(of),
       memory(how.memory),
-      threads(refine::thread_count(how.threads)),
       prepared(prepare_seafloor(of, how)),
       seafloor(prepared->seafloor),
       bounds(seafloor.bounds()),
@@ -84,9 +83,10 @@ Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
   code_path = make_intersector(parts.intersector, {}, parts.options)->code_path();
   warnings.insert(warnings.end(), water.warnings().begin(), water.warnings().end());
   if (scene.track.kind == TrackKind::file) take_recorded_track();
+  require_rays(memory, scene.sonars, parts.intersector);
   for (const Sonar& sonar : scene.sonars)
     sonars.push_back(prepare(sonars.size(), sonar, usual_ping, seafloor.materials, warnings));
-  objects = object_surfaces(seafloor, threads, report_tree);
+  objects = object_surfaces(seafloor, refine::thread_count(how.threads), report_tree);
   if (scene.seafloor.penetration_m > 0.0) find_buried();
 }
 
@@ -136,11 +136,6 @@ void Simulator::SharedState::find_buried() {
 std::shared_ptr<const PreparedSonar> Simulator::SharedState::prepare(
     std::size_t number, const Sonar& settings, const UsualPing& usual,
     const std::vector<std::string>& materials, std::vector<std::string>& its_warnings) const {
-  memory.require(
-      threads * ray_bytes({&settings, 1}, "fan_scan"),
-      fmt::format("the {:.2g} million rays of a ping of {}, for {} thread{},",
-                  1e-6 * rays_of({&settings, 1}), settings.name, threads, threads > 1 ? "s" : ""),
-      "use fewer elevations or planes");
   return prepare_sonar(scene, water, usual, number, settings, materials, bed_shares, its_warnings);
 }
 

@@ -35,8 +35,7 @@ struct HeightRange {
 struct Simulator::SharedState {
   SharedState(const Scene& of, const Preparation& how);
 
-  /// One of the scene's sonars with these settings; see prepare_sonar(). Throws MemoryError for
-  /// more rays than fit.
+  /// One of the scene's sonars with these settings; see prepare_sonar().
   std::shared_ptr<const PreparedSonar> prepare(std::size_t number, const Sonar& settings,
                                                const UsualPing& usual,
                                                const std::vector<std::string>& materials,
@@ -54,7 +53,6 @@ struct Simulator::SharedState {
 
   Scene scene;
   MemoryLimit memory;
-  int threads;  // that will ping
   std::shared_ptr<const PreparedSeafloor> prepared;
   const Seafloor& seafloor;
   refine::Bounds bounds;         // as Seafloor::bounds()

@@ -220,3 +220,25 @@ TEST_CASE("the rays of many sonars on several threads are counted before the sea
   CHECK(!began);
   CHECK_THROWS_AS(try_run(1, limit), Stopped);
 }
+
+TEST_CASE("a session counts the rays of its own thread, and a track those of all that ping it") {
+  Scene scene = fractal_scene(0.5);
+  scene.run.intersector = "fan_scan";
+  scene.track.pings = 4 * scene.run.block_pings;
+  scene.sonars.front().bins = 100;
+  scene.sonars.front().planes = 64;
+  scene.sonars.front().elevations = 50000;
+  const double bytes = ray_bytes(scene.sonars, "fan_scan");
+  const MemoryLimit limit{2.0 * bytes};
+  Simulator session(scene, {.threads = 64, .memory = limit});
+  const auto stop = [](std::span<const Waterfall>, std::size_t, std::size_t) {
+    throw Stopped("stopped");
+  };
+  CHECK_THROWS_WITH(ping_all(scene, session, 4, stop, limit),
+                    Catch::Contains("rays of a ping, for 4 threads, and the images of 256 pings,"));
+  CHECK_THROWS_AS(ping_all(scene, session, 1, stop, limit), Stopped);
+  Sonar more = scene.sonars.front();
+  more.planes = 128;
+  CHECK_THROWS_WITH(session.set_sonar(0, more), Catch::Contains("rays of a ping, for 1 thread,"));
+  CHECK_THROWS_AS(Simulator(scene, {.threads = 1, .memory = {0.5 * bytes}}), MemoryError);
+}
