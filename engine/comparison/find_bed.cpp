@@ -57,21 +57,22 @@ using Growth = std::vector<double>;
 /// The sample at which the bed begins to rise out of the water column, before a sample that is
 /// clearly bed. A beam that looks away from the nadir receives the nearest bed only weakly, so that
 /// it emerges slowly.
-std::size_t foot_of(std::span<const double> row, const Growth& growth, std::size_t first,
-                    double lowest) {
+std::size_t foot_of(std::span<const double> row, const Growth& growth, std::size_t recorded_from,
+                    std::size_t first, double lowest) {
   // The bed may fill most of the samples before `first`, so the darkest fifth is the water. The
   // mean of 25 Rayleigh amplitudes has a standard deviation of 0.1 of its mean: this is four of
   // them above.
   constexpr double water_share = 0.2, over_water = 1.5;
   std::vector<double> before;
-  for (std::size_t k = first / 4; k < first; ++k) before.push_back(row[k] / growth[k]);
+  for (std::size_t k = std::max(first / 4, recorded_from); k < first; ++k)
+    before.push_back(row[k] / growth[k]);
   const double threshold = over_water * level_below(before, water_share);
   if (std::isnan(threshold)) return first;
   const auto is_bed = [&](std::size_t k) {
     return row[k] > std::max(threshold * growth[k], lowest);
   };
   std::size_t foot = first;
-  while (foot > 0 && is_bed(foot - 1)) --foot;
+  while (foot > recorded_from && is_bed(foot - 1)) --foot;
   return foot + bed_found_early < first ? foot : first;  // a shorter rise is blur of the means
 }
 
@@ -83,10 +84,13 @@ struct Rise {
 
 /// The first 8 rises of a ping, from near to far (later ones are texture of the bed); unset if the
 /// ping is silent. While the growth is empty (not known yet) they lie where the bed is clear.
-std::optional<std::vector<Rise>> rises_of(std::span<const double> row, const Growth& growth) {
+/// recorded_from: the first sample that was recorded.
+std::optional<std::vector<Rise>> rises_of(std::span<const double> row, std::size_t recorded_from,
+                                          const Growth& growth) {
   // The darkest tenth of the near half is taken as water. Without a water column the whole row
   // counts as bed. Beyond some range there may be no echo: only samples above 0 count.
-  const double water = level_below(row.first(row.size() / 2), 0.1);
+  const double water =
+      level_below(row.first(std::max(row.size() / 2, recorded_from)).subspan(recorded_from), 0.1);
   std::vector<double> received;
   for (const double value : row.subspan(row.size() / 4))
     if (value > 0.0) received.push_back(value);
@@ -94,7 +98,7 @@ std::optional<std::vector<Rise>> rises_of(std::span<const double> row, const Gro
   if (!(level > 0.0)) return std::nullopt;
   const double threshold = std::sqrt(std::max(water, 1e-3 * level) * level);
   std::vector<Rise> rises;
-  std::size_t k = 2;
+  std::size_t k = recorded_from + 2;
   while (k < row.size() && row[k] >= threshold) ++k;  // the transmit leakage
   bool in_echo = false;
   double bright = 0.0;
@@ -109,25 +113,26 @@ std::optional<std::vector<Rise>> rises_of(std::span<const double> row, const Gro
     if (!in_echo) continue;
     const std::size_t clear = k + 1 - lasting;
     const std::size_t first =
-        growth.empty() ? clear : foot_of(row, growth, clear, darkest_of_level * level);
+        growth.empty() ? clear
+                       : foot_of(row, growth, recorded_from, clear, darkest_of_level * level);
     if (rises.empty() || first > rises.back().sample)  // otherwise both have the same foot
       rises.push_back({first, std::max(bright - lasting, 0.0) / static_cast<double>(clear)});
   }
   return rises;
 }
 
-Growth growth_of_water(Smooth& smooth, std::size_t pings, std::size_t samples) {
+Growth growth_of_water(Smooth& smooth, const RecordedLine& line, std::size_t recorded_from) {
   constexpr double steepest = 2.0;  // 40 dB per factor of ten
   constexpr std::size_t fewest = 6;
-  Growth growth(samples, 1.0);
+  Growth growth(line.samples, 1.0);
   std::vector<double> powers;  // of range
-  for (std::size_t ping = 0; ping < pings; ++ping) {
+  for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
     const std::span<const double> row = smooth.row(ping);
-    const auto rises = rises_of(row, {});
+    const auto rises = rises_of(row, recorded_from, {});
     if (!rises || rises->empty()) continue;
     // From a quarter to a half of the way to the bed.
     const std::size_t part = rises->front().sample / 8;
-    if (part < fewest) continue;
+    if (part < fewest || 2 * part < recorded_from + 2) continue;
     const double change =
         mean_of(row.subspan(3 * part, part)) / mean_of(row.subspan(2 * part, part));
     if (change > 0.0 && std::isfinite(change))
@@ -135,7 +140,7 @@ Growth growth_of_water(Smooth& smooth, std::size_t pings, std::size_t samples) {
   }
   if (powers.empty()) return growth;
   const double power = std::clamp(median(std::move(powers)), 0.0, steepest);
-  for (std::size_t k = 0; k < samples; ++k)
+  for (std::size_t k = 0; k < line.samples; ++k)
     growth[k] = std::pow(static_cast<double>(k) + 0.5, power);
   return growth;
 }
@@ -305,9 +310,12 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
   std::vector<std::vector<Rise>> rises(pings);
   std::vector<bool> silent(pings);
   Smooth smooth(line, side);
-  const Growth growth = growth_of_water(smooth, pings, line.samples);
+  std::size_t recorded_from = 0;
+  for (const RecordedPing& ping : line.pings)
+    recorded_from = std::max(recorded_from, ping.unrecorded);
+  const Growth growth = growth_of_water(smooth, line, recorded_from);
   for (std::size_t ping = 0; ping < pings; ++ping) {
-    auto found = rises_of(smooth.row(ping), growth);
+    auto found = rises_of(smooth.row(ping), recorded_from, growth);
     silent[ping] = !found;
     if (found) rises[ping] = std::move(*found);
   }
@@ -335,12 +343,12 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
   for (std::size_t i = 0; i < pings; ++i)
     if (!bed[i]) bed[i] = stated[i];
   fill_gaps(bed);
-  const auto end = static_cast<double>(line.samples);
+  const auto begin = static_cast<double>(recorded_from), end = static_cast<double>(line.samples);
   for (std::size_t i = 0; i < pings; ++i)
     found.first_sample[i] =
         silent[i]
             ? line.samples
-            : static_cast<std::size_t>(std::clamp(std::round(bed[i].value_or(0.0)), 0.0, end));
+            : static_cast<std::size_t>(std::clamp(std::round(bed[i].value_or(0.0)), begin, end));
   return found;
 }
 

@@ -11,8 +11,8 @@ constexpr std::size_t bed_found_early = 2;  ///< because means over 5 samples ar
 
 /// Where the bed begins in the pings of one side.
 struct FoundBed {
-  /// By ping: the first sample of the bed, set bed_found_early samples before its edge; 0 if all
-  /// samples are bed, the number of samples if the ping is silent.
+  /// By ping: the first sample of the bed, set bed_found_early samples before its edge; the first
+  /// recorded one if all are bed, the number of samples if the ping is silent.
   std::vector<std::size_t> first_sample;
   bool stated = false;  ///< the bed is from the stated altitudes: the samples do not show it
 };

@@ -160,7 +160,9 @@ void add_side(const RecordedLine& line, Side side, std::size_t first, std::size_
     }
     brightness.push_back(sum / static_cast<double>(line.samples - begin));
     // Beyond the transmit leakage, and clear of the first return.
-    for (std::size_t k = begin / 3; k + begin / 10 + 3 < begin; ++k) to.column.push_back(row[k]);
+    for (std::size_t k = std::max(begin / 3, line.pings[ping].unrecorded);
+         k + begin / 10 + 3 < begin; ++k)
+      to.column.push_back(row[k]);
     const double sample_m = line.pings[ping].range_m / static_cast<double>(line.samples);
     first_m.push_back(static_cast<double>(begin) * sample_m);
     if (begin + begin / 2 + 8 < line.samples) {

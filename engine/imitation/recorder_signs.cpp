@@ -214,6 +214,11 @@ double expanded(double share, const RecorderSigns& recorder) {
   return share > 0.0 ? scatter::amplitude_from_db((share - 1.0) * recorder.curve_range_db) : 0.0;
 }
 
+/// The first recorded sample of a ping that is clear of the transmit leakage.
+std::size_t column_begin(const RecordedPing& ping, std::size_t bed) {
+  return std::max(bed / 3, ping.unrecorded);
+}
+
 /// The level of the water column; and the length of the transmitted pulse, from the range at which
 /// its leakage is no longer 4 times the column's amplitude.
 void set_column(const RecordedLine& line, RecorderSigns& signs) {
@@ -226,7 +231,9 @@ void set_column(const RecordedLine& line, RecorderSigns& signs) {
       if (bed[ping] < 24 || bed[ping] >= line.samples) continue;
       const std::span<const float> row = line.row(side, ping);
       std::vector<double> column;
-      for (std::size_t k = bed[ping] / 3; k < bed[ping] * 9 / 10; ++k) column.push_back(row[k]);
+      for (std::size_t k = column_begin(line.pings[ping], bed[ping]); k < bed[ping] * 9 / 10; ++k)
+        column.push_back(row[k]);
+      if (column.empty()) continue;
       columns.push_back(median(std::move(column)));
       const double threshold = over_column * columns.back();
       std::size_t k = 0;
@@ -285,7 +292,8 @@ std::array<std::vector<LevelAtRange>, grazing_cells> levels_at_ranges(
     if (bed[middle] < 24 || bed[middle] >= line.samples) continue;
     std::vector<double> column;
     for (std::size_t i = ping; i < ping + block; ++i)
-      for (std::size_t k = bed[i] / 3; bed[i] < line.samples && k < bed[i] * 9 / 10; ++k)
+      for (std::size_t k = column_begin(line.pings[i], bed[i]);
+           bed[i] < line.samples && k < bed[i] * 9 / 10; ++k)
         column.push_back(expanded(line.row(side, i)[k] / recorder.full_scale, recorder));
     const double floor = median(std::move(column));
     if (recorder.ping_mean > 0.0 && !(floor > 0.0)) continue;

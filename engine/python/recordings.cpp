@@ -74,8 +74,10 @@ file does not state them.)");
 --
 
 Reads the sidescan channels of an XTF or JSF recording: a list of a RecordedLine for each sonar or
-frequency, at least one. Damaged packets are left out, with a warning. Raises RecordingError (a
-ValueError) for a file that cannot be read, has another format, or has no sidescan samples.)");
+frequency, at least one. If a file states that its samples begin after the transmission (TimeDelay
+of XTF), as many samples of 0 come before them. Damaged packets are left out, with a warning. Raises
+RecordingError (a ValueError) for a file that cannot be read, has another format, or has no sidescan
+samples.)");
 }
 
 }  // namespace ensonify::python

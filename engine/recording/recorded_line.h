@@ -30,6 +30,8 @@ struct RecordedPing {
   std::optional<double> speed_mps;
   double range_m = 0.0;     ///< slant range of the far edge of its last sample; 0: not stated
   std::size_t samples = 0;  ///< per side; the rest of its row is 0
+  /// How many of them, from the nearest on, lie before the first that was recorded; they are 0.
+  std::size_t unrecorded = 0;
 };
 
 /// The pings of one sidescan sonar of a recording, or of one of its frequencies.

@@ -209,11 +209,11 @@ class XtfReader {
     std::vector<RecordedLine> lines = lines_.finish(name);
     for (RecordedLine& line : lines) {
       if (looks_geographic(line)) take_as_degrees(line, name);
-      if (delay_s_ > 0.0)
-        line.warnings.push_back(
-            fmt::format("{}: its samples begin {:g} s after the transmission, which is not read: "
-                        "their ranges are too small",
-                        name, delay_s_));
+      if (doubtful_delay_s_ > 0.0)
+        line.warnings.push_back(fmt::format(
+            "{}: states that its samples begin {:g} s after the transmission, more than "
+            "{} times as long as they last; read as if they began with it",
+            name, doubtful_delay_s_, longest_delay));
     }
     return lines;
   }
@@ -267,10 +267,12 @@ class XtfReader {
         if (channel.vertical_beamwidth_rad > 0.0) line.tilt_rad = channel.tilt_rad;
         constexpr std::uint16_t keeps_largest = 2;  // DownsampleMethod
         line.peak_detector = header.at<std::uint16_t>(2) == keeps_largest;
-        ping.range_m = range_m(header, speed_mps);
-        note_delay(header, ping.range_m / static_cast<double>(samples), speed_mps);
-        lines_.add(channel.line, ping, channel.side,
-                   near_to_far(packet.part(at), channel, samples, weight_of(header)));
+        const Extent extent = extent_of(header, samples, speed_mps);
+        ping.unrecorded = extent.unrecorded;
+        ping.range_m = extent.sample_m * static_cast<double>(extent.unrecorded + samples);
+        lines_.add(
+            channel.line, ping, channel.side,
+            near_to_far(packet.part(at), channel, samples, extent.unrecorded, weight_of(header)));
       }
       at += samples * bytes;
     }
@@ -286,17 +288,30 @@ class XtfReader {
     return name;
   }
 
-  static double range_m(const RecordingBytes& header, double speed_mps) {
-    const double slant_m = header.at<float>(4), two_way_s = header.at<float>(16);
-    const double range_m = slant_m > 0.0 ? slant_m : 0.5 * speed_mps * two_way_s;
-    return std::isfinite(range_m) && range_m > 0.0 ? range_m : 0.0;
-  }
-
-  /// Keeps the time from the transmission to the first sample (TimeDelay) if it is more than half a
-  /// sample.
-  void note_delay(const RecordingBytes& header, double sample_m, double speed_mps) {
-    const double delay_s = header.at<float>(12);
-    if (delay_s * speed_mps > sample_m && std::isfinite(delay_s)) delay_s_ = delay_s;
+  /// Where samples lie in slant range.
+  struct Extent {
+    double sample_m = 0.0;       ///< 0: not stated
+    std::size_t unrecorded = 0;  ///< as RecordedPing::unrecorded
+  };
+  /// The specification (Triton, eXtended Triton Format, rev. 41, XTFPINGCHANHEADER) has SlantRange,
+  /// "of the data", TimeDelay, the seconds to the start of the recorded data, and TimeDuration, the
+  /// seconds recorded, typically SlantRange / 750 m/s. So SlantRange is the extent of the samples,
+  /// unless delay and duration add up to it.
+  Extent extent_of(const RecordingBytes& header, std::size_t samples, double speed_mps) {
+    const double slant_m = header.at<float>(4), delay_s = header.at<float>(12),
+                 duration_m = 0.5 * speed_mps * header.at<float>(16);
+    const double delay_m = std::isfinite(delay_s) ? std::max(0.0, 0.5 * speed_mps * delay_s) : 0.0;
+    constexpr double alike = 0.01;
+    const bool to_far_edge =
+        duration_m > 0.0 && std::abs(delay_m + duration_m - slant_m) < alike * delay_m;
+    const double extent_m = slant_m > 0.0 && !to_far_edge ? slant_m : duration_m;
+    if (!std::isfinite(extent_m) || extent_m <= 0.0) return {};
+    const double sample_m = extent_m / static_cast<double>(samples);
+    if (delay_m > longest_delay * extent_m) {
+      doubtful_delay_s_ = delay_s;
+      return {sample_m};
+    }
+    return {sample_m, static_cast<std::size_t>(std::lround(delay_m / sample_m))};
   }
 
   /// The weight of the ping's samples: an amplitude is sample x 2^-weight.
@@ -307,11 +322,11 @@ class XtfReader {
   }
 
   static std::vector<float> near_to_far(const RecordingBytes& bytes, const Channel& channel,
-                                        std::size_t samples, int weight) {
-    std::vector<float> values(samples);
+                                        std::size_t samples, std::size_t unrecorded, int weight) {
+    std::vector<float> values(unrecorded + samples);
     for (std::size_t i = 0; i < samples; ++i) {
       const float amplitude = std::ldexp(sample_at(bytes, channel.format, i), -weight);
-      values[channel.side == Side::port ? samples - 1 - i : i] =
+      values[unrecorded + (channel.side == Side::port ? samples - 1 - i : i)] =
           std::isfinite(amplitude) ? amplitude : 0.0f;
     }
     return values;
@@ -319,7 +334,8 @@ class XtfReader {
 
   RecordingBytes file_;
   std::vector<Channel> channels_;
-  double delay_s_ = 0.0;  ///< of note_delay()
+  static constexpr int longest_delay = 4;  // times what was recorded
+  double doubtful_delay_s_ = 0.0;          // a longer one
   LineBuilder lines_{"XTF"};
 };
 

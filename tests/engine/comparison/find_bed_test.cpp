@@ -173,3 +173,21 @@ TEST_CASE("a bed that ends before half of the range is found") {
   CHECK(worst(line) <= 4.0);
   CHECK_FALSE(find_bed(line, Side::port).stated);
 }
+
+TEST_CASE("samples before the first that was recorded are no water, darker than the noise") {
+  RecordedLine line =
+      made_line([](double sample, double first) { return sample < first ? 50.0 : 500.0; });
+  const std::vector<std::size_t> whole = find_bed(line, Side::port).first_sample;
+  constexpr std::size_t unrecorded = 30;
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    line.pings[ping].unrecorded = unrecorded;
+    line.pings[ping].altitude_m.reset();
+    std::fill_n(line.port.begin() + static_cast<std::ptrdiff_t>(ping * samples), unrecorded, 0.0f);
+  }
+  const std::vector<std::size_t> late = find_bed(line, Side::port).first_sample;
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    CAPTURE(ping);
+    CHECK(static_cast<double>(late[ping]) ==
+          Approx(static_cast<double>(whole[ping])).epsilon(0).margin(2.0));
+  }
+}

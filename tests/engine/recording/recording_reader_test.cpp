@@ -399,15 +399,41 @@ TEST_CASE("a file that begins before the end of the file before it gets a warnin
              Catch::StartsWith(files[1].string() + ": begins before the end of the files before"));
 }
 
-TEST_CASE("an XTF whose samples begin late gets a warning") {
+TEST_CASE("the samples of an XTF that begin late lie at their ranges") {
   std::string bytes = xtf_of<std::uint16_t>({1, 2, 3, 4}, 3);  // of 0.025 s each
-  CHECK(parse(bytes).front().warnings.empty());
-  put<float>(bytes, 1024 + 256 + 12, 0.01f);
-  CHECK(parse(bytes).front().warnings.empty());
-  put<float>(bytes, 1024 + 256 + 12, 0.02f);
-  const std::vector<std::string> warnings = parse(bytes).front().warnings;
-  REQUIRE(warnings.size() == 1);
-  CHECK_THAT(warnings.front(), Catch::StartsWith("r: its samples begin 0.02 s after"));
+  const auto samples = [&](double range_m) {
+    const RecordedLine line = parse(bytes).front();
+    CHECK(line.warnings.empty());
+    CHECK(line.pings.front().samples == line.samples);
+    CHECK(line.pings.front().range_m == Approx(range_m).epsilon(1e-6));
+    const std::size_t unrecorded = line.pings.front().unrecorded;
+    CHECK(std::ranges::equal(std::span(line.starboard).subspan(unrecorded),
+                             std::vector<float>{1, 2, 3, 4}));
+    CHECK(std::ranges::count(std::span(line.starboard).first(unrecorded), 0.0f) ==
+          static_cast<std::ptrdiff_t>(unrecorded));
+    return unrecorded;
+  };
+  const std::size_t delay = 1024 + 256 + 12, slant_range = 1024 + 256 + 4;
+  CHECK(samples(75.0) == 0);
+  put<float>(bytes, delay, 0.01f);  // less than half a sample
+  CHECK(samples(75.0) == 0);
+  put<float>(bytes, delay, 0.05f);
+  CHECK(samples(112.5) == 2);
+  put<float>(bytes, slant_range, 75.0f);  // of the data
+  CHECK(samples(112.5) == 2);
+  put<float>(bytes, slant_range, 112.5f);  // to the far edge: as delay and duration have it
+  CHECK(samples(112.5) == 2);
+  for (const float none : {-0.05f, NAN, INFINITY}) {
+    put<float>(bytes, slant_range, 75.0f);
+    put<float>(bytes, delay, none);
+    CHECK(samples(75.0) == 0);
+  }
+  put<float>(bytes, delay, 0.5f);
+  const RecordedLine doubtful = parse(bytes).front();
+  CHECK(doubtful.pings.front().range_m == 75.0);
+  REQUIRE(doubtful.warnings.size() == 1);
+  CHECK_THAT(doubtful.warnings.front(),
+             Catch::StartsWith("r: states that its samples begin 0.5 s after the transmission"));
 }
 
 TEST_CASE("what is no recording is refused, and says so") {
