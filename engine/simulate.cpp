@@ -61,6 +61,11 @@ void Simulator::aim(const Pose& pose, Aim& aim) {
           "is negative{}",
           sonar.name, *fault,
           sonar.mounting == Mounting{} ? "" : "; check the mounting of the sonar"));
+    if (const auto fault = as_fast_as_sound(sonar_pose.velocity_mps, sound_speed_mps()))
+      throw std::invalid_argument(
+          fmt::format("Simulator: the pose's rates move sonar {} at {}; check the rates and the "
+                      "mounting of the sonar",
+                      sonar.name, *fault));
     const double height_m = height_m_over(
         sonar_pose.position.z(),
         {bed_m, shared_->seafloor.mean_bed_m, double(shared_->bounds.lowest.z())}, sonar.range_m);
@@ -92,11 +97,8 @@ void Simulator::warn_of_distance(const Pose& pose) {
 
 std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64_t number) {
   ThreadState& own = *own_;
-  if (!(pose.velocity_mps.norm() < sound_speed_mps()))
-    throw std::invalid_argument(
-        fmt::format("Simulator: the pose's velocity is {:.4g} m/s, expected less than the speed of "
-                    "sound, {:.4g} m/s",
-                    pose.velocity_mps.norm(), sound_speed_mps()));
+  if (const auto fault = as_fast_as_sound(pose.velocity_mps, sound_speed_mps()))
+    throw std::invalid_argument(fmt::format("Simulator: the pose's velocity is {}", *fault));
   StopWatch watch;
   const auto end_stage = [&](double& seconds) {
     watch.lap(seconds);

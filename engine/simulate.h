@@ -56,9 +56,10 @@ class Simulator {
   /// the sides that the sonar has. `number` selects the random numbers: the same number and pose
   /// give the same ping again. The lines are valid until the next call. Throws
   /// std::invalid_argument for a pose that is not finite, lies beyond 1e8 m, turns faster than a
-  /// million degrees per second, puts a sonar above the sea surface or below the bed, or is as fast
-  /// as sound; refine::DamagedFile for a damaged seafloor's file. A ping over a hole or off the
-  /// seafloor is allowed; the first one out of reach of the seafloor adds a warning.
+  /// million degrees per second, puts a sonar above the sea surface or below the bed, or moves the
+  /// vehicle or a sonar as fast as sound; refine::DamagedFile for a damaged seafloor's file. A ping
+  /// over a hole or off the seafloor is allowed; the first one out of reach of the seafloor adds a
+  /// warning.
   std::span<const EchoLine> ping_numbered(const Pose& pose, std::uint64_t number);
 
   /// The lines of the last ping, to keep; the next ping makes new ones. Empty before the first ping

@@ -175,8 +175,8 @@ again. Without a number it is the session's next one, from 0; a ping that raises
 ping is lost or repeated: `artefacts.lost` and `artefacts.repeated` are for whole tracks, as of
 images(). Raises ValueError for a pose that is not finite, that lies beyond 1e8 m, that turns faster
 than a million degrees per second, that puts a sonar above the sea surface (z_m >= 0) or below the
-bed, or that is as fast as sound. Warns, once, of a pose out of
-reach of the seafloor.)")
+bed, or that moves the vehicle or a sonar as fast as sound. Warns, once, of a pose out of reach of
+the seafloor.)")
       .def("set", &Session::set, py::arg("keys"), R"(set(self, keys)
 --
 

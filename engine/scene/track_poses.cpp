@@ -22,7 +22,11 @@ namespace {
 class TrackBuilder {
  public:
   TrackBuilder(const Scene& scene, const Ground& ground, double sound_speed_mps)
-      : scene_(scene), track_(scene.track), ground_(ground), motion_(scene.motion, scene.seed) {
+      : scene_(scene),
+        track_(scene.track),
+        ground_(ground),
+        sound_speed_mps_(sound_speed_mps),
+        motion_(scene.motion, scene.seed) {
     interval_s_ = track_.kind == TrackKind::file ? track_.ping_interval_s
                                                  : scene.ping_interval_s(sound_speed_mps);
   }
@@ -171,13 +175,26 @@ class TrackBuilder {
     for (std::size_t i = 0; i < flight_.poses.size(); ++i) {
       const Pose& vehicle = flight_.poses[i];
       check_height(vehicle.position, i, "the vehicle", "");
+      check_speed(vehicle, i, "the vehicle");
       for (const Sonar& sonar : scene_.sonars)
-        if (sonar.mounting != Mounting{})
-          check_height(mounted(vehicle, sonar.mounting).position, i, "sonar " + sonar.name,
+        if (sonar.mounting != Mounting{}) {
+          const Pose pose = mounted(vehicle, sonar.mounting);
+          const std::string what = "sonar " + sonar.name;
+          check_height(pose.position, i, what,
                        fmt::format(", or mount the sonar elsewhere (sonar.{}.forward_m, "
                                    "starboard_m, down_m)",
                                    sonar.name));
+          check_speed(pose, i, what);
+        }
     }
+  }
+
+  void check_speed(const Pose& pose, std::size_t ping, std::string_view what) const {
+    if (const auto fault = as_fast_as_sound(pose.velocity_mps, sound_speed_mps_))
+      throw SceneError(fmt::format(
+          "track: at ping {} {} moves at {}; move it more slowly, with less [motion], or mount the "
+          "sonar nearer to the vehicle's middle",
+          ping, what, *fault));
   }
 
   void check_height(const Eigen::Vector3d& p, std::size_t ping, std::string_view what,
@@ -195,6 +212,7 @@ class TrackBuilder {
   const Scene& scene_;
   const TrackOptions& track_;
   const Ground& ground_;
+  double sound_speed_mps_;
   Motion motion_;
   double interval_s_ = 0.0;  // 0: one ping per row
   std::optional<RecordedTrack> recorded_;

@@ -132,6 +132,8 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
     ground = make_ground(options, seed, control);
     require_faces_fit(options, ground.field, plan, form);
     seafloor.warnings = coarse_cell_warnings(ground.field, options.seabed);
+    seafloor.warnings.insert(seafloor.warnings.end(), ground.map.warnings.begin(),
+                             ground.map.warnings.end());
     take_bed(ground, count_of(objects), control, seafloor);
   }
   add_objects(objects, seed, materials, seafloor.grid ? &ground.field : nullptr, seafloor, plan,

@@ -93,6 +93,8 @@ void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const
   for (std::string& warning :
        unfound_area_warnings(grid, options.seabed, [&] { return base_in_windows(options, seed); }))
     seafloor.warnings.push_back(std::move(warning));
+  for (std::string& warning : nowhere_on_warnings(options.seabed, options.material))
+    seafloor.warnings.push_back(std::move(warning));
   label_tiles(options.seabed, kinds, seafloor);
 }
 

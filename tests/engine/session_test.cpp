@@ -487,6 +487,17 @@ TEST_CASE("a ping out of reach of the seafloor warns once, and one as fast as so
   Pose fast = beside;
   fast.velocity_mps = {0.0, 2000.0, 0.0};
   CHECK_THROWS_WITH(session.ping(fast), Catch::Contains("velocity is 2000 m/s, expected less"));
+  // A sonar on a lever of 2 m, in a vehicle that turns: on a circle, rate times radius.
+  Scene scene = bare_scene();
+  scene.sonars.front().mounting.forward_m = 2.0;
+  Simulator on_lever(scene);
+  Pose turning = at(0.0);
+  turning.heading_rate_radps = 5.0;
+  on_lever.ping(turning);
+  turning.heading_rate_radps = 800.0;
+  CHECK_THROWS_WITH(on_lever.ping(turning),
+                    Catch::Contains("the pose's rates move sonar") &&
+                        Catch::Contains("at 1600 m/s, expected less than the speed of sound"));
 }
 
 TEST_CASE("an object that cannot be moved is answered with those that can be") {

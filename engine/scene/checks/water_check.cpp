@@ -17,4 +17,12 @@ std::optional<std::string> out_of_water(const Eigen::Vector3d& place, double bed
   return std::nullopt;
 }
 
+std::optional<std::string> as_fast_as_sound(const Eigen::Vector3d& velocity_mps,
+                                            double sound_speed_mps) {
+  const double speed_mps = velocity_mps.norm();
+  if (speed_mps < sound_speed_mps) return std::nullopt;
+  return fmt::format("{:.4g} m/s, expected less than the speed of sound, {:.4g} m/s", speed_mps,
+                     sound_speed_mps);
+}
+
 }  // namespace ensonify::engine

@@ -11,4 +11,9 @@ namespace ensonify::engine {
 /// water. Without a bed (a height of NaN) nothing is below it.
 std::optional<std::string> out_of_water(const Eigen::Vector3d& place, double bed_height_m);
 
+/// Why a velocity is too fast for a sonar: "2000 m/s, expected less than the speed of sound, 1500
+/// m/s"; none for one that is slower than sound.
+std::optional<std::string> as_fast_as_sound(const Eigen::Vector3d& velocity_mps,
+                                            double sound_speed_mps);
+
 }  // namespace ensonify::engine

@@ -31,6 +31,12 @@ class SidesInStrip {
     }
   }
   bool empty() const { return sides_.empty(); }
+  /// Adds the places at which the sides cross this y.
+  void add_crossings(double y_m, std::vector<double>& x_m) const {
+    for (const auto& [a, b] : sides_)
+      if ((a.y() > y_m) != (b.y() > y_m))
+        x_m.push_back(a.x() + (b.x() - a.x()) * (y_m - a.y()) / (b.y() - a.y()));
+  }
   bool inside(const Vector2d& p) const {
     bool odd = false;
     for (const auto& [a, b] : sides_)
@@ -83,6 +89,12 @@ class OutlinesInStrip {
                                   [&](const SidesInStrip& hole) { return hole.inside(p); });
     });
   }
+  void add_crossings(double y_m, std::vector<double>& x_m) const {
+    for (const Outline& outline : outlines_) {
+      outline.border.add_crossings(y_m, x_m);
+      for (const SidesInStrip& hole : outline.holes) hole.add_crossings(y_m, x_m);
+    }
+  }
 
  private:
   struct Outline {
@@ -92,6 +104,59 @@ class OutlinesInStrip {
   };
   std::vector<Outline> outlines_;
 };
+
+/// The polygons and the disc of an area as a strip sees them.
+class PlacesInStrip {
+ public:
+  PlacesInStrip(const Area& area, const std::vector<PolygonWithHoles>& outlines, double low_m,
+                double high_m)
+      : area_(area),
+        middle_(area.middle_east_m, area.middle_north_m),
+        any_outlines_(!outlines.empty()),
+        polygon_(area.polygon_m, low_m, high_m),
+        outlines_(outlines, low_m, high_m) {}
+  bool hold(const Vector2d& p) const {
+    return (area_.polygon_m.empty() || polygon_.inside(p)) &&
+           (!any_outlines_ || outlines_.hold(p)) &&
+           (area_.radius_m == 0.0 || (p - middle_).norm() <= area_.radius_m);
+  }
+  /// Places from which on, to the east at this y, points may be inside that are not to the west.
+  std::vector<double> begins(double y_m) const {
+    std::vector<double> x_m{-std::numeric_limits<double>::infinity()};
+    polygon_.add_crossings(y_m, x_m);
+    outlines_.add_crossings(y_m, x_m);
+    const double off_m = y_m - middle_.y();
+    if (const double half2 = area_.radius_m * area_.radius_m - off_m * off_m; half2 >= 0.0)
+      x_m.push_back(middle_.x() - std::sqrt(half2));
+    return x_m;
+  }
+
+ private:
+  const Area& area_;
+  Vector2d middle_;
+  bool any_outlines_;
+  SidesInStrip polygon_;
+  OutlinesInStrip outlines_;
+};
+
+/// Whether a point of the grid, in this box, is within the polygons and the disc of an area.
+bool hold_a_point(const Area& area, const std::vector<PolygonWithHoles>& outlines,
+                  const Heightfield& grid, const Eigen::AlignedBox2d& box) {
+  for (int row = 0; row < grid.rows; ++row) {
+    const double y_m = grid.y_m(row);
+    if (y_m < box.min().y() || y_m > box.max().y()) continue;
+    const PlacesInStrip places(area, outlines, y_m, y_m);
+    for (const double from_m : places.begins(y_m)) {
+      const double first = std::ceil((from_m - grid.x_m(0)) / grid.cell_east_m);
+      if (first > grid.columns) continue;
+      // Rounding may put the first point to either side.
+      const int column = static_cast<int>(std::max(first, 1.0)) - 1;
+      for (int i = column; i < std::min(column + 3, grid.columns); ++i)
+        if (places.hold({grid.x_m(i), y_m})) return true;
+    }
+  }
+  return false;
+}
 
 /// A sum of values that are not NaN, and their number.
 struct KnownSum {
@@ -235,30 +300,25 @@ class MaskMaker {
       shift_north = ragged_field(grid_, draws_, layer_stream::border_shift_north,
                                  2.5 * area_.ragged_m, 20.0 * area_.ragged_m);
     }
-    const Vector2d middle(area_.middle_east_m, area_.middle_north_m);
     bool any = false;
-    std::vector<Vector2d> places(static_cast<std::size_t>(grid_.columns));  // of a row's points
+    std::vector<Vector2d> points(static_cast<std::size_t>(grid_.columns));  // of a row
     for (int row = 0; row < grid_.rows; ++row) {
       draws_.control.check_stop();
       double low_m = grid_.y_m(row), high_m = low_m;  // that the places span
       for (int column = 0; column < grid_.columns; ++column) {
         const std::size_t point = grid_.index(column, row);
-        Vector2d& p = places[static_cast<std::size_t>(column)];
+        Vector2d& p = points[static_cast<std::size_t>(column)];
         p = {grid_.x_m(column), grid_.y_m(row)};
         if (area_.ragged_m > 0.0)
           p += area_.ragged_m * Vector2d(shift_east[point], shift_north[point]);
         low_m = std::min(low_m, p.y());
         high_m = std::max(high_m, p.y());
       }
-      const SidesInStrip polygon(area_.polygon_m, low_m, high_m);
-      const OutlinesInStrip outlines_here(outlines, low_m, high_m);
+      const PlacesInStrip places(area_, outlines, low_m, high_m);
       for (int column = 0; column < grid_.columns; ++column) {
         const std::size_t point = grid_.index(column, row);
-        const Vector2d& p = places[static_cast<std::size_t>(column)];
-        const bool in = (area_.polygon_m.empty() || polygon.inside(p)) &&
-                        (outlines.empty() || outlines_here.hold(p)) &&
-                        (area_.radius_m == 0.0 || (p - middle).norm() <= area_.radius_m) &&
-                        (!image || image->holds(p));
+        const Vector2d& p = points[static_cast<std::size_t>(column)];
+        const bool in = places.hold(p) && (!image || image->holds(p));
         any = any || in;
         if (!in) values_[point] = 0.0;
       }
@@ -370,10 +430,11 @@ std::string fault_of_place(const Area& area, const Heightfield& grid) {
     return box;
   };
   if (!area.polygon_m.empty()) keep_within(box_of(area.polygon_m));
+  std::vector<PolygonWithHoles> outlines;
   if (!area.outline.path.empty()) {
+    outlines = read_outlines(area.outline.path, grid);
     Box all;
-    for (const PolygonWithHoles& outline : read_outlines(area.outline.path, grid))
-      all.extend(box_of(outline.border));
+    for (const PolygonWithHoles& outline : outlines) all.extend(box_of(outline.border));
     keep_within(all);
   }
   if (area.radius_m > 0.0) {
@@ -381,7 +442,10 @@ std::string fault_of_place(const Area& area, const Heightfield& grid) {
     const Vector2d radius = Vector2d::Constant(area.radius_m);
     keep_within(Box(middle - radius, middle + radius));
   }
-  return place.isEmpty() ? fault_outside(grid) : std::string();
+  // A ragged border may take in points beside the polygons.
+  const bool may_hold =
+      !place.isEmpty() && (area.ragged_m > 0.0 || hold_a_point(area, outlines, grid, place));
+  return may_hold ? std::string() : fault_outside(grid);
 }
 
 std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, double width_m) {

@@ -55,7 +55,8 @@ struct AreaGround {
 std::vector<double> area_mask(const Area& area, const AreaGround& ground, const LayerDraws& draws);
 
 /// Why no point of a grid can be in an area, by its polygons and its disc; empty if one may be. It
-/// compares bounding boxes alone, and needs no heights. Throws as area_mask().
+/// needs no heights. Of an area with a ragged border only the bounding box counts. Throws as
+/// area_mask().
 std::string fault_of_place(const Area& area, const Heightfield& grid);
 
 /// A mask with borders that rise from 0 to 1 over a width: its mean over about that width. Holes of

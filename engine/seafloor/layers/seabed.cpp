@@ -38,7 +38,11 @@ class LayerStack {
         return fmt::format("seafloor.{}: {}", name_, error.what());
       };
       try {
-        lay(list[i], area_mask(area, {base_, has_material_}, draws), draws);
+        const Mask mask = area_mask(area, {base_, has_material_}, draws);
+        if (!area.on.empty() && !field_.is_window() &&
+            std::ranges::none_of(mask, [](double inside) { return inside > 0.0; }))
+          map_.warnings.push_back(nowhere_on_warning(name_));
+        lay(list[i], mask, draws);
       } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(with_key(error));
       } catch (const refine::MeshError& error) {
@@ -218,6 +222,13 @@ SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std
                 });
   });
   return std::move(layers).map();
+}
+
+std::string nowhere_on_warning(const std::string& layer) {
+  return fmt::format(
+      "seafloor.{}: has no effect, because nothing of its area has the material that its key 'on' "
+      "names when it is laid",
+      layer);
 }
 
 std::vector<std::string> coarse_cell_warnings(const Heightfield& grid,

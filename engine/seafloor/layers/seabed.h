@@ -87,6 +87,8 @@ struct SeabedMap {
   std::vector<std::string> feature_layer;
   /// Index into feature_layer plus 1, one per grid point; 0: no feature. Empty: no features.
   std::vector<std::uint32_t> point_feature;
+  /// Of layers of a whole grid that lie nowhere, because of `on`.
+  std::vector<std::string> warnings;
 };
 
 /// Lays patches and layers on a base of one material. Rock outcrops rise from the base, so what
@@ -96,6 +98,10 @@ struct SeabedMap {
 SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
                      std::uint64_t seed, RoughnessInWindows* roughness = nullptr,
                      const WorkControl& control = {});
+
+/// The warning of a layer that has no effect, because the material of its `on` is not there.
+/// `layer` is as in SeabedMap::feature_layer.
+std::string nowhere_on_warning(const std::string& layer);
 
 /// Warns of layers whose features lie between the points of the grid: a line for each.
 std::vector<std::string> coarse_cell_warnings(const Heightfield& grid, const SeabedOptions& seabed);

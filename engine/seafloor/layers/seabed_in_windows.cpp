@@ -9,6 +9,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -168,6 +169,25 @@ std::vector<std::string> unfound_area_warnings(
           "{}: at {} places all over the bed no point has the depths and slopes of this area, so it "
           "may lie nowhere (depths there are {:.2f} to {:.2f} m)",
           key, samples.size(), shallowest_m, deepest_m));
+  });
+  return warnings;
+}
+
+std::vector<std::string> nowhere_on_warnings(const SeabedOptions& options,
+                                             const std::string& material) {
+  std::vector<std::string> there{material}, warnings;
+  const auto look = [&](const auto& list, std::string_view name) {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string& on = list[i].area.on;
+      if (!on.empty() && std::ranges::find(there, on) == there.end())
+        warnings.push_back(nowhere_on_warning(fmt::format("{}.{}", name, i)));
+      else if (!list[i].material.empty())
+        there.push_back(list[i].material);
+    }
+  };
+  look(options.patches, "patches");
+  for_each_relief_list(options, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
+    look(list, kind_of(Relief{}).list);
   });
   return warnings;
 }

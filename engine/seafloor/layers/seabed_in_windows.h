@@ -25,6 +25,11 @@ std::vector<std::string> unfound_area_warnings(
     const Heightfield& grid, const SeabedOptions& options,
     const std::function<refine::HeightTiles::Heights()>& make_bed);
 
+/// Warns of each layer on a material that neither the bed, which is of `material`, nor an earlier
+/// layer has.
+std::vector<std::string> nowhere_on_warnings(const SeabedOptions& options,
+                                             const std::string& material);
+
 /// All kinds that lay_seabed() can make of any bed: the seafloor's own first. Throws
 /// std::invalid_argument for more than 256.
 std::vector<SeabedMap::Kind> possible_kinds(const SeabedOptions& options,

@@ -151,3 +151,20 @@ TEST_CASE("an error for an impossible track tells the user what to do") {
   scene.track.file.path = folder / "none.csv";
   CHECK_THAT(refusal(scene), Contains("none.csv"));
 }
+
+TEST_CASE("a vehicle or a sonar on a lever that moves as fast as sound is refused") {
+  Scene scene;
+  scene.track.pings = 20;
+  scene.motion.heading = {.rms = 1.0, .period_s = 0.1};  // about 60 radians per second
+  CHECK(refusal(scene) == "accepted");
+  scene.sonars.front().mounting.forward_m = 60.0;
+  const std::string sonar = refusal(scene);
+  CHECK_THAT(sonar, Catch::StartsWith("track: at ping ") &&
+                        Catch::Contains("sonar sidescan moves at ") &&
+                        Catch::Contains("m/s, expected less than the speed of sound, 1500 m/s"));
+  scene = {};
+  scene.track.pings = 2;
+  scene.track.ping_interval_s = 0.01;
+  scene.track.speed_mps = 2000.0;
+  CHECK_THAT(refusal(scene), Catch::StartsWith("track: at ping 0 the vehicle moves at 2000 m/s"));
+}

@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <iterator>
 #include <limits>
+#include <random>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -280,6 +282,61 @@ TEST_CASE("A seabed in windows refuses what it cannot have, by its key and with 
   for (std::size_t i = 0; i < seabed.patches.size(); ++i)
     seabed.patches[i].material = "patch " + std::to_string(i);
   CHECK_THROWS_WITH(possible_kinds(seabed, "medium sand"), Catch::Contains("256"));
+}
+
+TEST_CASE("An area without a point of the bed is refused in tiles as at once") {
+  const Heightfield grid = rough_bed(40, 30, 0.5);
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> east(-12.0, 12.0), north(-9.0, 9.0), small(-0.3, 0.3);
+  int without = 0, with = 0;
+  const auto check_alike = [&](const Area& area) {
+    SeabedOptions seabed;
+    seabed.patches.resize(1);
+    seabed.patches[0].area = area;
+    const auto fault = [&](auto&& lay) -> std::string {
+      try {
+        lay();
+      } catch (const std::invalid_argument& error) {
+        return error.what();
+      }
+      return "";
+    };
+    Heightfield bed = grid;
+    const std::string at_once = fault([&] { lay_seabed(bed, seabed, "medium sand", 1); });
+    CHECK(fault([&] { require_windows(grid, seabed); }) == at_once);
+    ++(at_once.empty() ? with : without);
+  };
+  for (int i = 0; i < 2000; ++i) {
+    CAPTURE(i);
+    const Eigen::Vector2d a(east(random), north(random));
+    const Eigen::Vector2d along(small(random), small(random)), aside(small(random), small(random));
+    // Slivers of any length, and small discs.
+    check_alike({.polygon_m = {a, a + std::pow(2.0, i % 7) * along, a + aside}});
+    check_alike({.radius_m = 0.1 + std::abs(small(random)),
+                 .middle_east_m = a.x(),
+                 .middle_north_m = a.y()});
+  }
+  CHECK(with > 500);
+  CHECK(without > 500);
+}
+
+TEST_CASE("A layer on a material that no earlier layer has is a warning, in tiles and at once") {
+  SeabedOptions seabed;
+  seabed.patches.resize(3);
+  seabed.patches[0] = {.area = {.radius_m = 3.0, .on = "medium sand"}, .material = "gravel"};
+  seabed.patches[1] = {.area = {.on = "rock"}, .material = "coarse silt"};
+  seabed.patches[2] = {.area = {.on = "gravel"}, .material = "rock"};
+  seabed.pits.resize(2);
+  seabed.pits[0].area.on = "coarse silt";
+  seabed.pits[1].area.on = "rock";
+  Heightfield bed = rough_bed(40, 30, 0.5);
+  const std::vector<std::string> warnings = lay_seabed(bed, seabed, "medium sand", 1).warnings;
+  REQUIRE(warnings.size() == 2);
+  CHECK_THAT(warnings[0], Catch::StartsWith("seafloor.patches.1: has no effect") &&
+                              Catch::Contains("that its key 'on' names"));
+  CHECK_THAT(warnings[1], Catch::StartsWith("seafloor.pits.0: has no effect"));
+  CHECK(nowhere_on_warnings(seabed, "medium sand") == warnings);
+  CHECK(nowhere_on_warnings({}, "medium sand").empty());
 }
 
 TEST_CASE("Depths and slopes that a sample of the bed has nowhere are a warning") {
