@@ -61,6 +61,9 @@ class SoundRay {
   double spreading_back_m2() const;
   /// q, without the limit.
   double spread_m() const { return spread_m_; }
+  /// By how much q grows per metre of path, which is the angle between those two rays per radian
+  /// between their launch angles.
+  double spread_rate() const { return spread_rate_s_per_m_ * point_.sound_speed_mps; }
   /// r / cos(launch angle), also finite for vertical rays.
   double sideways_m() const { return swept_m2_per_s_ / source_mps_; }
   /// 10 log10(J c_source / c): the loss of pressure amplitude, re 1 m; 0 at the source.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <optional>
 
 #include "support/beds.h"
@@ -370,6 +371,77 @@ TEST_CASE("with straight rays a cast leaves no end of the range without an echo"
     CHECK(std::ranges::count(regions, static_cast<std::uint32_t>(Region::shadow)) == 0);
     CHECK(regions.back() == static_cast<std::uint32_t>(Region::seabed));
     CHECK(line.bins.intensity_mean.back() > 0.0f);
+  }
+}
+
+TEST_CASE("under a cast a bin's place is on the bed, and its angle that of the ray to this place") {
+  const TemporaryFolder folder;
+  const std::vector<scatter::SoundSpeedSample> samples{{0, 1520},  {6, 1518},  {9, 1500},
+                                                       {14, 1490}, {20, 1488}, {40, 1487}};
+  const scatter::SoundSpeedProfile profile(samples);
+  Scene scene = level_scene();
+  scene.sea.profile = {"cast.csv", folder / "cast.csv"};
+  std::ofstream cast(folder / "cast.csv");
+  cast << "depth_m,soundspeed_mps\n";
+  for (const scatter::SoundSpeedSample& at : samples)
+    cast << at.depth_m << ',' << at.sound_speed_mps << '\n';
+  cast.close();
+  scene.seafloor.kind = SeafloorKind::mesh;
+  scene.seafloor.mesh = {"bed.obj", folder / "bed.obj"};
+  Sonar& sonar = scene.sonars.front();
+  sonar.elevations = 1024;
+  sonar.range_m = 60.0;
+  constexpr double sonar_m = 8.0;
+  for (const double slope : {0.0, 0.15, -0.1}) {
+    // A plane of faces that are much longer than a bin.
+    const Eigen::Vector3d upwards(-slope, -0.5 * slope, 1.0);
+    std::ofstream bed(folder / "bed.obj");
+    bed.precision(9);
+    constexpr int columns = 40, rows = 12;
+    constexpr double cell_m = 8.0;
+    for (int i = 0; i < rows * columns; ++i) {
+      const double x_m = (i % columns - 0.5 * (columns - 1)) * cell_m;
+      const double y_m = (i / columns - 0.5 * (rows - 1)) * cell_m;
+      bed << "v " << x_m << ' ' << y_m << ' ' << -20.0 - upwards.x() * x_m - upwards.y() * y_m
+          << '\n';
+    }
+    for (int a = 1; a < (rows - 1) * columns; ++a)
+      if (a % columns != 0)
+        bed << "f " << a << ' ' << a + 1 << ' ' << a + 1 + columns << "\nf " << a << ' '
+            << a + 1 + columns << ' ' << a + columns << '\n';
+    bed.close();
+    for (const RefractionMode mode : {RefractionMode::time_only, RefractionMode::full}) {
+      scene.sea.refraction = mode;
+      Simulator simulator(scene);
+      const EchoLine line = simulator.ping_numbered({.position = {0.0, 0.0, -sonar_m}}, 0)[1];
+      double farthest_off_m = 0.0, most_off_deg = 0.0;
+      int looked = 0;
+      for (std::size_t i = 0; i < line.bins.region.size(); ++i) {
+        if (!is(line, i, Region::seabed) || double(line.bins.range_m[i]) < 20.0) continue;
+        const Eigen::Vector3d place(line.bins.x_m[i], line.bins.y_m[i], line.bins.z_m[i]);
+        farthest_off_m =
+            std::max(farthest_off_m, std::abs(upwards.dot(place) + 20.0) / upwards.norm());
+        Eigen::Vector3d travel(place.x(), place.y(), place.z() + sonar_m);
+        if (mode == RefractionMode::full) {
+          const double out_m = travel.head<2>().norm();
+          const auto arrived = scatter::find_near_eigenray(
+              profile, {.source_depth_m = sonar_m, .range_m = out_m, .depth_m = -place.z()});
+          REQUIRE(arrived);
+          travel.head<2>() *= arrived->ray.point().along / out_m;
+          travel.z() = -arrived->ray.point().down;
+        }
+        const double grazing_rad =
+            std::asin(-upwards.dot(travel) / (upwards.norm() * travel.norm()));
+        most_off_deg =
+            std::max(most_off_deg, std::abs(grazing_rad - double(line.bins.grazing_rad[i])) *
+                                       180.0 / std::numbers::pi);
+        ++looked;
+      }
+      CAPTURE(slope, static_cast<int>(mode));
+      CHECK(looked == 1000);
+      CHECK(farthest_off_m < 1e-3);
+      CHECK(most_off_deg < 0.02);
+    }
   }
 }
 

@@ -176,8 +176,7 @@ void EchoFormer::cut_runs(const FanRuns& runs, std::size_t plane) {
 void EchoFormer::cut_hits(std::span<const Hit> hits, IncidenceSource& incidences,
                           std::size_t plane) {
   pieces_.clear();
-  incidences_.clear();
-  grazing_sine_.clear();
+  arrivals_.clear();
   const RayFan& fan = *view_.fan;
   const refine::Triangles& triangles = view_.triangles;
   const Eigen::Vector3d in_plane = fan.plane_direction(plane);
@@ -205,8 +204,7 @@ void EchoFormer::cut_hits(std::span<const Hit> hits, IncidenceSource& incidences
       if (sine < 0.0 && labels_[label].two_sided) normal = -normal, sine = -sine;
       const Eigen::Vector3d direction = fan.direction(in_plane, middle);
       const Eigen::Vector3d straightened = incidence.straightened(normal, direction);
-      incidences_.push_back(incidence);
-      grazing_sine_.push_back(std::min(sine, 1.0));
+      arrivals_.push_back({incidence, direction, normal, std::min(sine, 1.0)});
       pieces_.add({.begin = static_cast<std::uint32_t>(begin),
                    .end = static_cast<std::uint32_t>(end),
                    .index = hit.index,
@@ -252,18 +250,18 @@ void EchoFormer::absorb_over_depth() {
 }
 
 /// Bent rays: the kernel computed them as straight ones. Puts in their own spreading, absorption,
-/// grazing angle and place. (gain_ absorbs over the range that their travel time stands for.)
+/// grazing angle and place, and how the last two change. (gain_ absorbs over the range that their
+/// travel time stands for.)
 void EchoFormer::correct_bent_rays() {
   const FanGrid& grid = *view_.fan->grid;
   for (std::size_t i = 0; i < pieces_.count; ++i) {
     if (!pieces_.answers[i]) continue;
-    const double sine = grazing_sine_[i];
+    const auto& [incidence, launch, normal, sine] = arrivals_[i];
     if (sine <= 0.0) {
       pieces_.answers[i] = 0;
       continue;
     }
     // Replaces the kernel's straight-ray factors of the middle ray by those of the bent ray.
-    const RayIncidence& incidence = incidences_[i];
     const std::uint32_t begin = pieces_.begin[i], end = pieces_.end[i];
     const std::size_t ray = (begin + end - 1) / 2;
     const double facing =
@@ -274,13 +272,19 @@ void EchoFormer::correct_bent_rays() {
         bottom.sigma_over_sine(sine) / bottom.sigma_over_sine(std::min(-facing, 1.0)) * range_m *
         range_m / incidence.spreading_m2 *
         scatter::from_db(-2.0 * (incidence.absorption_db - absorption_db_per_m_ * range_m));
+    Eigen::Map<Eigen::Array4d> change(&pieces_.changes[4 * i]), middle(&pieces_.middles[4 * i]);
+    const RayIncidence::Step step = incidence.in_sea(change.head<3>().matrix(), launch);
+    const double grazing_rad = std::asin(sine);
+    // A linear change must leave the angle positive over the whole piece.
+    const double turned_rad = -normal.dot(step.turn) / std::sqrt(std::max(1.0 - sine * sine, 1e-9));
+    change.head<3>() = step.way;
+    change[3] = std::clamp(turned_rad, -2.0 * grazing_rad, 2.0 * grazing_rad);
     // Distance from the middle ray to the piece's middle, as a share of the piece: 0 for an odd
     // number of rays, else half a ray step.
     const double on = (begin + end - 1) % 2 == 0 ? 0.0 : 0.5 / (end - begin);
-    Eigen::Map<Eigen::Array4d> middle(&pieces_.middles[4 * i]);
     middle.head<3>() = incidence.place - view_.fan->origin;
-    middle[3] = std::asin(sine);
-    middle += on * Eigen::Map<const Eigen::Array4d>(&pieces_.changes[4 * i]);
+    middle[3] = grazing_rad;
+    middle += on * change;
   }
 }
 

@@ -103,9 +103,14 @@ class EchoFormer {
   SideView view_{};
   // Of the plane that is formed:
   PieceTable pieces_;
-  CacheLines<std::uint32_t> max_rays_;    // per run: how many may form one piece
-  std::vector<RayIncidence> incidences_;  // per piece, of its middle ray; bent rays only
-  std::vector<double> grazing_sine_;      // the same
+  CacheLines<std::uint32_t> max_rays_;  // per run: how many may form one piece
+  /// How the middle ray of a piece meets its face.
+  struct Arrival {
+    RayIncidence incidence;
+    Eigen::Vector3d launch, normal;  // unit; the normal of the side that it meets
+    double grazing_sine;
+  };
+  std::vector<Arrival> arrivals_;  // per piece; bent rays only
 };
 
 }  // namespace ensonify::engine

@@ -20,8 +20,12 @@ struct RayIncidence {
   double spreading_m2;        ///< of the way back: SoundRay::spreading_back_m2
   double absorption_db;       ///< one way
   // Metres of the sea for one metre of straightened space: along the ray, across it in its vertical
-  // plane, and across it horizontally.
+  // plane (negative where the ray has crossed its neighbours, behind a caustic), and across it
+  // horizontally.
   double along, upwards, sideways;
+  // Radians by which the direction of the rays turns over the same metres: upwards, over those
+  // along the ray and across it; and horizontally.
+  double turn_along, turn_upwards, turn_sideways;
   /// By how much a normal along the ray turns upwards in straightened space. A bent ray runs where
   /// its travel time grows fastest, so that none of it turns; a straight ray (TravelTime) does not.
   double upturn = 0.0;
@@ -29,6 +33,13 @@ struct RayIncidence {
   /// The unit normal that a facet at the hit has in straightened space, from its unit normal in the
   /// sea and the ray's launch direction.
   Eigen::Vector3d straightened(const Eigen::Vector3d& normal, const Eigen::Vector3d& launch) const;
+  /// What a small step (m) from the hit in straightened space is in the sea. A step along a facet
+  /// there is one along the facet here.
+  struct Step {
+    Eigen::Vector3d way;   ///< m
+    Eigen::Vector3d turn;  ///< change of `direction`
+  };
+  Step in_sea(const Eigen::Vector3d& step, const Eigen::Vector3d& launch) const;
 };
 
 /// How sound comes to a place on the ray that leads there.

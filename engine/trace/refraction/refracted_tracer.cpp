@@ -304,13 +304,18 @@ Hit RefractedTracer::cut_arc(const Course& course, const Eigen::Vector3d& origin
     u = found.u, v = found.v;
   }
   const double t = reference_mps_ * at.point().time_s;
+  const double spread_m = at.spread_m(), source_mps = profile_.speed_mps(-origin.z());
+  const double along = at.point().sound_speed_mps / reference_mps_;
   incidence = {.place = point,
                .direction = direction_of(at, course.outwards),
                .spreading_m2 = at.spreading_back_m2(),
                .absorption_db = at.point().absorption_db,
-               .along = at.point().sound_speed_mps / reference_mps_,
-               .upwards = std::max(std::abs(at.spread_m()) / t, 0.01),
-               .sideways = at.sideways_m() / t};
+               .along = along,
+               .upwards = std::copysign(std::max(std::abs(spread_m) / t, 0.01), spread_m),
+               .sideways = at.sideways_m() / t,
+               .turn_along = at.curvature_per_m() * along,
+               .turn_upwards = at.spread_rate() / t,
+               .turn_sideways = at.point().sound_speed_mps / source_mps / t};
   return {found.face, found.index, t, u, v};
 }
 

@@ -239,14 +239,22 @@ RayIncidence Straightening::incidence(std::size_t number, const Piece& piece, Hi
   const double spread_m = way.range_per_cotangent_m * (1.0 + cotangent * cotangent) * down;
   const double sideways_m = level > 1e-6 ? range_m / level : way.range_per_cotangent_m;
   const double per_t = 1.0 / hit.t, speeds = source_mps_ / way.sound_speed_mps;
+  // At one depth cos(angle) / c is Snell's constant, which gives the turn from ray to ray.
+  const double curvature_per_m =
+      snell * profile_->layers()[profile_->layer_index(-point.z())].gradient_per_s;
+  const double onwards = way.sound_speed_mps / reference_mps_;
   return {.place = point,
           .direction = travel,
           .spreading_m2 = speeds * speeds *
                           std::max(spread_m * sideways_m, min_spreading * way.path_m * way.path_m),
           .absorption_db = way.absorption_db,
-          .along = way.sound_speed_mps / reference_mps_,
+          .along = onwards,
           .upwards = std::max(spread_m * per_t, 0.01),
-          .sideways = sideways_m * per_t};
+          .sideways = sideways_m * per_t,
+          .turn_along = curvature_per_m * onwards,
+          .turn_upwards =
+              (sine / speeds - curvature_per_m * spread_m * along) / std::max(down, 1e-6) * per_t,
+          .turn_sideways = per_t / speeds};
 }
 
 }  // namespace ensonify::engine

@@ -58,6 +58,9 @@ RayIncidence TravelTime::incidence_of(std::size_t number, Hit& hit) {
           .along = mean,
           .upwards = mean,
           .sideways = mean,
+          .turn_along = 0.0,
+          .turn_upwards = 1.0 / hit.t,
+          .turn_sideways = 1.0 / hit.t,
           .upturn = level ? 0.0 : (local - mean) / direction.z()};
 }
 

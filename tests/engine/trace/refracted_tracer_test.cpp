@@ -11,6 +11,7 @@
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/trace/refraction/ray_bend.h>
+#include <ensonify/engine/trace/refraction/travel_time.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -314,4 +315,56 @@ TEST_CASE(
     ++looked;
   }
   CHECK(looked > 1000);
+}
+
+TEST_CASE("A step in straightened space leads to where, and as, the neighbouring ray arrives") {
+  const Seafloor bed = tests::level_bed(15.0);
+  const auto embree = make_intersector("embree", bed.mesh);
+  // Checks two rays that hit neighbouring places, with the mean of what both say of the step.
+  double worst_way = 0.0, worst_turn = 0.0;
+  int looked = 0, crossed = 0;
+  const auto compare_neighbours = [&](const RayFan& fan, IncidenceSource& source,
+                                      std::span<const Hit> hits) {
+    for (std::size_t i = 0; i + 1 < hits.size(); ++i) {
+      if ((i + 1) % fan.elevations() == 0 || !hits[i] || !hits[i + 1]) continue;
+      const Eigen::Vector3d in_plane = fan.plane_direction(i / fan.elevations());
+      const std::size_t elevation = i % fan.elevations();
+      const Eigen::Vector3d here = fan.direction(in_plane, elevation),
+                            there = fan.direction(in_plane, elevation + 1);
+      Hit hit = hits[i], next_hit = hits[i + 1];
+      const RayIncidence at = source.incidence_of(i, hit),
+                         next = source.incidence_of(i + 1, next_hit);
+      const Eigen::Vector3d step = next_hit.t * there - hit.t * here;
+      // Near a caustic the spreading is held to a limit, and a step may pass it.
+      if (std::min(std::abs(at.upwards), std::abs(next.upwards)) < 0.1 ||
+          at.upwards * next.upwards < 0.0 || step.norm() > 0.02 * hit.t)
+        continue;
+      const RayIncidence::Step a = at.in_sea(step, here), b = next.in_sea(step, there);
+      const Eigen::Vector3d way = next.place - at.place, turn = next.direction - at.direction;
+      worst_way = std::max(worst_way, (0.5 * (a.way + b.way) - way).norm() / way.norm());
+      worst_turn = std::max(worst_turn, (0.5 * (a.turn + b.turn) - turn).norm() /
+                                            (turn.norm() + step.norm() / hit.t));
+      ++looked;
+      crossed += at.upwards < 0.0;
+    }
+  };
+  // Of its rays that start upwards, the steeper ones turn sooner and come down before the others.
+  const scatter::SoundSpeedProfile folding({{0, 1558}, {7, 1523}, {20, 1510}});
+  for (const scatter::SoundSpeedProfile* profile : {&thermocline, &duct, &folding})
+    for (const double depth_m : {4.0, 10.0}) {
+      RayFan fan = fan_at({0, 0, -depth_m}, 4000, 250.0);
+      std::vector<Hit> hits(fan.grid->rays());
+      embree->intersect(fan, hits);
+      TravelTime straight(*profile, 1490.0);
+      straight.apply(fan, hits);
+      compare_neighbours(fan, straight, hits);
+      fan.bend = bend_of(*profile, 15.0, fan.range_m, 1490.0);
+      RefractedTracer tracer(*profile, -15.0, 15.0, 1490.0);
+      REQUIRE(tracer.trace(fan, {embree.get(), bed.mesh}, hits));
+      compare_neighbours(fan, tracer, hits);
+    }
+  CAPTURE(looked);
+  CHECK(worst_way < 1e-3);
+  CHECK(worst_turn < 1e-3);
+  CHECK(crossed > 100);
 }
