@@ -118,7 +118,10 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
   report.extrapolation = {simulator.sonars(), simulator.materials(), scene.materials};
 
   const TrackPings track(scene, simulator);
-  run.warnings.assign(simulator.warnings().begin(), simulator.warnings().end());
+  // Those of the scene's text come first. They name places in it, so the manifest does not have
+  // them: the files do not depend on where and how their scene was written.
+  const auto made = simulator.warnings().subspan(scene.warnings.size());
+  run.warnings.assign(made.begin(), made.end());
   run.warnings.insert(run.warnings.end(), track.warnings().begin(), track.warnings().end());
   const RunParts parts = parts_of(run, track.leg_starts(), track.count(), simulator.sonars());
   if (std::string warning = no_parts(control.shard, parts); !warning.empty())
@@ -134,7 +137,8 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
   report.verification = whole.verification;
   report.parts = parts.count();
   for (const FileRecord& file : whole.files) report.files.push_back(folder / file.name);
-  report.warnings = run.warnings;
+  report.warnings = scene.warnings;
+  report.warnings.insert(report.warnings.end(), run.warnings.begin(), run.warnings.end());
   const std::vector<std::string> more = warnings_of(whole, scene.run.intersector);
   report.warnings.insert(report.warnings.end(), more.begin(), more.end());
   // Not in the manifest: the files do not depend on the cache.

@@ -84,6 +84,8 @@ struct RunReport {
   std::map<std::string, std::uint64_t> counts;  ///< pings, rays, hits, starved bins, faces, …
   /// What the comparison with the reference found; empty unless verify_pings was set.
   std::map<std::string, std::uint64_t> verification;
+  /// Those of the manifest, and of the scene's text and the cache, on which the files do not
+  /// depend.
   std::vector<std::string> warnings;
   Extrapolation extrapolation;  ///< not among the warnings
   SeafloorOrigin origin;

@@ -103,7 +103,7 @@ class Simulator {
   /// those that add() added. Valid until the next add().
   std::span<const std::string> classes() const;
   std::span<const std::string> materials() const;
-  /// Repairs of meshes, parameters outside their range, a short cast, a ping out of reach of the
+  /// The scene's warnings, repairs of meshes, parameters outside their range, a short cast, a ping out of reach of the
   /// seafloor; valid until the next call. All since the beginning, also those of settings that
   /// set_sonar() has changed since. What lies outside a model's range is in Extrapolation
   /// (extrapolation.h).
