@@ -44,22 +44,29 @@ void print_report(const GenerateReport& report, const fs::path& folder, int thre
   print_note("\n");
 }
 
-void print_json(const GenerateReport& report, const fs::path& folder, int threads) {
+/// The recipe's warnings and those of the runs.
+std::vector<std::string> all_warnings(const Recipe& recipe, const GenerateReport& report) {
+  std::vector<std::string> all = recipe.warnings();
+  all.insert(all.end(), report.warnings.begin(), report.warnings.end());
+  return report.extrapolation.appended_to(all);
+}
+
+void print_json(const Recipe& recipe, const GenerateReport& report, const fs::path& folder,
+                int threads) {
   nlohmann::ordered_json failed = nlohmann::ordered_json::array();
   for (const auto& [sample, why] : report.failed)
     failed.push_back({{"sample", sample}, {"why", why}});
-  const nlohmann::ordered_json json = {
-      {"folder", folder.string()},
-      {"samples", report.samples},
-      {"found", report.found},
-      {"made", report.made},
-      {"failed", failed},
-      {"stopped", report.stopped},
-      {"warnings", report.extrapolation.appended_to(report.warnings)},
-      {"samples_per_hour", samples_per_hour(report)},
-      {"stages_s", report.stages_s},
-      {"wall_s", report.wall_s},
-      {"threads", threads}};
+  const nlohmann::ordered_json json = {{"folder", folder.string()},
+                                       {"samples", report.samples},
+                                       {"found", report.found},
+                                       {"made", report.made},
+                                       {"failed", failed},
+                                       {"stopped", report.stopped},
+                                       {"warnings", all_warnings(recipe, report)},
+                                       {"samples_per_hour", samples_per_hour(report)},
+                                       {"stages_s", report.stages_s},
+                                       {"wall_s", report.wall_s},
+                                       {"threads", threads}};
   print_object(json);
 }
 
@@ -70,12 +77,25 @@ bool above_water(const Scene& scene) {
          scene.track.altitude_m >= scene.seafloor.depth_m;
 }
 
+std::string why_empty(const Recipe& recipe, std::string_view split) {
+  const SplitOptions& options = recipe.options().split;
+  const bool held_out = (split == "val" && !options.held_out_val.empty()) ||
+                        (split == "test" && !options.held_out_test.empty());
+  return held_out ? fmt::format(
+                        "no sample is in it by dataset.split.held_out_{}; use more "
+                        "seafloors or another seed, or correct the values",
+                        split)
+                  : "the split of each seafloor is drawn; use more samples, another seed, or other "
+                    "shares in [dataset.split]";
+}
+
 /// --dry-run: draws all samples without making any.
 void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Shard& shard) {
   std::map<std::string, std::size_t> splits;
   std::size_t failed = 0;
   bool unnamed = false;
   std::vector<std::size_t> shallow;  // samples
+  print_warnings(recipe.warnings());
   for (std::size_t i = 0; i < recipe.samples(); ++i) try {
       const SampleScene sample = recipe.sample(i);
       ++splits[sample.split];
@@ -87,10 +107,8 @@ void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Sh
     }
   for (const std::string& split : splits_of(recipe.options().split))
     if (failed == 0 && !splits.contains(split))
-      print_warnings(std::vector<std::string>{fmt::format(
-          "the split {} is empty: the split of each seafloor is drawn; use more samples, "
-          "another seed, or other shares in [dataset.split]",
-          split)});
+      print_warnings(std::vector<std::string>{
+          fmt::format("the split {} is empty: {}", split, why_empty(recipe, split))});
   if (unnamed)
     print_warnings(std::vector<std::string>{
         "several objects have the class 'object': name them with objects.N.class"});
@@ -121,6 +139,7 @@ void generate_dataset(const GenerateArguments& arguments) {
   const Shard shard = parse_shard("--shard", arguments.shard);
   const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);
   if (arguments.dry_run) return rehearse(recipe, arguments, shard);
+  print_warnings(recipe.warnings());
   const int threads = refine::thread_count(arguments.threads);
   GenerateReport report;
   {
@@ -143,7 +162,7 @@ void generate_dataset(const GenerateArguments& arguments) {
   }
   print_warnings(report.extrapolation.appended_to(report.warnings));
   if (!arguments.quiet) print_report(report, arguments.folder, threads);
-  if (arguments.json) print_json(report, arguments.folder, threads);
+  if (arguments.json) print_json(recipe, report, arguments.folder, threads);
   if (report.stopped)
     throw Interrupted(fmt::format(
         "interrupted; finished samples stay, and the same command continues from there"));

@@ -6,10 +6,10 @@
 #include <functional>
 #include <iterator>
 #include <optional>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/dataset/piece_sizes.h>
 #include <ensonify/engine/random.h>
 
 namespace ensonify::engine {
@@ -59,26 +59,17 @@ std::size_t index(double share, std::size_t count) {
 class Chooser {
  public:
   Chooser(const LabelledImage& line, const std::map<std::uint32_t, TargetRecord>& targets,
-          const std::vector<std::string>& classes, const ChipOptions& options,
+          const std::vector<std::string>& classes, const DatasetOptions& dataset,
           const ImageNumber& image)
       : line_(line),
         targets_(targets),
         classes_(classes),
-        options_(options),
+        dataset_(dataset),
+        options_(dataset.chips),
         image_(image),
         columns_(line.labels.columns()),
-        rows_(line.labels.rows()) {
-    if (!options.margin.empty()) return;
-    fixed_ = options.size_m > 0.0 ? Rectangle{0, 0, pixels_of(options.size_m, line.across_m),
-                                              pixels_of(options.size_m, line.along_m)}
-                                  : Rectangle{0, 0, pixels_of(options.size_px, 1.0),
-                                              pixels_of(options.size_px, 1.0)};
-    if (fixed_->columns > columns_ || fixed_->rows > rows_)
-      throw std::invalid_argument(
-          fmt::format("'dataset.chips' needs {} x {} pixels, but {} has {} x {}; make the tiles or "
-                      "chips smaller or the line longer",
-                      fixed_->columns, fixed_->rows, line.name, columns_, rows_));
-  }
+        rows_(line.labels.rows()),
+        fixed_(chip_size(options_, line.size())) {}
 
   std::vector<Chip> choose() {
     for (const auto& [instance, record] : targets_) add_target(instance, record);
@@ -109,7 +100,7 @@ class Chooser {
   /// The size of the chip about a box. A relative one is square on the ground, and not larger than
   /// the line. `number` chooses its margin.
   Rectangle size_about(const Box& box, StreamUse use, std::uint64_t number) const {
-    if (fixed_) return *fixed_;
+    if (fixed_) return {0, 0, fixed_->columns, fixed_->rows};
     std::array<double, 1> u{};
     stream(use, number).uniform(u, margin_draw);
     const double least = options_.margin.front(), most = options_.margin.back();
@@ -136,7 +127,7 @@ class Chooser {
   }
 
   void add_target(std::uint32_t instance, const TargetRecord& record) {
-    if (!is_chosen(record) ||
+    if (!is_chosen(record) || is_too_small(record, dataset_) ||
         record.target.body.area_px < static_cast<std::size_t>(options_.least_px))
       return;
     const Box box = box_of(record.target);
@@ -173,7 +164,7 @@ class Chooser {
       places.uniform(u, 2 * static_cast<std::uint64_t>(t));
       Rectangle part;
       if (fixed_) {
-        part = *fixed_;
+        part = {0, 0, fixed_->columns, fixed_->rows};
       } else {
         if (targets == 0) return;
         std::array<double, 1> which{};
@@ -228,7 +219,7 @@ class Chooser {
         std::max(smallest_lookalike_px, static_cast<std::size_t>(options_.least_px));
     for (const auto& [instance, record] : targets_) {
       const std::size_t area = record.target.body.area_px;
-      if (!is_chosen(record) && area >= least)
+      if (!is_chosen(record) && !is_too_small(record, dataset_) && area >= least)
         kinds[record.class_name].push_back({box_of(record.target), area, {}});
     }
     for (auto& [of, group] : groups_of_bed())
@@ -285,19 +276,25 @@ class Chooser {
   const LabelledImage& line_;
   const std::map<std::uint32_t, TargetRecord>& targets_;
   const std::vector<std::string>& classes_;
+  const DatasetOptions& dataset_;
   const ChipOptions& options_;
   const ImageNumber image_;
   const std::size_t columns_, rows_;
-  std::optional<Rectangle> fixed_;  // the size of all chips; none: relative to the target
+  const std::optional<PieceSize> fixed_;  // the size of all chips; none: relative to the target
   std::vector<Chip> chips_;
 };
 
 }  // namespace
 
+bool is_too_small(const TargetRecord& record, const DatasetOptions& options) {
+  return record.is_object() &&
+         record.target.body.area_px < static_cast<std::size_t>(options.least_px);
+}
+
 std::vector<Chip> choose_chips(const LabelledImage& line,
                                const std::map<std::uint32_t, TargetRecord>& targets,
-                               const std::vector<std::string>& classes, const ChipOptions& options,
-                               const ImageNumber& image) {
+                               const std::vector<std::string>& classes,
+                               const DatasetOptions& options, const ImageNumber& image) {
   return Chooser(line, targets, classes, options, image).choose();
 }
 

@@ -25,16 +25,20 @@ struct ImageNumber {
   std::size_t sonar = 0, geometry = 0;
 };
 
+/// Whether an object is ignored for its size (DatasetOptions::least_px) in an image that shows as
+/// much of it as this record. A feature of the bed never is.
+bool is_too_small(const TargetRecord& record, const DatasetOptions& options);
+
 /// The chips of a line: one per target, then backgrounds, then hard negatives, as the options ask.
+/// There are none about targets that are too small for a label in the line, and so in all images.
 /// `targets` are the line's, by instance; classes[n - 1] is the name of number n in its labels. A
 /// chip without a target contains no pixel of an object or of its shadow; if classes are chosen,
 /// only targets of these classes count. At most half of a background is water. Fewer
 /// backgrounds and hard negatives are returned if there is no room for them, or if nothing
-/// resembles a target. Throws std::invalid_argument if the line is smaller than chips of a fixed
-/// size.
+/// resembles a target. Throws as chip_size().
 std::vector<Chip> choose_chips(const LabelledImage& line,
                                const std::map<std::uint32_t, TargetRecord>& targets,
-                               const std::vector<std::string>& classes, const ChipOptions& options,
-                               const ImageNumber& image);
+                               const std::vector<std::string>& classes,
+                               const DatasetOptions& options, const ImageNumber& image);
 
 }  // namespace ensonify::engine

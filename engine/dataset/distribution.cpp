@@ -49,6 +49,14 @@ void Distribution::collect_values(std::vector<std::string>& values) const {
   for (const auto& [value, entry] : table) entry.collect_values(values);
 }
 
+bool Distribution::gives_only_words() const {
+  if (!times.empty() || !plus.empty()) return false;
+  return kind == Kind::choice ||
+         (kind == Kind::table && std::ranges::all_of(table, [](const auto& entry) {
+            return entry.second.gives_only_words();
+          }));
+}
+
 bool matches(std::string_view text, std::string_view pattern) {
   while (!pattern.empty() && pattern.front() != '*') {
     if (text.empty() || text.front() != pattern.front()) return false;

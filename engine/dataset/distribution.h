@@ -32,6 +32,8 @@ struct Distribution {
   double share_between() const;
   /// Appends the possible words of its choices and its table's entries.
   void collect_values(std::vector<std::string>& values) const;
+  /// Whether these are all values that it can give.
+  bool gives_only_words() const;
 
   /// The entry of `table` for a value: the entry of that name; else, of those whose names have a *
   /// and match the value, the one with the most other characters; else the entry "default"; null if

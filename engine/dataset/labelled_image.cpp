@@ -182,17 +182,44 @@ double length_along_m(const Waterfall& line) {
   return along_m.empty() ? 0.0 : std::ranges::max(along_m) - std::ranges::min(along_m);
 }
 
+ViewSize slant_size(const Waterfall& line) {
+  return {.name = line.sonar.name,
+          .columns = line.columns(),
+          .rows = line.rows(),
+          .across_m = line.sonar.bin_m(),
+          .along_m =
+              line.rows() > 1 ? length_along_m(line) / static_cast<double>(line.rows() - 1) : 0.0};
+}
+
+ViewSize ground_size(const Waterfall& line, double pixel_m) {
+  // The factor keeps a whole number of pixels whole in spite of rounding.
+  const double bins = std::floor(line.sonar.range_m / pixel_m * (1.0 + 1e-9));
+  if (bins < 1.0)
+    throw std::invalid_argument(fmt::format(
+        "ground range: pixels of {} m are longer than the range of {} m; use smaller pixels",
+        pixel_m, line.sonar.range_m));
+  // So that they can be counted; no memory holds so many.
+  const auto counted = [](double pixels) {
+    return static_cast<std::size_t>(std::min(pixels, 1e9));
+  };
+  return {.name = line.sonar.name + "_ground",
+          .columns = sides_of(line.sonar).size() * counted(bins),
+          .rows = counted(std::floor(length_along_m(line) / pixel_m) + 1.0),
+          .across_m = pixel_m,
+          .along_m = pixel_m};
+}
+
 LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures) {
   Waterfall labels(line.sonar, 0);
   labels.pings = line.pings;
   for_each_label([&](auto layer) { labels.pixels.*layer = line.pixels.*layer; });
-  return {.name = line.sonar.name,
+  const ViewSize size = slant_size(line);
+  return {.name = size.name,
           .geometry = "slant",
           .labels = std::move(labels),
           .pictures = std::move(pictures),
-          .across_m = line.sonar.bin_m(),
-          .along_m =
-              line.rows() > 1 ? length_along_m(line) / static_cast<double>(line.rows() - 1) : 0.0};
+          .across_m = size.across_m,
+          .along_m = size.along_m};
 }
 
 LabelledImage ground_view(const LabelledImage& slant, double pixel_m, const MemoryLimit& memory,
@@ -202,29 +229,22 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m, const Memo
   std::vector<std::size_t> order(along_m.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t row) { return along_m[row]; });
-  const double start_m = along_m[order.front()], length_m = along_m[order.back()] - start_m;
+  const double start_m = along_m[order.front()];
+  const ViewSize size = ground_size(line, pixel_m);
+  const std::size_t columns = size.columns, rows = size.rows, from_columns = line.columns();
+  memory.require(
+      static_cast<double>(rows) * static_cast<double>(columns) * bytes_per_pixel(slant.pictures),
+      fmt::format("the {} x {} pixels of {} in ground range", columns, rows, slant.name),
+      fmt::format("use pixels longer than {} m (dataset.ground_px_m)", pixel_m));
   Sonar sonar = line.sonar;
-  // The factor keeps a whole number of pixels whole in spite of rounding.
-  sonar.bins = static_cast<int>(line.sonar.range_m / pixel_m * (1.0 + 1e-9));
-  if (sonar.bins < 1)
-    throw std::invalid_argument(fmt::format(
-        "ground range: pixels of {} m are longer than the range of {} m; use smaller pixels",
-        pixel_m, line.sonar.range_m));
+  sonar.bins = static_cast<int>(columns / sides_of(sonar).size());
   sonar.range_m = sonar.bins * pixel_m;
-  const double all_rows = std::floor(length_m / pixel_m) + 1.0;
-  const double all_columns = sonar.bins * static_cast<double>(sides_of(sonar).size());
-  memory.require(all_rows * all_columns * bytes_per_pixel(slant.pictures),
-                 fmt::format("the {:.0f} x {:.0f} pixels of {} in ground range", all_columns,
-                             all_rows, slant.name),
-                 fmt::format("use pixels longer than {} m (dataset.ground_px_m)", pixel_m));
-  const auto rows = static_cast<std::size_t>(all_rows);
-  LabelledImage view{.name = slant.name + "_ground",
+  LabelledImage view{.name = size.name,
                      .geometry = "ground",
                      .labels = unlabelled(sonar, rows),
                      .pictures = {},
-                     .across_m = pixel_m,
-                     .along_m = pixel_m};
-  const std::size_t columns = view.labels.columns(), from_columns = line.columns();
+                     .across_m = size.across_m,
+                     .along_m = size.along_m};
   const auto bins = static_cast<std::size_t>(sonar.bins),
              from_bins = static_cast<std::size_t>(line.sonar.bins);
   const bool port = sonar.sides != Sides::starboard;

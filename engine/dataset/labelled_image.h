@@ -16,14 +16,22 @@ struct Rectangle {
   std::size_t column = 0, row = 0, columns = 0, rows = 0;
 };
 
+/// The size of a line's view, which is known without its pixels.
+struct ViewSize {
+  std::string name;  ///< the sonar's; in ground range with "_ground" appended
+  std::size_t columns = 0, rows = 0;
+  double across_m = 0.0, along_m = 0.0;  ///< size of a pixel; along the track on average
+};
+
 /// A line as pictures and labels, all with the same pixels.
 struct LabelledImage {
-  std::string name;      ///< the sonar's; in ground range with "_ground" appended
+  std::string name;      ///< as in ViewSize
   std::string geometry;  ///< "slant" or "ground"
   Waterfall labels;      ///< only the layers that labels are made from; the others are empty
   std::vector<Picture> pictures;         ///< one per display
-  double across_m = 0.0, along_m = 0.0;  ///< size of a pixel; along the track on average
+  double across_m = 0.0, along_m = 0.0;  ///< as in ViewSize
 
+  ViewSize size() const { return {name, labels.columns(), labels.rows(), across_m, along_m}; }
   Rectangle whole() const { return {0, 0, labels.columns(), labels.rows()}; }
 };
 
@@ -34,6 +42,11 @@ std::vector<double> rows_along_m(const Waterfall& line);
 /// The length of track that a line's rows cover.
 double length_along_m(const Waterfall& line);
 
+/// The size of slant_view() and of ground_view(), from the sonar and the pings of a line. Throws
+/// std::invalid_argument if pixel_m is longer than the range.
+ViewSize slant_size(const Waterfall& line);
+ViewSize ground_size(const Waterfall& line, double pixel_m);
+
 /// The line in slant range, as recorded.
 LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures);
 
@@ -41,8 +54,7 @@ LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures);
 /// Sidescan Sonar, 2009, slant-range correction), from the sonar's height over it: square pixels of
 /// side pixel_m, each with the values of the nearest row and the bin at its slant range. Pixels
 /// without such a bin have no data. `stop_check` is called for each row; what it throws ends the
-/// work. Throws std::invalid_argument if pixel_m is longer than the range, MemoryError if its
-/// pixels do not fit into the memory.
+/// work. Throws as ground_size(), and MemoryError if its pixels do not fit into the memory.
 LabelledImage ground_view(const LabelledImage& slant, double pixel_m,
                           const MemoryLimit& memory = {},
                           const std::function<void()>& stop_check = {});

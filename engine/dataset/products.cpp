@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -11,6 +13,7 @@
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/dataset/chips.h>
 #include <ensonify/engine/dataset/labelled_image.h>
+#include <ensonify/engine/dataset/piece_sizes.h>
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/output/masks.h>
@@ -63,6 +66,7 @@ class Products {
     const LabelledImage slant = slant_view(line, std::move(pictures));
     for (std::size_t r = 1; r < slant.pictures.size(); ++r)
       write(fmt::format("{}.r{}.png", slant.name, r), encode_png(slant.pictures[r]));
+    cut_ = targets_at_edges(slant.labels);
     if (options_.slant) add_geometry(slant, visibility, sonar, 0);
     if (options_.ground_px_m > 0.0)
       add_geometry(ground_view(slant, options_.ground_px_m, control_.memory, control_.stop_check),
@@ -100,13 +104,9 @@ class Products {
 
   void add_tiles(const LabelledImage& line) {
     const TileOptions& tiles = options_.tiles;
-    if (!tiles.any()) return;
-    const auto [columns, rows] =
-        tiles.width_px > 0
-            ? std::pair(pixels_of(tiles.width_px, 1.0), pixels_of(tiles.height_px, 1.0))
-            : std::pair(pixels_of(tiles.width_m, line.across_m),
-                        pixels_of(tiles.height_m, line.along_m));
-    check_fits("dataset.tiles", line, columns, rows);
+    const std::optional<PieceSize> tile = tile_size(tiles, line.size());
+    if (!tile) return;
+    const auto [columns, rows] = *tile;
     std::size_t number = 0;
     for (const std::size_t row : starts(line.labels.rows(), rows))
       for (const std::size_t column : starts(line.labels.columns(), columns)) {
@@ -115,15 +115,6 @@ class Products {
         if (tiles.least_bed > 0.0 && bed_share(line, part) < tiles.least_bed) continue;
         add_image(line, part, fmt::format("tiles/{}_{:04}", line.name, number++), "tile");
       }
-  }
-
-  static void check_fits(std::string_view key, const LabelledImage& line, std::size_t columns,
-                         std::size_t rows) {
-    if (columns > line.labels.columns() || rows > line.labels.rows())
-      throw std::invalid_argument(
-          fmt::format("'{}' needs {} x {} pixels, but {} has {} x {}; make the tiles or chips "
-                      "smaller or the line longer",
-                      key, columns, rows, line.name, line.labels.columns(), line.labels.rows()));
   }
 
   /// The first pixels of the tiles. The last tile ends with the line, unless tiles have gaps.
@@ -141,7 +132,7 @@ class Products {
     if (!chips.any()) return;
     const bool relative = !chips.margin.empty() || chips.size_m > 0.0;
     std::map<std::string, std::size_t> numbers;
-    for (const Chip& chip : choose_chips(line, line_targets_, classes_, chips,
+    for (const Chip& chip : choose_chips(line, line_targets_, classes_, options_,
                                          {sample_.scene.seed, sonar, geometry})) {
       const std::string stem =
           fmt::format("chips/{}_{}{:04}", line.name, chip.kind == "chip" ? "" : chip.kind + "_",
@@ -257,15 +248,10 @@ class Products {
     label.shown_fraction = body_lost ? 0.0
                                      : static_cast<double>(shown_part(target).area_px) /
                                            static_cast<double>(shown_part(whole.target).area_px);
+    label.truncated = label.shown_fraction < 1.0 || cut_.contains(instance);
     label.ignored = (whole.is_object() && label.shown_fraction < options_.min_visible) ||
-                    is_too_small(label.record);
+                    is_too_small(label.record, options_);
     return label;
-  }
-
-  /// A feature of the bed is never ignored.
-  bool is_too_small(const TargetRecord& record) const {
-    return record.is_object() &&
-           record.target.body.area_px < static_cast<std::size_t>(options_.least_px);
   }
 
   void write_text(const std::string& name, const std::string& text) {
@@ -279,7 +265,7 @@ class Products {
     for (auto& [instance, outlines] : find_outlines(resampled)) {
       TargetLabel& label = seen[instance] = std::move(labels.at(instance));
       static_cast<TargetOutlines&>(label.record.target) = std::move(outlines);
-      label.ignored = label.ignored || is_too_small(label.record);
+      label.ignored = label.ignored || is_too_small(label.record, options_);
     }
     return seen;
   }
@@ -312,6 +298,7 @@ class Products {
   const std::filesystem::path& folder_;
   const ProductsControl& control_;
   std::map<std::uint32_t, TargetRecord> line_targets_;  // in this geometry, by instance
+  std::set<std::uint32_t> cut_;                         // of the line: instances that its edges cut
   double disk_s_ = 0.0;
 };
 

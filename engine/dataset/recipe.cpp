@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <ensonify/engine/dataset/piece_sizes.h>
 #include <ensonify/engine/dataset/possible_names.h>
 #include <ensonify/engine/dataset/sample_draws.h>
 #include <ensonify/engine/random.h>
@@ -20,15 +21,23 @@
 namespace ensonify::engine {
 namespace {
 
+bool any_matches(const auto& values, const std::string& pattern) {
+  return std::ranges::any_of(values, [&](const auto& value) { return matches(value, pattern); });
+}
+
+/// Calls f with each held-out value and the name of the set that it is in.
+void for_each_held_out(const SplitOptions& split, const auto& f) {
+  for (const std::string& value : split.held_out_val) f(value, "held_out_val");
+  for (const std::string& value : split.held_out_test) f(value, "held_out_test");
+}
+
 /// train, val or test for a group that is held together: the samples with the same `values` of the
 /// keys of the split, or, if `counted`, the seafloor with this number.
 std::string split_of(std::uint64_t seed, const SplitOptions& split,
                      const std::vector<std::string>& values, std::uint64_t number, bool counted) {
   const auto has_one_of = [&](const std::vector<std::string>& held_out) {
-    return std::ranges::any_of(values, [&](const auto& value) {
-      return std::ranges::any_of(held_out,
-                                 [&](const auto& pattern) { return matches(value, pattern); });
-    });
+    return std::ranges::any_of(held_out,
+                               [&](const auto& pattern) { return any_matches(values, pattern); });
   };
   if (has_one_of(split.held_out_test)) return "test";
   if (has_one_of(split.held_out_val)) return "val";
@@ -121,6 +130,10 @@ void check_options(const DatasetOptions& options, const auto& refuse) {
     throw refuse("'dataset.chips.margin' expects a number, [0.2], or [least, most]");
   if (chips.backgrounds + chips.hard_negatives > 0 && !chips.any())
     throw refuse("'dataset.chips' expects a size_px, size_m or margin");
+  if (!options.slant && options.ground_px_m == 0.0 && (tiles.any() || chips.any()))
+    throw refuse(
+        "with 'dataset.slant' = false there are no images to cut tiles or chips from: set "
+        "'dataset.ground_px_m', or leave 'slant' out");
   const SplitOptions& split = options.split;
   if (!(split.train + split.val + split.test > 0.0))
     throw refuse("'dataset.split': expected a share of more than 0");
@@ -137,6 +150,32 @@ void check_options(const DatasetOptions& options, const auto& refuse) {
             fmt::format("'dataset.split' has {} in held_out_val and {} in held_out_test, "
                         "expected each value in one of them",
                         toml_string(val), toml_string(test)));
+}
+
+/// Refuses a held-out value that no key of the split can have. Where a key can have values that the
+/// text does not list, the draws will show it (Recipe::warnings()).
+void check_held_out(const RecipeText& text, const SplitOptions& split, const auto& refuse) {
+  std::vector<std::string> keys, values;
+  for (const std::string& key : split.by) {
+    if (key == "seafloor") continue;
+    keys.push_back(key);
+    const auto plain = text.values.find(key);
+    const auto drawn = text.distributions.find(key);
+    if (plain != text.values.end())
+      values.push_back(plain->second);
+    else if (drawn != text.distributions.end() && drawn->second.gives_only_words())
+      drawn->second.collect_values(values);
+    else
+      return;
+  }
+  std::set<std::string> possible;
+  for (const std::string& value : values) possible.insert(plain_text(value));
+  for_each_held_out(split, [&](const std::string& value, std::string_view set) {
+    if (!any_matches(possible, value))
+      throw refuse(fmt::format(
+          "'dataset.split.{}' names {}, which no value of {} matches; expected some of {}", set,
+          toml_string(value), fmt::join(keys, " or "), fmt::join(possible, ", ")));
+  });
 }
 
 /// The keys that are drawn once per seafloor: the seabed's, those of the split, and those that
@@ -188,16 +227,21 @@ DrawnValues values_of(SampleDraws& draws, const DrawnKeys& d, const std::string&
   return values;
 }
 
+/// The values of the keys of 'dataset.split.by'.
+std::vector<std::string> values_of_split(SampleDraws& draws, const SplitOptions& split,
+                                         const std::string& name) {
+  std::vector<std::string> values;
+  for (const std::string& key : split.by)
+    if (key != "seafloor")
+      values.push_back(plain_text(draws.value(key, name + ": 'dataset.split.by'")));
+  return values;
+}
+
 /// The split of a sample. Samples with equal keys of 'dataset.split.by' share it.
 std::string split_of_sample(SampleDraws& draws, const DrawnKeys& d, const SplitOptions& split,
                             const std::string& name, std::size_t seafloor) {
-  bool by_seafloor = false;
-  std::vector<std::string> group;
-  for (const std::string& key : split.by)
-    if (key == "seafloor")
-      by_seafloor = true;
-    else
-      group.push_back(plain_text(draws.value(key, name + ": 'dataset.split.by'")));
+  const bool by_seafloor = std::ranges::count(split.by, "seafloor") > 0;
+  const std::vector<std::string> group = values_of_split(draws, split, name);
   // The other keys are drawn once per seafloor: those of one seafloor agree in all of them.
   const std::uint64_t group_number =
       by_seafloor ? seafloor : key_number(fmt::format("{}", fmt::join(group, "\n")));
@@ -226,6 +270,7 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
     return SceneError(fmt::format("{}: {}{}", name_, message, with_overrides(overrides_)));
   };
   check_options(options_, refuse);
+  check_held_out(d, options_.split, refuse);
   d.renders = static_cast<std::size_t>(options_.renders);
   collect_keys_of_seafloor(d, options_.split);
   Scene scene = with_every_table();
@@ -329,7 +374,39 @@ SampleScene Recipe::sample(std::size_t number) const {
   result.scene.seed = seed("seed", number);
   if (!d.has_seafloor_seed && !d.distributions.contains("seafloor.seed"))
     result.scene.seafloor_seed = seed("seafloor.seed", result.seafloor);
+  try {
+    require_lines_for_pieces(options_, result.scene);
+  } catch (const SceneError& error) {
+    throw SceneError(fmt::format("{}: {}{} (sample {})", name_, error.what(),
+                                 with_overrides(overrides_), number));
+  }
   return result;
+}
+
+std::vector<std::string> Recipe::warnings() const {
+  std::vector<std::string> warnings;
+  if (!options_.slant && options_.ground_px_m == 0.0)
+    warnings.emplace_back(
+        "the samples have no labels and no images for the indexes, because dataset.slant is "
+        "false: set dataset.ground_px_m, or leave slant out");
+  const SplitOptions& split = options_.split;
+  if (split.held_out_val.empty() && split.held_out_test.empty()) return warnings;
+  std::set<std::string> drawn;
+  for (std::size_t seafloor = 0; seafloor < seafloors(); ++seafloor) try {
+      // The keys of the split do not depend on the sample.
+      SampleDraws draws(*drawn_keys_, 0, seafloor, 0);
+      for (std::string& value : values_of_split(draws, split, name_))
+        drawn.insert(std::move(value));
+    } catch (const SceneError&) {  // its samples are refused
+    }
+  for_each_held_out(split, [&](const std::string& value, std::string_view set) {
+    if (!any_matches(drawn, value))
+      warnings.push_back(
+          fmt::format("dataset.split.{} names {}, which no sample has: correct it, or use more "
+                      "seafloors or another seed",
+                      set, toml_string(value)));
+  });
+  return warnings;
 }
 
 std::vector<std::string> Recipe::class_names() const {

@@ -55,8 +55,13 @@ class Recipe {
   /// Index of the sample's seafloor; neighbouring samples share one.
   std::size_t seafloor_of(std::size_t sample) const;
 
-  /// Throws SceneError if the values that were drawn make no valid scene.
+  /// Throws SceneError if the values that were drawn make no valid scene, or lines that are smaller
+  /// than their tiles or chips.
   SampleScene sample(std::size_t number) const;
+
+  /// What the recipe and its draws show before any sample is made: held-out values that no sample
+  /// has, samples without labels.
+  std::vector<std::string> warnings() const;
 
   /// Every name that a label of a sample can have: sorted names of targets, then of ground. Index k
   /// has the number k + 1.

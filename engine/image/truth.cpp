@@ -238,4 +238,22 @@ std::vector<Target> find_targets(const Waterfall& waterfall) {
   return targets;
 }
 
+std::set<std::uint32_t> targets_at_edges(const Waterfall& line) {
+  std::set<std::uint32_t> found;
+  const std::size_t columns = line.columns(), rows = line.rows();
+  const auto look_at = [&](std::size_t row, std::size_t column) {
+    const std::size_t i = row * columns + column;
+    const auto region = static_cast<Region>(line.pixels.region[i]);
+    if (line.pixels.instance[i] != 0 && (region == Region::object || region == Region::seabed))
+      found.insert(line.pixels.instance[i]);
+  };
+  for (std::size_t row = 0; row < rows; ++row) {
+    if (line.sonar.sides != Sides::starboard) look_at(row, 0);
+    if (line.sonar.sides != Sides::port) look_at(row, columns - 1);
+    if (row == 0 || row + 1 == rows)
+      for (std::size_t column = 0; column < columns; ++column) look_at(row, column);
+  }
+  return found;
+}
+
 }  // namespace ensonify::engine

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include <Eigen/Core>
@@ -76,5 +77,9 @@ void for_each_truth_layer(F&& f) {
 /// All objects and features with a pixel, or a shadow pixel, in the waterfall, by instance.
 std::map<std::uint32_t, TargetOutlines> find_outlines(const Waterfall& waterfall);
 std::vector<Target> find_targets(const Waterfall& waterfall);
+
+/// The instances with a pixel of their body in a line's first or last row, or in the outermost
+/// range bin of a side: they may go on beyond it.
+std::set<std::uint32_t> targets_at_edges(const Waterfall& line);
 
 }  // namespace ensonify::engine

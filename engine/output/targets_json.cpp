@@ -108,7 +108,7 @@ std::string labels_json(const ImageLabels& labels) {
   for (const TargetLabel& label : labels.targets) {
     Json& json = targets.emplace_back(target_json(label.record, labels.height, labels.width));
     json["shown_fraction"] = label.shown_fraction;
-    json["truncated"] = label.shown_fraction < 1.0;
+    json["truncated"] = label.truncated;
     json["ignored"] = label.ignored;
     json["category_id"] = label.category_id;
   }

@@ -28,6 +28,7 @@ std::string targets_json(std::span<const TargetRecord> targets, const Waterfall&
 struct TargetLabel {
   TargetRecord record;          ///< as in the whole line, but with the outlines in this image
   double shown_fraction = 1.0;  ///< area in this image over that in the whole line
+  bool truncated = false;       ///< the image lacks a part of it, or the line may
   bool ignored = false;         ///< too little of the target shows for a label
   std::size_t category_id = 0;
 };

@@ -170,6 +170,32 @@ TEST_CASE("a run of a sample's scene.toml gives the sample's bytes") {
   }
 }
 
+TEST_CASE("a sample's scene with a key without effect makes the sample's manifest, and warns") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml",
+             changed(tiny_recipe, "[track]\n", "[track]\nlegs = 7\nleg_length_m = 33\n"));
+  generate_whole(folder.path(), "set");
+  const std::string expected = read_text(folder / "set/samples/000002/manifest.json");
+  fs::create_directories(folder / "elsewhere");
+  fs::copy_file(folder / "set/samples/000002/scene.toml", folder / "elsewhere/other.toml");
+  for (const std::string scene :
+       {"set/samples/000002/scene.toml", "./elsewhere/../elsewhere/other.toml"}) {
+    CAPTURE(scene);
+    const Outcome alone =
+        run_program(folder.path(), {"run", scene, "-o", "alone", "--json", "--quiet"});
+    REQUIRE(alone.code == 0);
+    CHECK(read_text(folder / "alone/manifest.json") == expected);
+    const Json warnings = Json::parse(alone.out).at("warnings");
+    REQUIRE(warnings.size() == 2);
+    for (const Json& warning : warnings) {
+      CHECK(warning.get<std::string>().starts_with(scene + ":"));
+      CHECK(alone.err.find("ensonify: warning: " + warning.get<std::string>()) !=
+            std::string::npos);
+    }
+  }
+  CHECK(Json::parse(expected).at("warnings").empty());
+}
+
 TEST_CASE("samples that share a bed are alone what they are together, also with other tracers") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", R"(
@@ -609,6 +635,153 @@ TEST_CASE("a dry run finds vehicles that would be above the sea surface") {
   const Json above = Json::parse(outcome.out).at("above_water");
   CHECK((!above.empty() && above.size() < 8));  // altitudes are from 2 to 4 m
   CHECK(outcome.err.find("the vehicle would leave the water") != std::string::npos);
+}
+
+TEST_CASE("a held-out value that no sample has is refused, or named before any sample is made") {
+  const TemporaryFolder folder;
+  const auto held_out = [&](const std::string& by, const std::string& values) {
+    write_text(folder / "recipe.toml", changed(tiny_recipe, "test = 1\n",
+                                               "test = 1\nby = [\"seafloor\", \"" + by +
+                                                   "\"]\nheld_out_test = " + values + "\n"));
+  };
+  held_out("objects.0.shape", "[\"box\", \"cylindre\"]");
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--dry-run"}, std::vector<std::string>{}}) {
+    const Outcome refused = generate(folder.path(), "set", more);
+    CHECK(refused.code == 2);
+    CHECK(
+        refused.err.find("names \"cylindre\", which no value of objects.0.shape matches; expected "
+                         "some of box, cylinder") != std::string::npos);
+  }
+  CHECK(!fs::exists(folder / "set"));
+  held_out("seafloor.depth_m", "[\"14\"]");
+  const std::string warning =
+      "ensonify: warning: dataset.split.held_out_test names \"14\", which no sample has";
+  const Outcome rehearsed = generate(folder.path(), "set", {"--dry-run"});
+  CHECK(rehearsed.code == 0);
+  CHECK(rehearsed.err.starts_with(warning));
+  CHECK(rehearsed.err.find("the split test is empty: no sample is in it by "
+                           "dataset.split.held_out_test") != std::string::npos);
+  CHECK(rehearsed.err.find("is drawn") == std::string::npos);
+  const Outcome made = generate(folder.path(), "set", {"--json"});
+  CHECK(made.code == 0);
+  CHECK(made.err.starts_with(warning));
+  CHECK(("ensonify: warning: " + Json::parse(made.out).at("warnings").at(0).get<std::string>())
+            .starts_with(warning));
+}
+
+TEST_CASE("tiles of the size of the pictures are made, and larger ones refused before any bed is") {
+  const TemporaryFolder folder;
+  const std::string moving = changed(
+      changed(changed(tiny_recipe, "bins = 80", "bins = 80\nbeams = 3\nbeam_spacing_m = 0.17"),
+              "[track]\n",
+              "[motion]\nheading = { rms_deg = 3, period_s = 2 }\nsway = { rms_m = 0.2, "
+              "period_s = 1 }\nsurge = { rms_m = 0.2, period_s = 1 }\nspeed = { rms_mps = 1, "
+              "period_s = 1 }\n[track]\n"),
+      "samples = 8\nseafloors = 4", "samples = 1");
+  write_text(folder / "recipe.toml", moving);
+  generate_whole(folder.path(), "set");
+  const auto made = [&](const std::string& image) {
+    return Json::parse(read_text(folder / ("set/samples/000000/" + image + ".json")));
+  };
+  const Json slant = made("left-right"), ground = made("left-right_ground");
+  const auto check = [&](const std::string& off, std::vector<std::string> whole,
+                         const std::vector<std::string>& larger) {
+    write_text(folder / "recipe.toml", changed(changed(moving, "ground_px_m = 0.25", off),
+                                               "size_px = 9", "margin = [0.5]"));
+    whole.emplace_back("--dry-run");
+    CHECK(generate(folder.path(), "none", whole).code == 0);
+    for (const std::string& one : larger) {
+      CAPTURE(one);
+      std::vector<std::string> more = whole;
+      more.insert(more.end(), {"-D", one});
+      for (const bool dry : {true, false}) {
+        if (!dry) std::erase(more, "--dry-run");
+        const Outcome refused = generate(folder.path(), "none", more);
+        CHECK(refused.code == 2);
+        CHECK(refused.err.find("'dataset.tiles' needs ") != std::string::npos);
+      }
+    }
+    CHECK(!fs::exists(folder / "none"));
+  };
+  const auto pixels = [](const std::string& key, const Json& image, const std::string& of,
+                         int more) {
+    return "dataset.tiles." + key + "=" + std::to_string(image.at(of).get<int>() + more);
+  };
+  for (const auto& [off, image] :
+       {std::pair<std::string, Json>{"", slant}, {"slant = false\nground_px_m = 0.25", ground}})
+    check(off,
+          {"-D", pixels("width_px", image, "width", 0), "-D",
+           pixels("height_px", image, "height", 0)},
+          {pixels("width_px", image, "width", 1), pixels("height_px", image, "height", 1)});
+  // In metres: the last tile that still rounds to the whole length, and the first that does not.
+  const auto metres = [&](double pixels_along) {
+    return "dataset.tiles.height_m=" +
+           std::to_string(pixels_along * slant.at("pixel_along_m").get<double>());
+  };
+  const double rows = slant.at("height").get<double>();
+  check("",
+        {"-D", "dataset.tiles.width_px=0", "-D", "dataset.tiles.height_px=0", "-D",
+         "dataset.tiles.width_m=3", "-D", metres(rows + 0.49)},
+        {metres(rows + 0.51)});
+}
+
+TEST_CASE("a target is truncated if a longer line or range shows more of it, in all its images") {
+  const TemporaryFolder folder;
+  std::string scene = changed(tiny_recipe, "samples = 8\nseafloors = 4", "samples = 1");
+  for (const auto& [from, to] : {std::pair{"depth_m = { uniform = [12, 20] }", "depth_m = 12"},
+                                 {"altitude_m = { uniform = [2, 4] }", "altitude_m = 3"},
+                                 {"elevations = 160", "elevations = 600"},
+                                 {"size_px = 9\nbackgrounds = 1", "margin = [1]"}})
+    scene = changed(scene, from, to);
+  const std::size_t objects = scene.find("[[objects]]");
+  scene.erase(objects, scene.find("[track]") - objects);
+  // Boxes at the last ping, in the middle, and at the full range.
+  for (const char* place :
+       {"east_m = 6\nnorth_m = 4", "east_m = -6\nnorth_m = 0", "east_m = 11.6\nnorth_m = 0"})
+    scene += std::string(
+                 "[[objects]]\nshape = \"box\"\nclass = \"crate\"\nmaterial = \"plain\"\n"
+                 "length_m = 3\nwidth_m = 1.6\ntall_m = 1\n") +
+             place + "\n";
+  write_text(folder / "recipe.toml", scene);
+  generate_whole(folder.path(), "set");
+  generate_whole(folder.path(), "longer",
+                 {"-D", "track.pings=28", "-D", "sonar.left-right.range_m=15", "-D",
+                  "sonar.left-right.bins=100"});
+  const auto targets = [&](const std::string& image) {
+    std::map<int, Json> all;
+    const Json labels = Json::parse(read_text(folder / (image + ".json")));
+    for (const Json& one : labels.at("targets")) all[one.at("instance").get<int>()] = one;
+    return all;
+  };
+  constexpr int in_the_middle = 2;
+  const auto found = targets("set/samples/000000/left-right");
+  const auto whole = targets("longer/samples/000000/left-right");
+  REQUIRE(found.size() == 3);
+  for (const auto& [instance, target] : found) {
+    CAPTURE(instance);
+    const Json& seen_whole = whole.at(instance);
+    CHECK(target.at("shown_fraction") == 1.0);
+    CHECK(target.at("truncated") == (instance != in_the_middle));
+    CHECK(target.at("truncated") ==
+          (seen_whole.at("body").at("area_px") > target.at("body").at("area_px")));
+    CHECK(seen_whole.at("truncated") == false);
+  }
+  // An image that shows as much as the line does not show more.
+  int images = 0;
+  for (const auto& [name, text] : tree_of(folder / "set/samples/000000")) {
+    const bool of_image = name.starts_with("chips/") || name.starts_with("tiles/") ||
+                          name == "left-right_ground.json";
+    if (!of_image || !name.ends_with(".json")) continue;
+    const Json labels = Json::parse(text);
+    for (const Json& target : labels.at("targets")) {
+      CAPTURE(name);
+      ++images;
+      CHECK(target.at("truncated") ==
+            (target.at("instance") != in_the_middle || target.at("shown_fraction") < 1.0));
+    }
+  }
+  CHECK(images > 9);
 }
 
 TEST_CASE("what a killed preview leaves is removed by the next one for that picture") {

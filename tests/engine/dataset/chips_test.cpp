@@ -53,7 +53,7 @@ std::map<std::uint32_t, TargetRecord> records_of(const LabelledImage& line) {
 
 std::vector<Chip> chips_of(const LabelledImage& line, const ChipOptions& options,
                            std::uint64_t seed = 1) {
-  return choose_chips(line, records_of(line), classes, options, {seed, 0, 0});
+  return choose_chips(line, records_of(line), classes, {.chips = options}, {seed, 0, 0});
 }
 
 std::array<std::size_t, 4> corners(const Rectangle& part) {
@@ -120,6 +120,40 @@ TEST_CASE("chips are of the chosen classes and of bodies with enough pixels") {
   CHECK_THROWS_WITH(chips_of(line, {.size_px = 61}), Catch::Contains("'dataset.chips' needs"));
 }
 
+TEST_CASE("objects that are ignored for their size have no chips, and are in no background") {
+  LabelledImage line = line_with_targets();
+  paint(line, {20, 20, 8, 1}, Region::seabed, 4, 3);  // a pit
+  std::map<std::uint32_t, TargetRecord> records = records_of(line);
+  records.at(3).object.reset();
+  records.at(3).class_name = "pit";
+  // By class, how many chips of a kind there are. The mine has 32 pixels, the stone 9, the pit 8.
+  const auto found = [&](const DatasetOptions& options, const std::string& kind) {
+    std::map<std::string, int> all;
+    for (const Chip& chip : choose_chips(line, records, classes, options, {1, 0, 0}))
+      if (chip.kind == kind) ++all[chip.of];
+    return all;
+  };
+  using Found = std::map<std::string, int>;
+  const ChipOptions chips{.size_px = 10};
+  CHECK(found({.least_px = 9, .chips = chips}, "chip") ==
+        Found{{"mine", 1}, {"pit", 1}, {"stone", 1}});
+  CHECK(found({.least_px = 10, .chips = chips}, "chip") == Found{{"mine", 1}, {"pit", 1}});
+  CHECK(found({.least_px = 33, .chips = chips}, "chip") == Found{{"pit", 1}});
+  const ChipOptions negatives{.size_px = 10, .classes = {"mine"}, .hard_negatives = 9};
+  CHECK(found({.least_px = 9, .chips = negatives}, "hard_negative") ==
+        Found{{"pit", 1}, {"stone", 1}});
+  CHECK(found({.least_px = 10, .chips = negatives}, "hard_negative") == Found{{"pit", 1}});
+  const DatasetOptions backgrounds{.least_px = 33, .chips = {.size_px = 12, .backgrounds = 40}};
+  for (const Chip& chip : choose_chips(line, records, classes, backgrounds, {1, 0, 0}))
+    if (chip.kind == "background")
+      for (const auto& [instance, record] : records) {
+        const Outline& body = record.target.body;
+        const Rectangle& part = chip.part;
+        CHECK((int(part.column + part.columns) <= body.low[0] || int(part.column) >= body.high[0] ||
+               int(part.row + part.rows) <= body.low[1] || int(part.row) >= body.high[1]));
+      }
+}
+
 TEST_CASE("backgrounds show no target, also not of a class without chips or of the bed") {
   LabelledImage line = line_with_targets();
   paint(line, {0, 30, 200, 2}, Region::seabed, 4, 3);  // a trawl mark across the line
@@ -128,7 +162,7 @@ TEST_CASE("backgrounds show no target, also not of a class without chips or of t
   std::size_t found = 0;
   for (const ChipOptions& options : {ChipOptions{.size_px = 12, .backgrounds = 6},
                                      {.size_px = 12, .classes = {"mine"}, .backgrounds = 6}})
-    for (const Chip& chip : choose_chips(line, records, classes, options, {1, 0, 0})) {
+    for (const Chip& chip : choose_chips(line, records, classes, {.chips = options}, {1, 0, 0})) {
       if (chip.kind != "background") continue;
       ++found;
       const Rectangle& part = chip.part;

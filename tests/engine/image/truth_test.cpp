@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -183,4 +184,22 @@ TEST_CASE("The polygons of random pictures enclose the pixels of their parts") {
 
 TEST_CASE("A picture without objects has no targets") {
   CHECK(find_targets(drawn({"....", "...."})).empty());
+}
+
+TEST_CASE("A target is at a line's edge with a pixel of its body at an end or at the full range") {
+  const std::vector<std::string> picture{".1..2aaa",  //
+                                         "........",  //
+                                         "...33..4",  //
+                                         "5.......",  //
+                                         "bbbb6666",  //
+                                         "..7.77..", "........"};
+  using Found = std::set<std::uint32_t>;
+  CHECK(targets_at_edges(drawn(picture)) == Found{1, 2, 4, 5, 6});
+  // Of one side, the other end of a row is below the sonar.
+  Waterfall one_side = drawn(picture);
+  one_side.sonar.bins *= 2;
+  one_side.sonar.sides = Sides::port;
+  CHECK(targets_at_edges(one_side) == Found{1, 2, 5});
+  one_side.sonar.sides = Sides::starboard;
+  CHECK(targets_at_edges(one_side) == Found{1, 2, 4, 6});
 }
