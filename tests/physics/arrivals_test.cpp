@@ -244,6 +244,79 @@ TEST_CASE("a pitched array sees the surface, like the bed, at its distance over 
   }
 }
 
+TEST_CASE("the surface's first cells have the energy of the places that lie in them") {
+  // Summed over points of the surface about the line in which the beam's plane cuts it. The array
+  // heads north, and a pitched one sees no place with a grazing angle above 90 degrees - pitch,
+  // where a calm sea's lobe has fallen by many decibels.
+  Sonar sonar = open_sonar();
+  sonar.frequency_hz = 100e3;
+  sonar.array_length_m = 2.0;  // the lobe changes little over the beam
+  const LineArray line{sonar.array_length_m, 1500.0 / sonar.frequency_hz};
+  const double null_rad = line.null_rad(1), bin_m = sonar.bin_m();
+  Pulse cw, brief, sweep;
+  cw.length_s = 4e-4;
+  brief.length_s = 2e-5;  // its cell is shorter than a bin
+  sweep.kind = PulseKind::lfm;
+  sweep.bandwidth_hz = 3e3;
+  struct Case {
+    double wind_mps, pitch_deg;
+    Pulse pulse;
+  };
+  for (const Case& of :
+       {Case{0.0, 0.0, cw}, Case{0.0, 10.0, cw}, Case{0.0, 20.0, cw}, Case{4.0, 0.0, cw},
+        Case{4.0, 10.0, cw}, Case{0.0, 0.0, brief}, Case{0.0, 10.0, brief}, Case{4.0, 10.0, brief},
+        Case{0.0, 0.0, sweep}, Case{0.0, 10.0, sweep}, Case{4.0, 10.0, sweep}}) {
+    sonar.pulse = of.pulse;
+    const double cell_m = sonar.pulse.cell_m(1500.0), pitch_rad = of.pitch_deg * degree;
+    const Eigen::Vector3d ahead{0.0, std::cos(pitch_rad), std::sin(pitch_rad)};
+    const std::vector<double> surface =
+        received(sonar, {.surface = true}, {}, {.wind_mps = of.wind_mps},
+                 {.array_frame = {array, ahead, {0.0, ahead.z(), -ahead.y()}}});
+    // An echo fills the bins about it, or behind it, over a cell or a bin.
+    const double length_m = std::max(cell_m, bin_m),
+                 behind_m = of.pulse.kind == PulseKind::cw ? 0.5 * cell_m : 0.0;
+    const double slant_m = depth_m / ahead.y(), end_m = 1.2 * slant_m;
+    std::vector<double> expected(surface.size());
+    constexpr double step_m = 0.01;
+    for (double x_m = 0.5 * step_m; std::hypot(x_m, slant_m) < end_m; x_m += step_m) {
+      const double reach_m = 1.1 * std::hypot(x_m, slant_m) * null_rad / ahead.y();
+      constexpr int points = 100;
+      for (int i = 0; i < points; ++i) {
+        const double y_m = ((2.0 * i + 1.0) / points - 1.0) * reach_m - slant_m * ahead.z();
+        const Eigen::Vector3d place{x_m, y_m, depth_m};
+        const double range_m = place.norm(), along = ahead.dot(place) / range_m;
+        if (std::abs(along) > null_rad) continue;
+        const double strength = scatter::surface_cross_section(
+            {.wind_mps = of.wind_mps, .frequency_hz = sonar.frequency_hz},
+            std::asin(depth_m / range_m));
+        const double area_m2 = 2.0 * step_m * 2.0 * reach_m / points;  // port and starboard
+        const double intensity =
+            cell_m / length_m * area_m2 * strength * std::pow(line.power(along), 2) *
+            scatter::from_db(sonar.source_level_db - 2.0 * 0.03 * range_m) / std::pow(range_m, 4);
+        const double first = (range_m + behind_m - 0.5 * length_m) / bin_m - 0.5;
+        for (double n = std::ceil(first); n < first + length_m / bin_m; n += 1.0)
+          expected[static_cast<std::size_t>(n)] += intensity;
+      }
+    }
+    const double first_m = slant_m + behind_m - 0.5 * length_m;
+    std::vector<double> ends_m{first_m + 0.5 * length_m, first_m + length_m + 0.03 * slant_m,
+                               end_m - length_m};
+    if (of.wind_mps > 0.0) ends_m = {end_m - length_m};  // waves of some decimetres
+    double begin_m = first_m - 1.0;
+    for (const double until_m : ends_m) {
+      double sum = 0.0, its = 0.0;
+      for (std::size_t n = 0; n < expected.size(); ++n) {
+        const double range_m = (static_cast<double>(n) + 0.5) * bin_m;
+        if (range_m > begin_m && range_m < until_m + 0.5 * bin_m)
+          sum += surface[n], its += expected[n];
+      }
+      CAPTURE(of.wind_mps, of.pitch_deg, cell_m, begin_m, until_m);
+      CHECK(scatter::to_db(sum / its) == Approx(0.0).margin(0.3));
+      begin_m = until_m + 0.5 * bin_m;
+    }
+  }
+}
+
 TEST_CASE("the ping before is heard from c P / 2 farther, by the sonar equation") {
   const Sonar sonar = open_sonar();
   const double ping_m = 90.0, interval_s = 2.0 * ping_m / 1500.0;

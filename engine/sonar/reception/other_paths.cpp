@@ -20,6 +20,7 @@ constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment;
 constexpr int max_pings_back = 8;           // whose echoes are added
 constexpr int directions_of_volume = 4;     // to the side, of a sonar that turns
 constexpr double inaudible = 1e-3;          // over the noise
+constexpr double surface_part_rad = 0.03;   // half of a calm sea's rms slope
 
 }  // namespace
 
@@ -128,23 +129,34 @@ void OtherPaths::add_surface(const PingContext& context, Side side, const BeamPl
   const auto horizontal_m = [&](double range_m) {
     return std::sqrt(std::max(range_m * range_m - slant_m * slant_m, 0.0));
   };
-  const auto intensity = [&](std::size_t n) {
+  const auto strip_m = [&](std::size_t n) {
     const double range_m = law_.cell_middle_m(n) / per_m;
-    const double near_m = horizontal_m(std::max(range_m - 0.5 * length_m, 0.0));
-    const double far_m = horizontal_m(range_m + 0.5 * length_m);
-    const double middle_m = 0.5 * (near_m + far_m);
-    const double own = law_.two_way(side, plane, range_m, middle_m, -slant_m);
-    const double other = law_.two_way(side, plane, range_m, -middle_m, -slant_m);
-    const double area_m2 = plane.slant_m(law_.width_m_at(range_m)) * (far_m - near_m) *
-                           law_.cell_m() / (per_m * length_m);
-    const double sine = std::min(depth_m / range_m, 1.0);
-    return context.beam_share(n) * law_.per_m2_at(range_m) * at_sine(surface_strength_, sine) *
-           area_m2 * (own + other);
+    return std::pair(horizontal_m(std::max(range_m - 0.5 * length_m, 0.0)),
+                     horizontal_m(range_m + 0.5 * length_m));
   };
-  const double first = per_m * slant_m / law_.bin_m();
-  if (first < static_cast<double>(power.size()))
-    over_bins(static_cast<std::size_t>(first), power.size(), intensity,
-              [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });
+  const auto intensity = [&](std::size_t n) {
+    const auto [near_m, far_m] = strip_m(n);
+    if (!(far_m > near_m)) return 0.0;
+    const double turned_rad = std::atan2(far_m, slant_m) - std::atan2(near_m, slant_m);
+    const int parts = 1 + static_cast<int>(turned_rad / surface_part_rad);
+    const double part_m = (far_m - near_m) / parts;
+    double sum = 0.0;
+    for (int i = 0; i < parts; ++i) {
+      // The cell's middle may be nearer than all of the surface.
+      const double over_m = near_m + (i + 0.5) * part_m, range_m = std::hypot(over_m, slant_m);
+      sum += law_.per_m2_at(range_m) * law_.width_m_at(range_m) *
+             at_sine(surface_strength_, depth_m / range_m) *
+             (law_.two_way(side, plane, range_m, over_m, -slant_m) +
+              law_.two_way(side, plane, range_m, -over_m, -slant_m));
+    }
+    return context.beam_share(n) * plane.slant_m(sum * part_m) * law_.cell_m() / (per_m * length_m);
+  };
+  auto first =
+      static_cast<std::size_t>(std::min(per_m * slant_m / law_.bin_m(), double(power.size())));
+  // The cell of a sweep lies on both sides of its bin.
+  while (first > 0 && strip_m(first - 1).second > 0.0) --first;
+  over_bins(first, power.size(), intensity,
+            [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });
 }
 
 // A bin receives a shell of water. The shell has no parts above the surface or below the bed. Both
