@@ -65,6 +65,19 @@ TEST_CASE("a recorder of the largest of several looks has a picture as bright as
   }
 }
 
+TEST_CASE(
+    "a picture of samples is as bright as one of intensities, however many looks are combined") {
+  for (const char* detector : {"mean", "peak"})
+    for (const int looks : {1, 2, 4, 16}) {
+      const std::string scene = scene_of(
+          "fractal.height_at_1m_m = 0\n",
+          "detector = \"" + std::string(detector) + "\"\nlooks = " + std::to_string(looks) + "\n");
+      CAPTURE(detector, looks);
+      CHECK(brightness_of(scene, {"display.of=sample"}).middle ==
+            Approx(brightness_of(scene, {"display.of=intensity"}).middle).epsilon(0.03));
+    }
+}
+
 TEST_CASE("a recorder that scales each ping leaves a picture's brightness as it is") {
   for (const std::string& scene :
        {scene_of("", ""), scene_of("depth_m = 40\nmaterial = \"sandy mud\"\n", "looks = 4\n"),

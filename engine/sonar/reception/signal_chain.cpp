@@ -71,6 +71,18 @@ double mean_of_peak(int n) {
   return sum;
 }
 
+/// The median of the largest of them.
+double median_of_peak(int n) { return std::sqrt(-std::log(1.0 - std::exp2(-1.0 / n))); }
+
+constexpr double mean_amplitude = 0.5 / std::numbers::inv_sqrtpi;  // of one of them
+
+/// The median of the mean of n of them: the mean less a sixth of the third central moment over the
+/// variance (Cornish and Fisher, Rev. Inst. Int. Stat. 5, 307, 1938). Within 0.02 dB for n >= 2.
+double median_of_mean(int n) {
+  using std::numbers::pi;
+  return mean_amplitude * (1.0 - (pi - 3.0) / (3.0 * (4.0 - pi) * n));
+}
+
 /// A filter as the kernels take it.
 FilterTaps taps_of(const SpeckleFilter& filter) {
   return {.taps = filter.taps.data(), .reach = filter.taps.size() - 1, .even = filter.even};
@@ -206,18 +218,16 @@ std::vector<double> SignalChain::automatic_gain(Side side) const {
   const ReceiverOptions& receiver = sonar_.receiver;
   const double behind =
       receiver.output_noise_db ? scatter::from_db(*receiver.output_noise_db) : 0.0;
-  const double looks = receiver.looks;
-  const bool peak = receiver.detector == Detector::peak && receiver.looks > 1;
-  // Mean over root mean square of an amplitude whose intensity is the mean of `looks` exponential
-  // ones: the ratio of two gamma functions, by Stirling's series.
-  double speckle =
-      options_.speckle ? 1.0 - 1.0 / (8.0 * looks) + 1.0 / (128.0 * looks * looks) : 1.0;
-  // The largest of `looks` amplitudes: its mean, from the distribution (1 - exp(-a^2))^looks, and
-  // its median over that of the mean.
+  const int looks = receiver.looks;
+  const bool peak = receiver.detector == Detector::peak;
+  // The mean of what the detector makes of the looks, over the root of their mean intensity.
+  double speckle = 1.0;
   double median_gain = 1.0;
-  if (options_.speckle && peak) {
-    speckle = mean_of_peak(receiver.looks);
-    median_gain = std::sqrt(-std::log(1.0 - std::exp2(-1.0 / looks)) / median_share());
+  if (options_.speckle) {
+    speckle = peak ? mean_of_peak(looks) : mean_amplitude;
+    if (looks > 1)
+      median_gain =
+          (peak ? median_of_peak(looks) : median_of_mean(looks)) / std::sqrt(median_share());
   }
   Channel channel;
   channel.detected.assign(gains_[0].size(), 0.0f);

@@ -97,7 +97,8 @@ class SignalChain {
   /// Median over mean of a bed's intensity, as speckle makes it.
   double median_share() const;
   /// The factors on the amplitude in each bin of such a ping after the recorder's gain: automatic
-  /// gain, scale to the ping's mean, and the largest look's median over that of the looks' mean.
+  /// gain, scale to the ping's mean, and the median of what the detector makes of several looks
+  /// over the root of the median of their mean intensity.
   std::vector<double> automatic_gain(Side side) const;
 
  private:
