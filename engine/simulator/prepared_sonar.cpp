@@ -167,6 +167,18 @@ void warn_of_beams(const Scene& scene, const Sonar& sonar, double altitude_m,
                          advance_m > covered_m ? "leave gaps" : "overlap", covered_m / interval_s));
 }
 
+/// Warns of a speed at which the only beam has passed most of an echo when it is back. (The outer
+/// of several beams then lie as far aside, and warn_of_beams() sees it.)
+void warn_of_speed(const PreparedSonar& its, double speed_mps, std::vector<std::string>& warnings) {
+  const Sonar& sonar = its.sonar;
+  if (sonar.beams > 1 || its.chain->share_of_farthest_echo() >= 0.1) return;
+  add_once(warnings,
+           fmt::format("sonar {}: at {:.3g} m/s its beam has moved on when the echo from {:.3g} m "
+                       "is back, and gets less than a tenth of it: go slower, shorten "
+                       "sonar.{}.array_length_m, or use several beams (sonar.{}.beams)",
+                       sonar.name, speed_mps, sonar.range_m, sonar.name, sonar.name));
+}
+
 /// Warns of so few rays that not even a level bed has its level (engine/sonar/README.md).
 void warn_of_few_rays(const Sonar& sonar, std::vector<std::string>& warnings) {
   if (sonar.elevations >= 32) return;
@@ -240,6 +252,7 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
   made->bed_table = bed_table(made->material_tables, bed_shares);
   made->chain = std::make_unique<const SignalChain>(
       sonar, chain_options(scene, usual, number, *made, materials));
+  warn_of_speed(*made, usual.speed_mps, warnings);
   warn_of_noise(*made, warnings);
   made->calibration = calibration_of(*made);
   return made;

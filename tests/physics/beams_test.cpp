@@ -12,6 +12,8 @@
 #include "support/beds.h"
 #include "support/catch.h"
 
+#include <fmt/format.h>
+
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
@@ -328,6 +330,44 @@ TEST_CASE("an altitude at which an outer beam lies in a null of the transmitter 
   CHECK(std::ranges::none_of(warnings("8"), [](const std::string& warning) {
     return warning.find("outermost") != std::string::npos;
   }));
+}
+
+TEST_CASE("a single beam that passes by most of the echo is warned of, and not one that does not") {
+  const auto warned = [](double speed_mps, double length_m, int beams) {
+    const Simulator simulator(parse_scene(
+        fmt::format("version = 1\nconditions = \"ideal\"\n[seafloor]\nextent_east_m = 100\n"
+                    "extent_north_m = 20\ncell_m = 1\n[track]\npings = 2\nspeed_mps = {}\n"
+                    "[sonar.s]\nfrequency_hz = 400e3\nfocused = true\nrange_m = 50\nnoise = false\n"
+                    "array_length_m = {}\nbeams = {}\n",
+                    speed_mps, length_m, beams),
+        "s.toml"));
+    return std::ranges::count(
+        simulator.warnings(),
+        fmt::format("sonar s: at {:.3g} m/s its beam has moved on when the echo from 50 m is back, "
+                    "and gets less than a tenth of it: go slower, shorten sonar.s.array_length_m, "
+                    "or use several beams (sonar.s.beams)",
+                    speed_mps));
+  };
+  // The receiver turns by 2 v / c. What is left of the integral of sinc^4, with the middle lobes.
+  const auto left = [](double speed_mps, double length_m) {
+    const double shift = 2.0 * speed_mps / 1500.0;
+    const auto sinc = [&](double sine) {
+      const double x = std::numbers::pi * length_m / wavelength_m * sine;
+      return x == 0.0 ? 1.0 : std::sin(x) / x;
+    };
+    double moved = 0.0, at_rest = 0.0;
+    for (double sine = -0.04; sine < 0.04; sine += 1e-5) {
+      moved += std::pow(sinc(sine) * sinc(sine - shift), 2);
+      at_rest += std::pow(sinc(sine), 4);
+    }
+    return moved / at_rest;
+  };
+  for (const double length_m : {0.5, 1.0})
+    for (const double speed_mps : {1.0, 1.8, 3.0, 4.5, 12.0}) {
+      CAPTURE(length_m, speed_mps, left(speed_mps, length_m));
+      CHECK(warned(speed_mps, length_m, 1) == (left(speed_mps, length_m) < 0.1 ? 1 : 0));
+    }
+  CHECK(warned(12.0, 1.0, 5) == 0);  // outer beams have their own
 }
 
 TEST_CASE("the recorder evens out how much sound each beam gets, and the intensity keeps it") {

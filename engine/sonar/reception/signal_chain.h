@@ -94,6 +94,9 @@ class SignalChain {
   /// The range from which on the noise exceeds that bed's echo on all sides; 0: within the range it
   /// does not.
   double noise_exceeds_bed_m() const;
+  /// What the receiver gets of an echo from the end of the range, at the nominal speed: its share
+  /// of what it would get at rest, at least least_beam_share.
+  double share_of_farthest_echo() const { return moved_shares_.back(); }
   /// Median over mean of a bed's intensity, as speckle makes it.
   double median_share() const;
   /// The factors on the amplitude in each bin of such a ping after the recorder's gain: automatic
