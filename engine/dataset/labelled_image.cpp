@@ -198,7 +198,7 @@ ViewSize ground_size(const Waterfall& line, double pixel_m) {
     throw std::invalid_argument(fmt::format(
         "ground range: pixels of {} m are longer than the range of {} m; use smaller pixels",
         pixel_m, line.sonar.range_m));
-  // So that they can be counted; no memory holds so many.
+  // The limit keeps the numbers within integers; more pixels do not fit into any memory.
   const auto counted = [](double pixels) {
     return static_cast<std::size_t>(std::min(pixels, 1e9));
   };

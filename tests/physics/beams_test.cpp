@@ -42,6 +42,30 @@ double one_way(double length_m, double along_m, double abeam_m, F&& delay_m) {
   return std::norm(sum);
 }
 
+/// Starboard lines of a sonar's beams over a level bed that scatters by Lambert's law.
+class LambertBed {
+ public:
+  explicit LambertBed(double altitude_m) : altitude_m_(altitude_m), bed_(level_bed(altitude_m)) {}
+
+  EchoLine line(const Sonar& sonar, int beam, const Pose& pose = {}) const {
+    EchoLine line;
+    line.bins.assign(static_cast<std::size_t>(sonar.bins));
+    PingTracer pinger(sonar, Medium{1500.0, 0.0}, bed_, lambert_, Refraction{}, nullptr,
+                      ObjectSurfaces{}, beam);
+    const BeamAim aim = pinger.aim(pose, altitude_m_);
+    REQUIRE(pinger.trace(aim, {tracer_.get(), bed_.mesh}, Side::starboard));
+    pinger.echo(aim, Side::starboard, line);
+    return line;
+  }
+
+ private:
+  double altitude_m_;
+  Seafloor bed_;
+  std::vector<scatter::BackscatterTable> lambert_{
+      2, scatter::BackscatterTable(scatter::Lambert(-27.0))};
+  std::unique_ptr<Intersector> tracer_ = make_intersector("embree", bed_.mesh);
+};
+
 Sonar five_beams() {
   Sonar sonar = plain_sonar();
   sonar.beams = 5;
@@ -192,21 +216,8 @@ TEST_CASE(
   sonar.beams = 3;
   sonar.beam_spacing_m = 0.15;
   sonar.array_length_m = 0.3;
-  constexpr double altitude_m = 10.0;
-  const Seafloor bed = level_bed(altitude_m);
-  const std::vector<scatter::BackscatterTable> lambert(
-      2, scatter::BackscatterTable(scatter::Lambert(-27.0)));
-  const auto tracer = make_intersector("embree", bed.mesh);
-  std::array<EchoLine, 2> lines;  // of the middle beam and of an outer one
-  for (const int beam : {1, 2}) {
-    EchoLine& line = lines[static_cast<std::size_t>(beam - 1)];
-    line.bins.assign(static_cast<std::size_t>(sonar.bins));
-    PingTracer pinger(sonar, Medium{1500.0, 0.0}, bed, lambert, Refraction{}, nullptr,
-                      ObjectSurfaces{}, beam);
-    const BeamAim aim = pinger.aim({}, altitude_m);
-    REQUIRE(pinger.trace(aim, {tracer.get(), bed.mesh}, Side::starboard));
-    pinger.echo(aim, Side::starboard, line);
-  }
+  const LambertBed bed(10.0);
+  const EchoLine middle = bed.line(sonar, 1), outer = bed.line(sonar, 2);
   for (const double range_m : {12.0, 15.0, 20.0, 30.0}) {
     const auto focus_m = [&](double x_m) { return std::hypot(x_m, range_m); };
     const auto at_once = [](double) { return 0.0; };
@@ -218,7 +229,7 @@ TEST_CASE(
     };
     const auto bin = static_cast<std::size_t>(range_m / sonar.bin_m());
     CAPTURE(range_m);
-    CHECK(scatter::to_db(lines[1].bins.intensity_mean[bin] / lines[0].bins.intensity_mean[bin]) ==
+    CHECK(scatter::to_db(outer.bins.intensity_mean[bin] / middle.bins.intensity_mean[bin]) ==
           Approx(scatter::to_db(width(0.15) / width(0.0))).margin(0.08));
   }
 }
@@ -430,22 +441,12 @@ TEST_CASE("the places of an outer beam are the middle of both patterns, however 
   sonar.beam_spacing_m = 0.2;
   sonar.array_length_m = 0.3;
   sonar.receive_array_length_m = 1.2;
-  constexpr double altitude_m = 8.0;
-  const Seafloor bed = level_bed(altitude_m);
-  const std::vector<scatter::BackscatterTable> lambert(
-      2, scatter::BackscatterTable(scatter::Lambert(-27.0)));
-  const auto tracer = make_intersector("embree", bed.mesh);
+  const LambertBed bed(8.0);
   for (const int planes : {8, 64})
     for (const int beam : {0, 4}) {
       sonar.planes = planes;
       const double offset_m = sonar.beam_offset_m(beam);
-      EchoLine line;
-      line.bins.assign(static_cast<std::size_t>(sonar.bins));
-      PingTracer pinger(sonar, Medium{1500.0, 0.0}, bed, lambert, Refraction{}, nullptr,
-                        ObjectSurfaces{}, beam);
-      const BeamAim aim = pinger.aim({.position = {0.0, offset_m, 0.0}}, altitude_m);
-      REQUIRE(pinger.trace(aim, {tracer.get(), bed.mesh}, Side::starboard));
-      pinger.echo(aim, Side::starboard, line);
+      const EchoLine line = bed.line(sonar, beam, {.position = {0.0, offset_m, 0.0}});
       for (const double range_m : {10.0, 15.0, 20.0, 40.0}) {
         const auto at_once = [](double) { return 0.0; };
         double sum = 0.0, moment_m = 0.0;
