@@ -274,12 +274,15 @@ HWY_INLINE void hide(const GridWalkArgs& args, GridWalks& at, const Front& p, co
   const VI zero = hn::Zero(di);
   VI p_rays = p.below, q_rays = q.below;
   if (HWY_UNLIKELY(!hn::AllTrue(d, hn::And(p.is, q.is)))) {
-    // There are no rays behind the pole: see find_intervals() of fan_scan.
+    // There are no rays behind the pole: see find_intervals() of fan_scan. Faces behind it hide no
+    // ray: they are where the walk begins.
     const VI all = hn::Set(di, args.elevations);
     const V turn = p.x * q.y - p.y * q.x;
     const M up = hn::Gt(turn, hn::Zero(d)), down = hn::Lt(turn, hn::Zero(d));
-    const VI p_end = choose(hn::And(q.is, down), all, zero);
-    const VI q_end = choose(hn::And(p.is, up), all, zero);
+    const M behind = hn::Not(hn::Or(p.is, q.is));
+    const VI first = choose(mask_of(load(&at.outwards[0])), zero, all);
+    const VI p_end = choose(behind, first, choose(hn::And(q.is, down), all, zero));
+    const VI q_end = choose(behind, first, choose(hn::And(p.is, up), all, zero));
     p_rays = choose(p.is, p_rays, p_end), q_rays = choose(q.is, q_rays, q_end);
   }
   const VI lower = hn::Min(p_rays, q_rays), upper = hn::Max(p_rays, q_rays);

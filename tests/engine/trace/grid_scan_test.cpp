@@ -28,8 +28,9 @@ namespace {
 constexpr double bed_z_m = -20.0;
 
 /// A slope with ripples and noise.
-tests::Heights bed(int columns, int rows, double ripple_m, double noise_m, tests::Random& random) {
-  tests::Heights heights{columns, rows, 0.25, {}};
+tests::Heights bed(int columns, int rows, double ripple_m, double noise_m, tests::Random& random,
+                   double cell_m = 0.25) {
+  tests::Heights heights{columns, rows, cell_m, {}};
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column) {
       const double x_m = heights.cell_m * column, y_m = heights.cell_m * row;
@@ -190,6 +191,35 @@ TEST_CASE("A scan of a grid gives fan_scan's runs, or refuses, at any roll") {
   }
   CHECK(scanned > 100);
   CHECK(count.runs > 50'000);
+  CHECK(count.differences == 0);
+}
+
+TEST_CASE("A scan of a grid of coarse cells gives fan_scan's runs, or refuses, at any roll") {
+  // Walks begin behind the sonar.
+  tests::Random random(17);
+  Count count;
+  int scanned = 0;
+  for (const double cell_m : {1.0, 4.0, 20.0}) {
+    const refine::HeightGrid grid = bed(40, 40, 0.0, 0.1 * cell_m, random, cell_m).grid();
+    const refine::TriangleMesh mesh = grid.mesh();
+    const auto whole = make_intersector("fan_scan", mesh);
+    GridScan scan(grid);
+    for (int number = 0; number < 400; ++number) {
+      Look look = random_look(random);
+      look.origin.x() = tests::uniform(random, -10.0, 10.0) * cell_m;
+      look.roll_rad = tests::uniform(random, -180.0, 180.0) * degree;
+      look.range_m = 60.0;
+      CAPTURE(cell_m, number, look.roll_rad);
+      const RayFan fan = fan_of(look, angles(-10.0, 95.0, 0.05));
+      if (!scan.take({&fan, 1})) continue;
+      ++scanned;
+      FanRuns expected;
+      REQUIRE(whole->list_runs(fan, expected));
+      compare(expected, scan.runs(0), scan.triangles(), count);
+    }
+  }
+  CHECK(scanned > 100);
+  CHECK(count.runs > 10'000);
   CHECK(count.differences == 0);
 }
 
