@@ -354,6 +354,65 @@ TEST_CASE("the ping before is heard from c P / 2 farther, by the sonar equation"
         without[0]);
 }
 
+TEST_CASE("the first cells of the ping before have the energy of the places that lie in them") {
+  // The bed is deeper than half the way that sound covers between two pings, so these cells are
+  // below the array. Summed over the bed on one side.
+  Sonar sonar = open_sonar();
+  sonar.range_m = 7.5;
+  sonar.frequency_hz = 100e3;
+  sonar.array_length_m = 2.0;
+  const double ping_m = 8.0, bin_m = sonar.bin_m();
+  const LineArray line{sonar.array_length_m, 1500.0 / sonar.frequency_hz};
+  const auto lambert = [](double sine) { return 2e-3 * sine * sine; };
+  Pulse cw, brief, sweep;
+  cw.length_s = 4e-4;
+  brief.length_s = 2e-5;
+  sweep.kind = PulseKind::lfm;
+  sweep.bandwidth_hz = 3e3;
+  for (const Pulse& pulse : {cw, brief, sweep}) {
+    sonar.pulse = pulse;
+    const double cell_m = sonar.pulse.cell_m(1500.0), length_m = std::max(cell_m, bin_m);
+    const std::vector<double> heard =
+        received(sonar, {.second_time_around = true}, {}, {},
+                 {.strength = lambert, .ping_interval_s = 2.0 * ping_m / 1500.0});
+    const double behind_m = pulse.kind == PulseKind::cw ? 0.5 * cell_m : 0.0;
+    std::vector<double> expected(heard.size());
+    constexpr double step_m = 0.004;
+    for (double x_m = 0.5 * step_m; std::hypot(x_m, altitude_m) < 5.0 * ping_m; x_m += step_m) {
+      const double reach_m = 1.1 * std::hypot(x_m, altitude_m) * line.null_rad(1);
+      constexpr int points = 100;
+      for (int i = 0; i < points; ++i) {
+        const double y_m = ((2.0 * i + 1.0) / points - 1.0) * reach_m;
+        const double range_m = std::hypot(x_m, y_m, altitude_m), along = y_m / range_m;
+        if (std::abs(along) > line.null_rad(1)) continue;
+        const double area_m2 = step_m * 2.0 * reach_m / points;
+        const double intensity = cell_m / length_m * area_m2 * lambert(altitude_m / range_m) *
+                                 std::pow(line.power(along), 2) *
+                                 scatter::from_db(sonar.source_level_db - 2.0 * 0.03 * range_m) /
+                                 std::pow(range_m, 4);
+        for (int pings = 1; pings <= 4; ++pings) {
+          const double at_m = range_m - pings * ping_m + behind_m - 0.5 * length_m;
+          const double first = at_m / bin_m - 0.5;
+          for (double n = std::ceil(first); n < first + length_m / bin_m; n += 1.0)
+            if (n >= 0.0 && n < static_cast<double>(expected.size()))
+              expected[static_cast<std::size_t>(n)] += intensity;
+        }
+      }
+    }
+    double begin_m = 1.0;
+    for (const double until_m : {altitude_m - ping_m + behind_m, 2.5, 3.0, 4.0, 5.5}) {
+      double sum = 0.0, its = 0.0;
+      for (std::size_t n = 0; n < expected.size(); ++n) {
+        const double range_m = (static_cast<double>(n) + 0.5) * bin_m;
+        if (range_m > begin_m && range_m < until_m) sum += heard[n], its += expected[n];
+      }
+      CAPTURE(cell_m, begin_m, until_m);
+      CHECK(scatter::to_db(sum / its) == Approx(0.0).margin(0.2));
+      begin_m = until_m;
+    }
+  }
+}
+
 TEST_CASE("the ping before has the width of the beam beyond the range") {
   // Out of focus a beam does not grow like the range, and behind a focus zone it grows faster. A
   // sonar with the same array and a longer range has the beam's width there, from its own table.

@@ -20,7 +20,36 @@ constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment;
 constexpr int max_pings_back = 8;           // whose echoes are added
 constexpr int directions_of_volume = 4;     // to the side, of a sonar that turns
 constexpr double inaudible = 1e-3;          // over the noise
-constexpr double surface_part_rad = 0.03;   // half of a calm sea's rms slope
+constexpr double strip_part_rad = 0.03;     // half of a calm sea's rms slope
+
+/// The part of a level plane between two ranges: horizontal distances from below or above the
+/// array, in the plane abeam, where the level plane is `slant_m` away.
+struct Strip {
+  double slant_m, near_m, far_m;
+  Strip(double slant_m, double from_m, double to_m)
+      : slant_m(slant_m), near_m(horizontal_m(from_m)), far_m(horizontal_m(to_m)) {}
+
+  /// Integral of at(horizontal_m, range_m) over the strip, in parts that are seen under small
+  /// angles: near the vertical one cell receives from all of them.
+  template <class At>
+  double sum(At&& at) const {
+    if (!(far_m > near_m)) return 0.0;
+    const double turned_rad = std::atan2(far_m, slant_m) - std::atan2(near_m, slant_m);
+    const int parts = 1 + static_cast<int>(turned_rad / strip_part_rad);
+    const double part_m = (far_m - near_m) / parts;
+    double sum = 0.0;
+    for (int i = 0; i < parts; ++i) {
+      const double over_m = near_m + (i + 0.5) * part_m;
+      sum += at(over_m, std::hypot(over_m, slant_m));
+    }
+    return sum * part_m;
+  }
+
+ private:
+  double horizontal_m(double range_m) const {
+    return range_m > slant_m ? std::sqrt(range_m * range_m - slant_m * slant_m) : 0.0;
+  }
+};
 
 }  // namespace
 
@@ -96,65 +125,74 @@ void OtherPaths::add(const PingContext& context, const EchoLine& line,
   if (options_.double_bounce) add_double_bounce(context, line, plane, direct, power);
 }
 
-// The ping before adds at r the echo from r + c P / 2, the one before that from r + c P, and so on.
+// A bin receives from the ranges where its cell begins and ends, or from the bin itself if that is
+// longer.
+double OtherPaths::received_m() const { return std::max(law_.cell_m(), law_.bin_m()); }
+
+// The ping before adds at r the echo from r + c P / 2, the one before that from r + c P, and so on:
+// of one strip of the bed, on the side that the array looks to.
 void OtherPaths::add_earlier_pings(const PingContext& context, Side side, const BeamPlane& plane,
                                    std::span<float> power) const {
   const double altitude_m = context.altitude_m, per_m = context.range_per_m_down;
   const double slant_m = plane.slant_m(altitude_m), noise = power.front();
+  const double length_m = received_m() / per_m;
+  const auto strength_at = [&](double range_m) {
+    return law_.per_m2_at(range_m) * law_.width_m_at(range_m) *
+           bed_strength_(std::min(altitude_m / range_m, 1.0));
+  };
+  const auto per_strip_m = plane.slant_m(law_.cell_m()) / (per_m * length_m);
   for (int pings = 1; pings <= max_pings_back; ++pings) {
-    const auto intensity = [&](std::size_t n) {
-      const double before_m = pings * ping_m_;
+    const double before_m = pings * ping_m_;
+    const auto strip = [&](std::size_t n) {
       const double from_m = (law_.cell_middle_m(n) + before_m) / per_m;
-      return context.beam_share(n + static_cast<std::size_t>(before_m / law_.bin_m())) *
-             law_.level_bed(side, plane, from_m, slant_m / from_m, before_m) / per_m *
-             bed_strength_(std::min(altitude_m / from_m, 1.0));
+      return Strip(slant_m, from_m - 0.5 * length_m, from_m + 0.5 * length_m);
     };
-    const double first = std::max(per_m * slant_m - pings * ping_m_, 0.0) / law_.bin_m();
+    const auto intensity = [&](std::size_t n) {
+      const double sum = strip(n).sum([&](double over_m, double range_m) {
+        return strength_at(range_m) * law_.two_way(side, plane, range_m, over_m, slant_m, before_m);
+      });
+      return context.beam_share(n + static_cast<std::size_t>(before_m / law_.bin_m())) *
+             per_strip_m * sum;
+    };
+    const double first = std::max(per_m * slant_m - before_m, 0.0) / law_.bin_m();
     if (!(first < static_cast<double>(power.size()))) continue;
-    const auto begin = static_cast<std::size_t>(first);
-    // The intensity falls with range: if the first bin is far below the noise, so are all others.
-    if (intensity(begin) < inaudible * noise) return;
+    auto begin = static_cast<std::size_t>(first);
+    while (begin > 0 && strip(begin - 1).far_m > 0.0) --begin;
+    // No cell receives more than one that begins with the first range would on the beam's axis: if
+    // that is far below the noise, all is, and what is from earlier pings too.
+    const double nearest_m =
+        std::max(slant_m, (law_.cell_middle_m(begin) + before_m) / per_m - 0.5 * length_m);
+    const Strip longest(slant_m, nearest_m, nearest_m + length_m);
+    const double most = per_strip_m * strength_at(nearest_m) * (longest.far_m - longest.near_m);
+    if (most < inaudible * noise) return;
     over_bins(begin, power.size(), intensity,
               [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });
   }
 }
 
-// A bin receives two strips of the sea surface between the ranges where its cell begins and ends,
-// or the bin itself if that is longer: one to port and one to starboard.
+// A bin receives two strips of the sea surface: one to port and one to starboard.
 void OtherPaths::add_surface(const PingContext& context, Side side, const BeamPlane& plane,
                              std::span<float> power) const {
   const double depth_m = context.depth_m(), per_m = context.range_per_m_up;
-  const double slant_m = plane.slant_m(depth_m),
-               length_m = std::max(law_.cell_m(), law_.bin_m()) / per_m;
-  const auto horizontal_m = [&](double range_m) {
-    return std::sqrt(std::max(range_m * range_m - slant_m * slant_m, 0.0));
-  };
-  const auto strip_m = [&](std::size_t n) {
+  const double slant_m = plane.slant_m(depth_m), length_m = received_m() / per_m;
+  // The cell's middle may be nearer than all of the surface.
+  const auto strip = [&](std::size_t n) {
     const double range_m = law_.cell_middle_m(n) / per_m;
-    return std::pair(horizontal_m(std::max(range_m - 0.5 * length_m, 0.0)),
-                     horizontal_m(range_m + 0.5 * length_m));
+    return Strip(slant_m, range_m - 0.5 * length_m, range_m + 0.5 * length_m);
   };
   const auto intensity = [&](std::size_t n) {
-    const auto [near_m, far_m] = strip_m(n);
-    if (!(far_m > near_m)) return 0.0;
-    const double turned_rad = std::atan2(far_m, slant_m) - std::atan2(near_m, slant_m);
-    const int parts = 1 + static_cast<int>(turned_rad / surface_part_rad);
-    const double part_m = (far_m - near_m) / parts;
-    double sum = 0.0;
-    for (int i = 0; i < parts; ++i) {
-      // The cell's middle may be nearer than all of the surface.
-      const double over_m = near_m + (i + 0.5) * part_m, range_m = std::hypot(over_m, slant_m);
-      sum += law_.per_m2_at(range_m) * law_.width_m_at(range_m) *
+    const double sum = strip(n).sum([&](double over_m, double range_m) {
+      return law_.per_m2_at(range_m) * law_.width_m_at(range_m) *
              at_sine(surface_strength_, depth_m / range_m) *
              (law_.two_way(side, plane, range_m, over_m, -slant_m) +
               law_.two_way(side, plane, range_m, -over_m, -slant_m));
-    }
-    return context.beam_share(n) * plane.slant_m(sum * part_m) * law_.cell_m() / (per_m * length_m);
+    });
+    return context.beam_share(n) * plane.slant_m(sum) * law_.cell_m() / (per_m * length_m);
   };
   auto first =
       static_cast<std::size_t>(std::min(per_m * slant_m / law_.bin_m(), double(power.size())));
   // The cell of a sweep lies on both sides of its bin.
-  while (first > 0 && strip_m(first - 1).second > 0.0) --first;
+  while (first > 0 && strip(first - 1).far_m > 0.0) --first;
   over_bins(first, power.size(), intensity,
             [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });
 }

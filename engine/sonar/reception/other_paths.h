@@ -67,6 +67,7 @@ class OtherPaths {
   struct MultipleSource;
   MultipleSource source_of_multiple(const MultiplePath& path, double apparent_m, double bed_m,
                                     Side side, const BeamPlane& plane) const;
+  double received_m() const;
   void add_earlier_pings(const PingContext& context, Side side, const BeamPlane& plane,
                          std::span<float> power) const;
   void add_double_bounce(const PingContext& context, const EchoLine& line, const BeamPlane& plane,

@@ -71,11 +71,11 @@ double SonarEquation::width_m_at(double range_m) const {
   return width_m(static_cast<std::size_t>(range_m / bin_m_));
 }
 
-double SonarEquation::level_bed(Side side, const BeamPlane& plane, double range_m, double sine,
-                                double before_m) const {
+double SonarEquation::level_bed(Side side, const BeamPlane& plane, double range_m,
+                                double sine) const {
   const double down = std::min(sine, 0.9), level = std::sqrt(1.0 - down * down);
   return per_m2_at(range_m) * plane.slant_m(width_m_at(range_m)) * cell_m_ / level *
-         two_way(side, plane, range_m, level * range_m, down * range_m, before_m);
+         two_way(side, plane, range_m, level * range_m, down * range_m);
 }
 
 double SonarEquation::vertical_width_rad(Side side, int power) const {

@@ -79,9 +79,8 @@ class SonarEquation {
   const MovedBeam& moved_beam() const { return moved_beam_; }
   /// Intensity, uPa^2, of the echo of a level bed of unit strength on one side of the plane, from
   /// cells about a range. `sine`: of their depression in the plane; at most 0.9 counts, since cells
-  /// near the vertical do not grow without limit. before_m: as in two_way().
-  double level_bed(Side side, const BeamPlane& plane, double range_m, double sine,
-                   double before_m = 0.0) const;
+  /// near the vertical do not grow without limit.
+  double level_bed(Side side, const BeamPlane& plane, double range_m, double sine) const;
   /// Integral over depression of the one-way vertical pattern raised to `power`: 1: one-way, 2:
   /// two-way.
   double vertical_width_rad(Side side, int power) const;
