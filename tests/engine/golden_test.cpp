@@ -98,7 +98,7 @@ bool has_fused_multiply_add() {
 #endif
 }
 
-constexpr std::string_view golden_hash = "9ee6bcb18e794cecb8a600cf23f25b0f";
+constexpr std::string_view golden_hash = "b44a91e5ca2e5467953f73dcf8cd99bc";
 
 struct Cell {
   std::string_view intersector, surface, instruction_set;

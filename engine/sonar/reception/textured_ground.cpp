@@ -57,12 +57,12 @@ std::uint32_t hashed(std::uint32_t h) {  // the finaliser of Appleby's MurmurHas
 
 /// Numbers of variance 1 that are skewed as strong patches on weaker ground are: a sum of four even
 /// numbers, which is nearly normal, and a share of its square.
-constexpr float square_share = 0.2f;
+constexpr float square_share = 0.4f;
 constexpr int sums = 4 * 255 + 1;
 float number_of(std::uint32_t sum) {
   const float z = (static_cast<float>(sum) - 510.0f) * 0.0067658f;  // 1 / sqrt(4 (256^2 - 1) / 12)
   // The fourth moment of z is 2.7.
-  return (z + square_share * (z * z - 1.0f)) * 0.967673f;  // 1 / sqrt(1 + 1.7 square_share^2)
+  return (z + square_share * (z * z - 1.0f)) * 0.886659f;  // 1 / sqrt(1 + 1.7 square_share^2)
 }
 float number_at(std::int32_t x, std::int32_t y, std::uint32_t key) {
   const std::uint32_t h = hashed(static_cast<std::uint32_t>(x) * 0xcc9e2d51u +
