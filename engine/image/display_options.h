@@ -39,7 +39,7 @@ struct Display {
   /// at mid-brightness.
   double gain_db = 0.0;
   Mapping mapping = Mapping::gamma;
-  double gamma = 0.7;      ///< brightness = amplitude^gamma
+  double gamma = 0.9;      ///< brightness = amplitude^gamma
   double range_db = 50.0;  ///< of the logarithmic mapping, from black to white about the bed
   /// Standard deviation, in pixels, of the Gaussian that smooths the picture, as displays do that
   /// enlarge or interpolate. 0: not smoothed.

@@ -546,7 +546,8 @@ const std::vector<Section<Scene>>& scene_sections() {
             "gamma: brightness is amplitude to a power; logarithmic: brightness is linear in "
             "decibels; equalised: all brightnesses are equally frequent.",
             at(&Scene::display, &Display::mapping), {"gamma", "logarithmic", "equalised"}},
-           {"gamma", "", {0.05, 10}, "The power of a gamma mapping.",
+           {"gamma", "", {0.05, 10},
+            "The power of a gamma mapping. Medium brightness is 0.35 of white to this power.",
             at(&Scene::display, &Display::gamma)},
            {"range_db", "dB", {1, 200},
             "Range from black to white of a logarithmic mapping; medium brightness is in the "

@@ -56,7 +56,7 @@ Picture shown(const Waterfall& waterfall, const Display& display, double share =
   return render(waterfall, display, calibration);
 }
 
-const std::uint8_t middle = 122;             // 255 * 0.35^0.7
+const std::uint8_t middle = 99;              // 255 * 0.35^0.9
 const Display levelling{.spreading = 30.0};  // makes flat_bed() even
 
 }  // namespace
