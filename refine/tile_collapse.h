@@ -29,7 +29,8 @@ ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads,
                                      const std::function<void()>& stop_check = {});
 
 /// The same of any mesh: where it is not manifold, vertices are split. The faces stay where they
-/// are and keep their numbers, so no ray sees that.
+/// are and keep their numbers, so no ray sees that. Faces that are oriented against their
+/// neighbours are turned over: their u and v change.
 ProgressiveMeshArrays build_of_any_mesh(const TriangleMesh& in, int threads,
                                         Borders borders = Borders::collapse,
                                         const std::function<void()>& stop_check = {});

@@ -19,8 +19,9 @@ namespace ensonify::engine {
 /// may win. A ray that lies in a face's plane, as far as float can resolve, may be reported to hit
 /// it, even slightly outside it, at a meaningless distance (`ensonify check` counts these as
 /// coplanar). The last bits depend on the instruction set. They do not depend on the tree, with one
-/// exception: packets also test faces whose box a ray misses, so a face that the ray passes within
-/// rounding may be hit in one tree and missed in another.
+/// exception: a face that the ray passes within rounding may be hit in one tree and missed in
+/// another, because a face is tested only if the ray meets its box within rounding, and in packets
+/// also where it misses the box.
 ///
 /// A tree for many pings shares the triangles' memory, so they must not change while it exists. A
 /// tree for one ping copies them, is built in the calling thread, and is a few percent slower to
