@@ -33,11 +33,15 @@ HeightRange heights_between(const Seafloor& seafloor, const refine::Bounds& boun
 /// Grids are checked when they are made; a mesh may be analysed wherever it lies.
 void require_sea_over(const refine::Bounds& bounds, const SeafloorOptions& options) {
   if (options.is_grid() || bounds.lowest.z() < 0.0f) return;
-  const bool mesh = options.kind == SeafloorKind::mesh;
+  if (options.kind == SeafloorKind::mesh)
+    throw refine::MeshError(fmt::format(
+        "{}: the whole mesh lies above the sea surface at the water level of {:.2f} m; set "
+        "water_level_m, or change the sign of depths that count downwards",
+        options.mesh.path.string(), options.water_level_m));
   throw refine::MeshError(fmt::format(
-      "{}: the whole mesh lies above the sea surface at the water level of {:.2f} m; set "
-      "water_level_m, or change the sign of depths that count downwards",
-      (mesh ? options.mesh : options.progressive).path.string(), options.water_level_m));
+      "{}: the whole mesh lies above the sea surface; analyse it again, from a scene with its "
+      "seafloor.water_level_m, or change the sign of depths that count downwards",
+      options.progressive.path.string()));
 }
 
 }  // namespace
