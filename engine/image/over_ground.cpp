@@ -9,9 +9,7 @@
 #include <ensonify/engine/image/truth.h>
 
 namespace ensonify::engine {
-namespace {
 
-/// For each column in ground range, the column in slant range; -1 beyond the sonar's range.
 std::vector<std::ptrdiff_t> columns_over_ground(const Waterfall& waterfall, std::size_t row) {
   const auto port = static_cast<std::ptrdiff_t>(port_columns(waterfall.sonar));
   const double bin_m = waterfall.sonar.bin_m(), height_m = height_over_bed_m(waterfall, row);
@@ -27,8 +25,6 @@ std::vector<std::ptrdiff_t> columns_over_ground(const Waterfall& waterfall, std:
   }
   return columns;
 }
-
-}  // namespace
 
 double height_over_bed_m(const Waterfall& waterfall, std::size_t row) {
   const PingRow& ping = waterfall.pings[row];

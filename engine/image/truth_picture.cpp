@@ -1,8 +1,13 @@
 #include <ensonify/engine/image/truth_picture.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <map>
+#include <numeric>
 #include <stdexcept>
+#include <vector>
+
+#include <ensonify/engine/image/over_ground.h>
 
 namespace ensonify::engine {
 namespace {
@@ -110,8 +115,8 @@ class TruthPainter {
 }  // namespace
 
 TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
-                       std::span<const std::string> classes,
-                       std::span<const std::string> materials) {
+                       std::span<const std::string> classes, std::span<const std::string> materials,
+                       bool in_ground_range) {
   const std::size_t columns = waterfall.columns(), rows = waterfall.rows();
   if (picture.width != columns || picture.height != rows)
     throw std::invalid_argument("lay_truth: the picture's size is not the waterfall's");
@@ -119,17 +124,26 @@ TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
   const auto channels = static_cast<std::size_t>(picture.channels);
   TruthPicture truth{{columns, rows, 3, std::vector<std::uint8_t>(3 * columns * rows)}, {}};
   std::map<Paint, LegendEntry> legend;
-  for (std::size_t row = 0; row < rows; ++row)
-    for (std::size_t column = 0; column < columns; ++column) {
-      const std::size_t i = (rows - 1 - row) * columns + column;  // layers begin with the oldest
-      const std::uint8_t* from = &picture.pixels[channels * (row * columns + column)];
-      std::uint8_t* to = &truth.picture.pixels[3 * (row * columns + column)];
-      const Paint paint = painter.paint(i);
-      const std::uint64_t thing = painter.thing(i);
-      const bool border = thing != 0 && ((column > 0 && painter.thing(i - 1) != thing) ||
-                                         (column + 1 < columns && painter.thing(i + 1) != thing) ||
-                                         (row > 0 && painter.thing(i + columns) != thing) ||
-                                         (row + 1 < rows && painter.thing(i - columns) != thing));
+  std::vector<std::ptrdiff_t> shown(columns);  // the layers' column in each of the picture's
+  std::iota(shown.begin(), shown.end(), 0);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::size_t layers_row = rows - 1 - row;  // layers begin with the oldest
+    if (in_ground_range) shown = columns_over_ground(waterfall, layers_row);
+    for (std::size_t pixel = 0; pixel < columns; ++pixel) {
+      const std::uint8_t* from = &picture.pixels[channels * (row * columns + pixel)];
+      std::uint8_t* to = &truth.picture.pixels[3 * (row * columns + pixel)];
+      Paint paint;
+      bool border = false;
+      if (shown[pixel] >= 0) {
+        const auto column = static_cast<std::size_t>(shown[pixel]);
+        const std::size_t i = layers_row * columns + column;
+        paint = painter.paint(i);
+        const std::uint64_t thing = painter.thing(i);
+        border = thing != 0 && ((column > 0 && painter.thing(i - 1) != thing) ||
+                                (column + 1 < columns && painter.thing(i + 1) != thing) ||
+                                (row > 0 && painter.thing(i + columns) != thing) ||
+                                (row + 1 < rows && painter.thing(i - columns) != thing));
+      }
       if (paint.kind != Paint::Kind::untouched && !legend.contains(paint))
         legend[paint] = painter.entry(paint);
       for (std::size_t k = 0; k < 3; ++k) {
@@ -139,6 +153,7 @@ TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
         to[k] = static_cast<std::uint8_t>(border ? (grey + 3 * tint) / 4 : (grey + tint) / 2);
       }
     }
+  }
   for (const auto& [paint, entry] : legend) truth.legend.push_back(entry);
   return truth;
 }

@@ -56,13 +56,9 @@ Recording recording_of(const Scene& scene, const WorldOnEarth& world, const Wate
 std::vector<std::byte> encode_truth(const Scene& scene, const Waterfall& image,
                                     const Simulator& simulator, std::size_t sonar,
                                     const NeighbourRows& neighbours, const LabelNames& names) {
-  Display over_layers = scene.display;
-  over_layers.slant_range_correction = false;
-  TruthPicture truth =
-      lay_truth(image, render(image, over_layers, simulator.calibration(sonar), 8, &neighbours),
-                names.classes, names.materials);
-  if (scene.display.slant_range_correction) truth.picture = over_ground(image, truth.picture);
-  return encode_png(with_legend(truth));
+  return encode_png(with_legend(
+      lay_truth(image, render(image, scene.display, simulator.calibration(sonar), 8, &neighbours),
+                names.classes, names.materials, scene.display.slant_range_correction)));
 }
 
 void count(const ScenePings& pings, PartRecord& record) {

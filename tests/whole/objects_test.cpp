@@ -99,10 +99,13 @@ TEST_CASE("The truth is a picture with a legend, and features of the bed are tar
 }
 
 TEST_CASE("The truth lies over the picture, also in ground range") {
+  const std::string more = GENERATE("display.palette=grey", "display.smoothing_px=1.5",
+                                    "display.track_smoothing_px=2", "display.palette=paper");
+  CAPTURE(more);
   const TemporaryFolder folder;
-  REQUIRE(
-      run(folder, objects, {"-D", "output.truth=true", "-D", "display.slant_range_correction=true"})
-          .code == 0);
+  REQUIRE(run(folder, objects,
+              {"-D", "output.truth=true", "-D", "display.slant_range_correction=true", "-D", more})
+              .code == 0);
   const auto picture_of = [&](const char* name) {
     const std::string png = read_text(folder / name);
     return ensonify::engine::decode_png(std::as_bytes(std::span(png)));

@@ -1,9 +1,10 @@
-#include <ensonify/engine/image/truth_picture.h>
-
 #include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include <ensonify/engine/image/over_ground.h>
+#include <ensonify/engine/image/truth_picture.h>
 
 #include "support/catch.h"
 
@@ -52,6 +53,21 @@ TEST_CASE("The legend lists the labels in the picture, classes first, in differe
     CHECK(pixel(2, 1, k) == (100 + truth.legend[2].colour[k]) / 2);
     CHECK(pixel(2, 0, k) == (100 + 3 * truth.legend[0].colour[k]) / 4);  // an instance's border
   }
+}
+
+TEST_CASE("In ground range a picture has the tints of its columns, and none beyond the range") {
+  Waterfall image = small_image();
+  image.sonar.range_m = 4.0;
+  image.pings[0].altitude_m = 1.5;
+  const Picture grey{4, 2, 1, {100, 120, 140, 160, 180, 200, 220, 240}};
+  const Picture over = over_ground(image, grey);
+  const TruthPicture truth = lay_truth(image, over, classes, materials, true);
+  CHECK(truth.picture.pixels ==
+        over_ground(image, lay_truth(image, grey, classes, materials).picture).pixels);
+  // The top ping has no altitude and its first return in bin 0, so its columns stay.
+  CHECK(columns_over_ground(image, 1) == std::vector<std::ptrdiff_t>{0, 1, 2, 3});
+  // The other one begins behind its water column, which the legend has from the top ping alone.
+  CHECK(columns_over_ground(image, 0) == std::vector<std::ptrdiff_t>{1, 2, 2, 3});
 }
 
 TEST_CASE("A seabed of one sediment keeps its greys") {
