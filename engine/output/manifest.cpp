@@ -1,5 +1,6 @@
 #include <ensonify/engine/output/manifest.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <fstream>
@@ -27,6 +28,7 @@
 #endif
 
 #include <ensonify/engine/json_text.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -139,6 +141,13 @@ std::string manifest_json(const Manifest& manifest) {
   if (!manifest.verification.empty()) json["verification"] = manifest.verification;
   // Bytes that are not UTF-8 become U+FFFD here; scene_hash is of the original bytes.
   return json_text(json, 2) + "\n";
+}
+
+bool begins_as_manifest(const std::filesystem::path& file) {
+  constexpr std::string_view every = "{\n  \"program\": \"ensonify\",";
+  const std::string begin = refine::begin_of_file(file, every.size());
+  return every.starts_with(begin) &&
+         begin.size() == std::min<std::uintmax_t>(std::filesystem::file_size(file), every.size());
 }
 
 }  // namespace ensonify::engine

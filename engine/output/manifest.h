@@ -60,5 +60,8 @@ std::string_view program_version();
 
 /// The manifest as JSON, with the versions of the program and its libraries.
 std::string manifest_json(const Manifest& manifest);
+/// Whether a file may be what a crash has left of such JSON: it is empty, or has its beginning.
+/// Throws std::filesystem::filesystem_error if there is no such file.
+bool begins_as_manifest(const std::filesystem::path& file);
 
 }  // namespace ensonify::engine

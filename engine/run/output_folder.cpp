@@ -124,7 +124,8 @@ void OutputFolder::begin() {
   if (holds_earlier_run_) {
     const nlohmann::json manifest = manifest_in(folder_);
     if (!fs::is_regular_file(place) ||
-        (manifest.is_object() && manifest.value("program", nlohmann::json()) != "ensonify"))
+        (manifest.is_object() ? manifest.value("program", nlohmann::json()) != "ensonify"
+                              : !begins_as_manifest(place)))
       throw SceneError(fmt::format(
           "{}: is not the manifest of a run; choose another folder with -o", place.string()));
   }

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/scene.h>
 
 #include "support/catch.h"
@@ -123,6 +124,33 @@ TEST_CASE("a run that was killed while it replaced an earlier one gives it back"
   }
   CHECK(names_in(place) == std::set<std::string>{"a.exr", "a.png", "manifest.json"});
   CHECK(read_text(place / "a.png") == "first");
+}
+
+TEST_CASE("a manifest that a crash has cut short is replaced, and other text stays") {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& text) {
+    write_text(folder / "manifest.json", text);
+    write_text(folder / "a.png", "mine");
+    try {
+      make_run(folder.path(), {"a.png"}, "new");
+    } catch (const SceneError& error) {
+      CHECK_THAT(error.what(), Catch::Contains("manifest.json: is not the manifest of a run"));
+      return read_text(folder / "manifest.json") == text && read_text(folder / "a.png") == "mine";
+    }
+    CHECK(read_text(folder / "a.png") == "new");
+    return false;
+  };
+  const std::string own = manifest_json({});
+  for (std::size_t bytes = 0; bytes < own.size(); bytes += bytes < 40 ? 1 : 100) {
+    CAPTURE(bytes);
+    CHECK_FALSE(refused(own.substr(0, bytes)));
+  }
+  for (const char* text :
+       {"[1, 2]", "3", "null", "\"ensonify\"", "a list of ships", " ", "{\"program\": 3",
+        "{\"name\": \"ensonify\",", "{\n  \"program\": \"ensonify 2\",", "\xef\xbb\xbf{}"}) {
+    CAPTURE(text);
+    CHECK(refused(text));
+  }
 }
 
 TEST_CASE("a folder with a manifest of something else, or with a run in progress, is refused") {
