@@ -157,6 +157,8 @@ void print(std::string_view text) {
     const ssize_t written = ::write(STDOUT_FILENO, text.data(), std::min(most, text.size()));
     if (written > 0)
       text.remove_prefix(static_cast<std::size_t>(written));
+    else if (written < 0 && errno == EPIPE)
+      throw ReaderGone("stdout: its reader has closed it");
     else if (written == 0 || (errno != EINTR && errno != EAGAIN))
       throw std::runtime_error(
           "stdout: not all of the output could be written; check the disk, or the program that reads "
@@ -186,6 +188,13 @@ std::size_t terminal_columns(int descriptor) {
   return size.ws_col;
 }
 
+namespace {
+
+/// A closed terminal, which nohup ignores, and what batch systems send before they end a job.
+constexpr std::array ignorable_signals{SIGHUP, SIGXCPU, SIGUSR1, SIGUSR2};
+
+}  // namespace
+
 std::atomic<int> SignalWatch::caught_ = 0;
 std::atomic<Clock::time_point> SignalWatch::caught_at_;
 int SignalWatch::wakes_ = -1;
@@ -200,7 +209,8 @@ SignalWatch::SignalWatch(bool interrupts) {
     if (caught_ == 0) {
       caught_at_ = Clock::now();
       caught_ = number;
-    } else if (seconds_since(caught_at_) > 1.0) {  // `timeout` sends each signal twice at once
+    } else if (number != SIGXCPU &&  // the system repeats it with each second of processor time
+               seconds_since(caught_at_) > 1.0) {  // `timeout` sends each signal twice at once
       std::signal(number, SIG_DFL);
       std::raise(number);
     }
@@ -209,13 +219,14 @@ SignalWatch::SignalWatch(bool interrupts) {
   };
   action.sa_flags = interrupts ? 0 : SA_RESTART;
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
-  // A closed terminal; nohup ignores it.
-  if (std::signal(SIGHUP, SIG_IGN) != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
+  for (const int signal : ignorable_signals)
+    if (std::signal(signal, SIG_IGN) != SIG_IGN) sigaction(signal, &action, nullptr);
 }
 
 SignalWatch::~SignalWatch() {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
-  if (std::signal(SIGHUP, SIG_IGN) != SIG_IGN) std::signal(SIGHUP, SIG_DFL);
+  for (const int signal : ignorable_signals)
+    if (std::signal(signal, SIG_IGN) != SIG_IGN) std::signal(signal, SIG_DFL);
   ::close(std::exchange(wakes_, -1));
 }
 

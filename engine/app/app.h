@@ -42,6 +42,11 @@ struct Interrupted : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The program that reads stdout has closed it: the exit code of SIGPIPE, without a message.
+struct ReaderGone : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// The work of a subcommand, called after the command line has been read.
 using Action = std::function<void()>;
 
@@ -108,12 +113,13 @@ CLI::Validator one_of(std::vector<std::string> words);
 /// Reads the value I/N of an option; I counts from 0. Throws UsageError.
 Shard parse_shard(std::string_view option, const std::string& text);
 
-/// Writes data to stdout. Throws Stopped if a signal ends it, std::runtime_error if it fails.
+/// Writes data to stdout. Throws Stopped if a signal ends it, ReaderGone, and std::runtime_error if
+/// it fails in another way.
 void print(std::string_view text);
 /// Writes the object of --json to stdout. Throws as print().
 void print_object(const nlohmann::ordered_json& json);
-/// Writes to stderr. A write error is ignored: a full disk under a log must not end the work. After
-/// a signal nothing is written to a pipe that is full.
+/// Writes to stderr. A write error is ignored: a full disk under a log, or a reader that has gone,
+/// must not end the work. After a signal nothing is written to a pipe that is full.
 void write_note(std::string_view text);
 template <class... Values>
 void print_note(fmt::format_string<Values...> format, Values&&... values) {
@@ -129,8 +135,9 @@ void print_warnings(std::span<const std::string> warnings);
 /// The number of columns of a terminal; 80 if the file is not a terminal.
 std::size_t terminal_columns(int descriptor);
 
-/// Records SIGINT, SIGTERM and SIGHUP during its life, instead of ending the program. Another
-/// signal that comes more than a second later ends the program. Under nohup SIGHUP stays ignored.
+/// Records SIGINT and SIGTERM during its life, instead of ending the program, and signals that the
+/// caller may have it ignore: SIGHUP, SIGXCPU, SIGUSR1 and SIGUSR2. Another signal that comes more
+/// than a second later ends the program, except SIGXCPU.
 class SignalWatch {
  public:
   /// A signal ends a waiting read or write only if `interrupts`. Throws std::system_error if the

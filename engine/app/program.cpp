@@ -7,7 +7,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <exception>
-#include <iostream>
 #include <memory>
 #include <new>
 #include <sstream>
@@ -95,6 +94,8 @@ int perform(const app::Action& action) {
     return failed(interrupted, stopped.what());
   } catch (const ensonify::engine::Stopped& stopped) {
     return failed(by_signal + app::SignalWatch::caught(), stopped.what());
+  } catch (const app::ReaderGone&) {
+    return by_signal + SIGPIPE;
   } catch (const app::Interrupted& error) {
     return failed(interrupted, error.what());
   } catch (const app::SomeFailed& error) {
@@ -224,13 +225,9 @@ int run_command_line(int argc, char** argv) {
   try {
     program.parse(std::move(words));
   } catch (const CLI::Success& help) {
-    const int code = program.exit(help);
-    std::cout.flush();
-    return std::cout
-               ? code
-               : failed(
-                     run_failed,
-                     "stdout: the text could not be written; check the disk, or the program that reads it");
+    std::ostringstream text;
+    program.exit(help, text);
+    return perform([&] { app::print(text.str()); });
   } catch (const CLI::ParseError& error) {
     return failed(wrong_input, fault_of(program, error));
   }
@@ -242,8 +239,8 @@ int run_command_line(int argc, char** argv) {
 
 int app::program_main(int argc, char** argv) {
   open_closed_streams();
-  // A write beyond the file size limit then fails with an error message.
-  std::signal(SIGXFSZ, SIG_IGN);
+  // A write beyond the file size limit, or to a pipe without a reader, then fails with an error.
+  for (const int number : {SIGXFSZ, SIGPIPE}) std::signal(number, SIG_IGN);
   end_by_fault = std::set_terminate(end_without_memory);
   catch_signals_of_libraries();
   try {

@@ -1,4 +1,4 @@
-"""The program on terminals of several widths: its progress stays on one line, and its help within them."""
+"""The program on terminals of several widths, into pipes that nobody reads, and at a limit of its shell."""
 
 import contextlib
 import fcntl
@@ -6,6 +6,7 @@ import os
 import pathlib
 import pty
 import re
+import resource
 import signal
 import struct
 import subprocess
@@ -83,6 +84,51 @@ class IntoAFullPipe(unittest.TestCase):
             self.assertFalse((pathlib.Path(folder) / "out").exists())
         os.close(read)
         os.close(write)
+
+
+class IntoAClosedPipe(unittest.TestCase):
+    def outcome(self, stream, *arguments, **more):
+        """The exit code, and what the program's other stream gets, if nobody reads this one."""
+        read, write = os.pipe()
+        os.close(read)
+        other = {"stdout": "stderr", "stderr": "stdout"}[stream]
+        done = subprocess.run([program, *arguments], timeout=60, **{stream: write, other: subprocess.PIPE}, **more)
+        os.close(write)
+        return done.returncode, getattr(done, other)
+
+    def test_a_run_whose_messages_have_no_reader_makes_its_files(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "scene.toml").write_text(scene)
+            self.assertEqual(self.outcome("stderr", "run", "scene.toml", "-o", "out", cwd=folder), (0, b""))
+            self.assertEqual({file.name for file in (pathlib.Path(folder) / "out").iterdir()},
+                             {"left-right.exr", "left-right.png", "left-right_pings.csv", "manifest.json"})
+
+    def test_a_command_whose_output_has_no_reader_ends_at_once_without_a_message(self):
+        ended = (128 + signal.SIGPIPE, b"")
+        for arguments in (["schema"], ["--help"], ["run", "--help"], ["--version"]):
+            self.assertEqual(self.outcome("stdout", *arguments), ended)
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "scene.toml").write_text(scene)
+            waits, keeps_it_open = os.pipe()  # the input does not end
+            self.assertEqual(self.outcome("stdout", "stream", "scene.toml", "--quiet", cwd=folder, stdin=waits), ended)
+            os.close(waits)
+            os.close(keeps_it_open)
+            self.assertEqual(self.outcome("stdout", "run", "scene.toml", "-o", "out", "--json", "--quiet", cwd=folder),
+                             ended)
+            self.assertTrue((pathlib.Path(folder) / "out/manifest.json").exists())
+
+
+class AtTheLimitOfProcessorTime(unittest.TestCase):
+    def test_a_run_stops_and_leaves_nothing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "scene.toml").write_text(scene)
+            done = subprocess.run([program, "run", "scene.toml", "-o", "out", "-D", "track.pings=20000",
+                                   "-D", "track.speed_mps=0.001", "-D", "sonar.left-right.elevations=32768"],
+                                  cwd=folder, timeout=60, stderr=subprocess.PIPE, text=True,
+                                  preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (2, 60)))
+            self.assertEqual(done.returncode, 128 + signal.SIGXCPU)
+            self.assertIn("stopped on request", done.stderr)
+            self.assertFalse((pathlib.Path(folder) / "out").exists())
 
 
 class OnATerminal(unittest.TestCase):

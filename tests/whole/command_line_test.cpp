@@ -398,7 +398,7 @@ TEST_CASE("A run that is stopped removes its files and exits with 128 plus the s
       kill(process, signal);
     });
   };
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGXCPU, SIGUSR1, SIGUSR2}) {
     check_refused(stopped_by(signal, {}), 128 + signal, "stopped");
     CHECK(names_in(folder.path()) == std::set<std::string>{"tiny.toml"});
   }
