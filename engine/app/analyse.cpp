@@ -23,6 +23,7 @@
 #include <ensonify/refine/tile_collapse.h>
 
 #include "app.h"
+#include "files_read.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
@@ -147,6 +148,7 @@ void analyse_scene(const AnalyseArguments& arguments) {
   const SignalWatch signals;
   if (needs_tiles(scene.seafloor)) return make_tiles(arguments, scene, threads);
   if (arguments.file.empty()) throw UsageError("--output is missing: the file to write");
+  require_not_read(arguments.file, files_read(arguments.scene.file, scene));
   std::optional<Progress> progress(std::in_place, arguments.quiet);
   const auto stop_if_asked = [] {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");

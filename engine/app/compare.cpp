@@ -15,6 +15,7 @@
 #include <ensonify/refine/atomic_file.h>
 
 #include "app.h"
+#include "files_read.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -29,6 +30,9 @@ struct CompareArguments {
 std::string shown(double value) { return std::isnan(value) ? "-" : fmt::format("{:.4g}", value); }
 
 void compare(const CompareArguments& arguments) {
+  if (!arguments.html.empty())
+    for (const std::filesystem::path& place : {arguments.a, arguments.b})
+      require_not_read(arguments.html, files_of_line(place));
   const RecordedLine a = read_line(arguments.a, arguments.sonar_a);
   const RecordedLine b = read_line(arguments.b, arguments.sonar_b);
   print_warnings(a.warnings);

@@ -4,7 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/run/output_folder.h>
+
 #include "app.h"
+#include "files_read.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
@@ -21,6 +24,8 @@ void write_mosaic(const MosaicArguments& arguments) {
   if (const auto kind = arguments.file.extension(); kind != ".tif" && kind != ".tiff")
     throw UsageError(fmt::format("{}: a mosaic is written as .tif, not as '{}'",
                                  arguments.file.string(), kind.string()));
+  for (const std::filesystem::path& run : arguments.runs)
+    require_not_read(arguments.file, files_of_run(run));
   MosaicReport report;
   {
     const SignalWatch signals;

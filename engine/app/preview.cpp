@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "app.h"
+#include "files_read.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
@@ -31,6 +32,7 @@ void make_preview(const PreviewArguments& arguments) {
     throw UsageError(fmt::format("{}: a contact sheet is written as PNG, expected FILE.png",
                                  arguments.file.string()));
   const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);
+  require_not_read(arguments.file, files_read(arguments.recipe, recipe));
   const fs::path place = fs::absolute(arguments.file);
   // Its samples' files. The claim removes those of a preview that was killed.
   const std::optional<Claim> claim = StagingFolder::try_claim(place);

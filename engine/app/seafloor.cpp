@@ -16,6 +16,7 @@
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
+#include "files_read.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
@@ -34,6 +35,7 @@ void write_seafloor(const SeafloorArguments& arguments) {
     throw UsageError(fmt::format("{}: a seafloor is written as .ply, .npy or .tif, not as '{}'",
                                  arguments.file.string(), kind));
   const Scene scene = arguments.scene.read();
+  require_not_read(arguments.file, files_read(arguments.scene.file, scene));
   const SignalWatch signals;  // a signal then leaves no temporary file
   Progress progress(arguments.quiet);
   std::mutex reporting;

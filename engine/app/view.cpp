@@ -19,6 +19,7 @@
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
+#include "files_read.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
@@ -39,6 +40,7 @@ void view_scene(const ViewArguments& arguments) {
     throw UsageError(
         fmt::format("{}: a view is written as PNG, expected FILE.png", arguments.file.string()));
   Scene scene = arguments.scene.read();
+  require_not_read(arguments.file, files_read(arguments.scene.file, scene));
   require_at_once(scene.seafloor);
   // The simulator only makes the seafloor and aims the fans; this builds no tree to trace with.
   scene.run.surface = static_surface;

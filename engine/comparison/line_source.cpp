@@ -11,6 +11,7 @@
 #include <ensonify/engine/number_in.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/recording/some_pings.h>
+#include <ensonify/engine/run/output_folder.h>
 #include <ensonify/engine/scene/scene.h>
 
 namespace ensonify::engine {
@@ -84,12 +85,21 @@ RecordedLine line_of_run(const fs::path& folder, const std::string& sonar) {
   return line;
 }
 
+/// Whether a folder is a run's; otherwise it has pictures.
+bool is_of_run(const fs::path& folder) {
+  return fs::exists(folder / "manifest.json") || pictures_of(folder).empty();
+}
+
 }  // namespace
 
 RecordedLine read_line(const fs::path& place, const std::string& sonar) {
   if (!fs::is_directory(place)) return line_of_recording(place, sonar);
-  return fs::exists(place / "manifest.json") || !has_pictures(place) ? line_of_run(place, sonar)
-                                                                     : line_of_pictures(place);
+  return is_of_run(place) ? line_of_run(place, sonar) : line_of_pictures(place);
+}
+
+std::vector<fs::path> files_of_line(const fs::path& place) {
+  if (!fs::is_directory(place)) return {place};
+  return is_of_run(place) ? files_of_run(place) : pictures_of(place);
 }
 
 }  // namespace ensonify::engine

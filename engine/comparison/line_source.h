@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <ensonify/engine/recording/recorded_line.h>
 
@@ -13,5 +14,9 @@ namespace ensonify::engine {
 /// line by its number from 1; empty: the only one. Throws RecordingError or SceneError for what
 /// cannot be read and for a choice that is not there.
 RecordedLine read_line(const std::filesystem::path& place, const std::string& sonar);
+
+/// The files that read_line() may read at a place. Throws std::filesystem::filesystem_error for a
+/// folder that cannot be read.
+std::vector<std::filesystem::path> files_of_line(const std::filesystem::path& place);
 
 }  // namespace ensonify::engine

@@ -21,17 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr double max_pixels = 268435456.0;  // 2^28, of all pictures
 
-std::vector<fs::path> pictures_of(const fs::path& folder) {
-  std::vector<fs::path> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    const std::string ending = lower_case(entry.path().extension().string());
-    if (entry.is_regular_file() && (ending == ".png" || ending == ".jpg" || ending == ".jpeg"))
-      files.push_back(entry.path());
-  }
-  std::ranges::sort(files);
-  return files;
-}
-
 /// The rows of a picture from the bottom up, oldest ping first, each split at its middle.
 void add_picture(const fs::path& file, RecordedLine& line) {
   [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
@@ -72,7 +61,16 @@ void add_picture(const fs::path& file, RecordedLine& line) {
 
 }  // namespace
 
-bool has_pictures(const fs::path& folder) { return !pictures_of(folder).empty(); }
+std::vector<fs::path> pictures_of(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string ending = lower_case(entry.path().extension().string());
+    if (entry.is_regular_file() && (ending == ".png" || ending == ".jpg" || ending == ".jpeg"))
+      files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  return files;
+}
 
 RecordedLine line_of_pictures(const fs::path& folder) {
   const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);

@@ -44,15 +44,24 @@ std::vector<std::string> listed_files(const fs::path& folder) {
   return names;
 }
 
+/// The names that a folder's manifest lists; nothing if it is damaged.
+std::optional<std::vector<std::string>> names_in_manifest(const fs::path& folder) {
+  const nlohmann::json manifest = manifest_in(folder);
+  if (!manifest.is_object() || !manifest.contains("files")) return std::nullopt;
+  std::vector<std::string> names;
+  for (const nlohmann::json& file : manifest["files"])
+    if (file.is_object() && file.contains("name") && file["name"].is_string())
+      names.push_back(file["name"].get<std::string>());
+  return names;
+}
+
 /// The names that a folder's manifest does not list; none if it is damaged.
 std::vector<std::string> not_listed(const fs::path& folder, std::span<const std::string> names) {
   std::vector<std::string> left(names.begin(), names.end());
   if (!fs::exists(folder / manifest_name)) return left;
-  const nlohmann::json manifest = manifest_in(folder);
-  if (!manifest.is_object() || !manifest.contains("files")) return {};
-  for (const nlohmann::json& file : manifest["files"])
-    if (file.is_object() && file.contains("name") && file["name"].is_string())
-      std::erase(left, file["name"].get<std::string>());
+  const std::optional listed = names_in_manifest(folder);
+  if (!listed) return {};
+  for (const std::string& name : *listed) std::erase(left, name);
   return left;
 }
 
@@ -81,6 +90,14 @@ void require_none_of(const fs::path& folder, std::span<const std::string> names)
           "{}: is not of an earlier run in this folder, and would be overwritten; move it away, or "
           "choose another folder with -o",
           (folder / name).string()));
+}
+
+std::vector<fs::path> files_of_run(const fs::path& folder) {
+  if (!fs::is_regular_file(folder / manifest_name)) return {};
+  std::vector<fs::path> files{folder / manifest_name};
+  for (const std::string& name : names_in_manifest(folder).value_or(std::vector<std::string>()))
+    files.push_back(folder / name);
+  return files;
 }
 
 OutputFolder::OutputFolder(fs::path folder, bool staged)

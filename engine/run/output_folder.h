@@ -18,6 +18,10 @@ namespace ensonify::engine {
 /// Throws SceneError if a folder has a file or folder of one of these names.
 void require_none_of(const std::filesystem::path& folder, std::span<const std::string> names);
 
+/// The manifest of a run's folder and the files that it lists. None without a manifest, and without
+/// the list if it is damaged.
+std::vector<std::filesystem::path> files_of_run(const std::filesystem::path& folder);
+
 /// The folder of a run, made if missing. The run's files appear in it together, and replace those
 /// of an earlier run there, which stay until then. A run that is not kept leaves nothing behind.
 /// Several threads may write.
