@@ -284,6 +284,50 @@ TEST_CASE("where rays bend down, the bed is seen and has its level as far as tur
   }
 }
 
+// Snell: the ray that grazes the bed goes straight through water of one speed and then on a circle.
+TEST_CASE("where rays bend up, the bed is seen up to the ray that grazes it, at every pose") {
+  const TemporaryFolder folder;
+  constexpr double bed_at_m = 50.0, gradient_at_m = 30.0, even_mps = 1495.0, per_s = 25.0 / 30.0;
+  constexpr double bed_mps = even_mps + per_s * (bed_at_m - gradient_at_m);
+  Scene scene = level_scene();
+  scene.seafloor.depth_m = bed_at_m;
+  scene.seafloor.extent_east_m = 800.0;
+  scene.seafloor.cell_m = 1.0;
+  scene.sea.absorption_db_per_km = 0.0;
+  scene.sea.profile = {"rises.csv", folder / "rises.csv"};
+  scene.sea.refraction = RefractionMode::full;
+  std::ofstream(folder / "rises.csv") << "depth_m,soundspeed_mps\n0,1510\n15,1495\n30,1495\n"
+                                      << "60,1520\n";
+  Sonar& sonar = scene.sonars.front();
+  sonar.frequency_hz = 100e3;
+  sonar.range_m = 400.0;
+  sonar.elevations = 2048;
+  const scatter::SoundSpeedProfile profile(
+      {{0.0, 1510.0}, {15.0, even_mps}, {gradient_at_m, even_mps}, {60.0, 1520.0}});
+  const double reference_mps = profile.mean_speed_mps(0.0, bed_at_m);
+  const double grazes_rad = std::acos(even_mps / bed_mps);
+  Simulator simulator(scene);
+  struct At {
+    double depth_m, roll_rad, pitch_rad, within_m;
+  };
+  for (const At& at :
+       {At{18.5, 0.0, 0.0, 2.0}, At{20.0, 0.0, 0.0, 2.0}, At{22.5, 0.0, 0.0, 2.0},
+        At{23.5, 0.0, 0.0, 2.0}, At{20.0, 0.0035, 0.0, 2.0}, At{20.0, -0.07, 0.0, 2.0},
+        At{20.0, 0.0, 0.05, 5.0}, At{20.0, 0.04, -0.1, 5.0}}) {
+    CAPTURE(at.depth_m, at.roll_rad, at.pitch_rad);
+    const double last_s = (gradient_at_m - at.depth_m) / std::sin(grazes_rad) / even_mps +
+                          std::acosh(bed_mps / even_mps) / per_s;
+    const EchoLine line = simulator.ping_numbered(
+        {.position = {0.0, 0.0, -at.depth_m}, .roll_rad = at.roll_rad, .pitch_rad = at.pitch_rad},
+        0)[1];
+    std::size_t last = line.bins.region.size() - 1;
+    while (line.bins.region[last] != static_cast<std::uint32_t>(Region::seabed)) --last;
+    const double short_m = reference_mps * last_s - double(line.bins.range_m[last]);
+    CHECK(short_m < at.within_m);
+    CHECK(short_m > -2.0 * sonar.bin_m());
+  }
+}
+
 TEST_CASE("with straight rays the echo's spreading is right in water of constant gradient") {
   // There a wave from a point spreads over c_1 c_2 sinh^2(g t) / g^2, the geometric mean of both
   // ways, with cosh(g t) = 1 + g^2 s^2 / (2 c_1 c_2). That is the straight line's s^2 up to the

@@ -51,9 +51,9 @@ BeamAim PingTracer::aim(const Pose& pose, double altitude_m, double nearest_bed_
     const auto i = static_cast<std::size_t>(side);
     const ReceiverMotion& motion = aim.motions[i] =
         receiver_motion(pose, side, range_m_, sound_speed_mps_);
-    aim.layouts[i] = layouts_.at(altitude_m, near_m, roll_tilt_rad(pose, side),
+    aim.layouts[i] = layouts_.at(pose, side, altitude_m, near_m,
                                  std::abs(motion.drift_along) + range_m_ * motion.array_turn.norm(),
-                                 rise_rad[i], -pose.position.z());
+                                 rise_rad[i]);
     aim.fans[i] = place_fan(*aim.layouts[i], pose, side, range_m_);
     aim.fans[i].bend = bend_;
   }

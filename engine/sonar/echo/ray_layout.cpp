@@ -87,9 +87,18 @@ class Steps {
   std::array<std::vector<double>, 2> power_;  // one-way, by side
 };
 
-void add_angles(const FanGrid& grid, const VerticalPattern& pattern, RayLayout& layout) {
-  const std::vector<double>& elevation_rad = grid.elevation_rad;
-  const Steps steps(grid, pattern);
+/// Fills in the angles of the layout's rays, and which are within the beam.
+void set_grid(std::shared_ptr<const FanGrid> grid, RayLayout& layout) {
+  layout.grid = std::move(grid);
+  for (std::size_t plane = 0; plane < layout.grid->planes.size(); ++plane) {
+    std::vector<RayLayout::Stretch>& stretches = layout.within.emplace_back();
+    for_beam_ranges(*layout.grid, plane, [&](std::size_t from, std::size_t until, bool within) {
+      if (!within) return;
+      stretches.push_back({from, until});
+      layout.rays += until - from;
+    });
+  }
+  const std::vector<double>& elevation_rad = layout.grid->elevation_rad;
   const std::size_t count = elevation_rad.size();
   const auto add = [&](double angle_rad) {
     layout.cosines.push_back(std::cos(angle_rad));
@@ -101,8 +110,62 @@ void add_angles(const FanGrid& grid, const VerticalPattern& pattern, RayLayout& 
     add(elevation_rad[j]);
     add(halfway_rad);
     layout.edge_rad.push_back(halfway_rad);
-    layout.max_rays_per_piece.push_back(static_cast<std::uint8_t>(steps.max_rays_from(j)));
   }
+}
+
+/// How the fan of a side lies in the water, and where rays of it do not reach a level bed.
+struct FanInWater {
+  double roll_tilt_rad;
+  double level_share;  // the sine of a depression over that of the angle below the abeam axis
+  double planes_rad;   // how far the planes of the main lobe differ in depression, by pitch
+  LaunchLimits limits;
+
+  /// The elevations of the limits, ascending. The first is that of the plane in which it is the
+  /// highest: rays lie close together only on the side that reaches the bed.
+  std::array<double, 3> limit_elevations_rad(double middle_depression_rad) const {
+    const auto elevation_rad = [&](double depression_rad) {
+      return middle_depression_rad + roll_tilt_rad -
+             std::asin(std::clamp(std::sin(depression_rad) / level_share, -1.0, 1.0));
+    };
+    return {elevation_rad(limits.grazing_rad) + planes_rad, elevation_rad(-limits.grazing_rad),
+            elevation_rad(-limits.surface_rad)};
+  }
+};
+
+/// The layout with its rays moved so that those that lay at the limits lie there still: near them
+/// an angle's millionth is metres of the bed. Rays between limits keep their shares of the way.
+RayLayout moved_in_water(const RayLayout& layout, const FanInWater& laid_for,
+                         const FanInWater& now) {
+  auto grid = std::make_shared<FanGrid>(*layout.grid);
+  std::vector<double>& elevation_rad = grid->elevation_rad;
+  struct Moved {
+    double from_rad, to_rad;
+  };
+  const double end_rad = elevation_rad.back();
+  std::vector<Moved> moved{{elevation_rad.front(), elevation_rad.front()}};
+  const std::array from_rad = laid_for.limit_elevations_rad(grid->middle_depression_rad),
+                   to_rad = now.limit_elevations_rad(grid->middle_depression_rad);
+  for (std::size_t i = 0; i < from_rad.size(); ++i)
+    if (std::min(from_rad[i] - moved.back().from_rad, to_rad[i] - moved.back().to_rad) > 0.0 &&
+        std::max(from_rad[i], to_rad[i]) < end_rad)
+      moved.push_back({from_rad[i], to_rad[i]});
+  moved.push_back({end_rad, end_rad});
+  std::size_t next = 1;
+  for (std::size_t j = 0; j < elevation_rad.size(); ++j) {
+    while (next + 1 < moved.size() && elevation_rad[j] > moved[next].from_rad) ++next;
+    const Moved &before = moved[next - 1], &after = moved[next];
+    elevation_rad[j] =
+        std::lerp(before.to_rad, after.to_rad,
+                  (elevation_rad[j] - before.from_rad) / (after.from_rad - before.from_rad));
+    grid->sin_elevation[j] = std::sin(elevation_rad[j]);
+    grid->cos_elevation[j] = std::cos(elevation_rad[j]);
+  }
+  RayLayout result;
+  result.samples = layout.samples;
+  result.first_sample = layout.first_sample;
+  result.max_rays_per_piece = layout.max_rays_per_piece;  // equal steps stay equal
+  set_grid(std::move(grid), result);
+  return result;
 }
 
 }  // namespace
@@ -149,17 +212,10 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
     add_samples(plane, lobe_rad, layout.samples);
   }
   layout.first_sample.push_back(layout.samples.size());
-
-  for (std::size_t plane = 0; plane < grid->planes.size(); ++plane) {
-    std::vector<RayLayout::Stretch>& stretches = layout.within.emplace_back();
-    for_beam_ranges(*grid, plane, [&](std::size_t from, std::size_t until, bool within) {
-      if (!within) return;
-      stretches.push_back({from, until});
-      layout.rays += until - from;
-    });
-  }
-  add_angles(*grid, sonar.vertical, layout);
-  layout.grid = std::move(grid);
+  const Steps steps(*grid, sonar.vertical);
+  for (std::size_t j = 0; j < grid->elevation_rad.size(); ++j)
+    layout.max_rays_per_piece.push_back(static_cast<std::uint8_t>(steps.max_rays_from(j)));
+  set_grid(std::move(grid), layout);
   return layout;
 }
 
@@ -193,9 +249,9 @@ RayLayouts::RayLayouts(const Sonar& sonar, double wavelength_m)
       sent_rad_(sonar.transmit_array(wavelength_m).null_rad(sonar.side_lobes + 1)),
       received_rad_(sonar.receive_array(wavelength_m).null_rad(sonar.side_lobes + 1)) {}
 
-std::shared_ptr<const RayLayout> RayLayouts::at(double altitude_m, double nearest_m,
-                                                double roll_tilt_rad, double drift_rad,
-                                                double rise_rad, double depth_m) {
+std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, Side side, double altitude_m,
+                                                double nearest_m, double drift_rad,
+                                                double rise_rad) {
   constexpr std::size_t max_kept = 256;  // reached over a bed that rises, or where rays bend
   constexpr double steps_per_octave = 4.0;
   constexpr double roll_tilt_step_rad = 0.5 * degree;
@@ -204,7 +260,8 @@ std::shared_ptr<const RayLayout> RayLayouts::at(double altitude_m, double neares
     return static_cast<int>(std::floor(steps_per_octave * std::log2(std::max(range_m, lowest_m))));
   };
   const int step = step_of(altitude_m), nearest_step = step_of(nearest_m);
-  const int roll_tilt_step = static_cast<int>(std::lround(roll_tilt_rad / roll_tilt_step_rad));
+  const double tilt_rad = roll_tilt_rad(pose, side);
+  const int roll_tilt_step = static_cast<int>(std::lround(tilt_rad / roll_tilt_step_rad));
   // A receiver whose lobes are as wide as the transmitter's, and that looks nearly where that does,
   // receives all that the transmitter insonifies, so no extra planes are needed.
   const bool drifts = sonar_.beams > 1 || received_rad_ < sent_rad_ || drift_rad > 0.5 * sent_rad_;
@@ -214,25 +271,22 @@ std::shared_ptr<const RayLayout> RayLayouts::at(double altitude_m, double neares
   const double rise_step_rad = 0.5 * height_m / sonar_.range_m;
   const int rise_step = rise_rad > 0.0 ? static_cast<int>(std::ceil(rise_rad / rise_step_rad)) : 0;
   // Near the turning point, a depth change of centimetres moves a ray's hit by tens of metres, so
-  // the steps are finer.
+  // the steps are finer, and moved_in_water() does the rest.
   constexpr double bent_steps_per_octave = 16.0, bent_depth_share = 0.02;
+  const double depth_m = std::max(-pose.position.z(), 0.0),
+               over_bed_m = std::max(altitude_m, height_m);
   const int bent_step =
-      profile_ ? static_cast<int>(
-                     std::lround(bent_steps_per_octave * std::log2(std::max(altitude_m, height_m))))
-               : 0;
+      profile_ ? static_cast<int>(std::lround(bent_steps_per_octave * std::log2(over_bed_m))) : 0;
   const double bent_height_m = std::exp2(bent_step / bent_steps_per_octave);
   const double depth_step_m = bent_depth_share * height_m;
-  const int depth_step =
-      profile_ ? static_cast<int>(std::lround(std::max(depth_m, 0.0) / depth_step_m)) : 0;
+  const int depth_step = profile_ ? static_cast<int>(std::lround(depth_m / depth_step_m)) : 0;
   const std::array key{step,      nearest_step, roll_tilt_step, drift_step,
                        rise_step, depth_step,   bent_step};
-  const auto found = made_.find(key);
-  if (found != made_.end()) return found->second;
-  if (made_.size() >= max_kept) {
+  if (!made_.contains(key) && made_.size() >= max_kept) {
     made_.clear();
     bent_.clear();
   }
-  std::span<const LaunchRange> bent;
+  const BentRanges* bent = nullptr;
   if (profile_) {
     const auto [ranges, is_new] = bent_.try_emplace({step, bent_step, depth_step});
     if (is_new) {
@@ -240,15 +294,32 @@ std::shared_ptr<const RayLayout> RayLayouts::at(double altitude_m, double neares
                                                .height_m = bent_height_m,
                                                .reference_mps = reference_mps_,
                                                .range_m = sonar_.range_m});
-      for (LaunchRange& launch : ranges->second)
+      for (LaunchRange& launch : ranges->second.by_launch)
         launch.range_over_height *= bent_height_m / height_m;
     }
-    bent = ranges->second;
+    bent = &ranges->second;
   }
-  return made_[key] = std::make_shared<const RayLayout>(make_ray_layout(
-             sonar_, wavelength_m_, sonar_.range_m / height_m, roll_tilt_step * roll_tilt_step_rad,
-             drift_step * drift_step_rad, std::exp2((nearest_step - step) / steps_per_octave),
-             rise_step * rise_step_rad, bent));
+  const double laid_tilt_rad = roll_tilt_step * roll_tilt_step_rad;
+  std::shared_ptr<const RayLayout>& layout = made_[key];
+  if (!layout)
+    layout = std::make_shared<const RayLayout>(make_ray_layout(
+        sonar_, wavelength_m_, sonar_.range_m / height_m, laid_tilt_rad,
+        drift_step * drift_step_rad, std::exp2((nearest_step - step) / steps_per_octave),
+        rise_step * rise_step_rad,
+        bent ? std::span(bent->by_launch) : std::span<const LaunchRange>()));
+  if (!bent) return layout;
+  const Eigen::RowVector3d downwards = -body_to_world(pose).row(2);
+  const double lobe_rad = std::min(sonar_.transmit_array(wavelength_m_).null_rad(1),
+                                   sonar_.receive_array(wavelength_m_).null_rad(1));
+  const FanInWater laid_for{.roll_tilt_rad = laid_tilt_rad,
+                            .level_share = 1.0,
+                            .planes_rad = 0.0,
+                            .limits = bent->limits};
+  const FanInWater now{.roll_tilt_rad = tilt_rad,
+                       .level_share = std::max(downwards.tail<2>().norm(), 1e-6),
+                       .planes_rad = std::abs(downwards.x()) * lobe_rad,
+                       .limits = launch_limits(*profile_, depth_m, depth_m + over_bed_m)};
+  return std::make_shared<const RayLayout>(moved_in_water(*layout, laid_for, now));
 }
 
 }  // namespace ensonify::engine

@@ -11,6 +11,7 @@
 #include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/engine/trace/refraction/bent_ranges.h>
 #include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
@@ -71,7 +72,8 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double ra
 /// within such a step share one, too; so do drifts within a quarter of the receiver's lobes, and
 /// heights above the horizontal within half the angle between the horizontal and a flat bed at the
 /// end of the range. Where rays bend, altitudes within 4 % and depths within 2 % of the altitude
-/// share one.
+/// share the ranges of bent rays; each ping has its own layout, whose rays are moved with those
+/// beyond which a level bed is not reached (LaunchLimits).
 class RayLayouts {
  public:
   RayLayouts(const Sonar& sonar, double wavelength_m);
@@ -80,10 +82,10 @@ class RayLayouts {
     profile_ = &profile;
     reference_mps_ = reference_mps;
   }
-  /// nearest_m: the range of the nearest thing, at most the altitude. rise_rad: as in
-  /// make_ray_layout(). The sonar's depth matters where rays bend.
-  std::shared_ptr<const RayLayout> at(double altitude_m, double nearest_m, double roll_tilt_rad,
-                                      double drift_rad, double rise_rad, double depth_m);
+  /// nearest_m: the range of the nearest thing, at most the altitude. drift_rad, rise_rad: as in
+  /// make_ray_layout().
+  std::shared_ptr<const RayLayout> at(const Pose& pose, Side side, double altitude_m,
+                                      double nearest_m, double drift_rad, double rise_rad);
 
  private:
   Sonar sonar_;
@@ -92,7 +94,7 @@ class RayLayouts {
   const scatter::SoundSpeedProfile* profile_ = nullptr;  // if rays bend
   double reference_mps_ = 0.0;
   /// By steps of altitude, finer steps of it, and depth.
-  std::map<std::array<int, 3>, std::vector<LaunchRange>> bent_;
+  std::map<std::array<int, 3>, BentRanges> bent_;
   /// By steps of altitude, nearest range, tilt, drift and rise; and for bent rays of depth and
   /// finer steps of altitude.
   std::map<std::array<int, 7>, std::shared_ptr<const RayLayout>> made_;

@@ -83,7 +83,22 @@ std::vector<double> first_depressions_rad(const scatter::SoundSpeedProfile& prof
 
 }  // namespace
 
-std::vector<LaunchRange> bent_ranges(const scatter::SoundSpeedProfile& cast, const BentWay& way) {
+// Snell: from water of speed c, a ray at an angle a turns where the speed is c / cos(a).
+LaunchLimits launch_limits(const scatter::SoundSpeedProfile& profile, double source_depth_m,
+                           double bed_depth_m) {
+  const double source_mps = profile.speed_mps(source_depth_m);
+  double fastest_above_mps = std::max(source_mps, profile.speed_mps(0.0)),
+         fastest_below_mps = std::max(source_mps, profile.speed_mps(bed_depth_m));
+  for (const scatter::SoundSpeedLayer& layer : std::span(profile.layers()).subspan(1)) {
+    if (layer.top_m >= bed_depth_m) break;
+    double& fastest_mps = layer.top_m < source_depth_m ? fastest_above_mps : fastest_below_mps;
+    fastest_mps = std::max(fastest_mps, layer.top_mps);
+  }
+  const double grazing_rad = std::acos(source_mps / fastest_below_mps);
+  return {grazing_rad, std::max(grazing_rad, std::acos(source_mps / fastest_above_mps))};
+}
+
+BentRanges bent_ranges(const scatter::SoundSpeedProfile& cast, const BentWay& way) {
   const scatter::SoundSpeedProfile profile = followed(cast, way.source_depth_m + way.height_m);
   const double needed = way.range_m / way.height_m;
   // What has to be even: ranges, and more coarsely those beyond what is needed.
@@ -116,7 +131,8 @@ std::vector<LaunchRange> bent_ranges(const scatter::SoundSpeedProfile& cast, con
     made.push_back(to);
     ahead.pop_back();
   }
-  return made;
+  return {std::move(made),
+          launch_limits(profile, way.source_depth_m, way.source_depth_m + way.height_m)};
 }
 
 }  // namespace ensonify::engine

@@ -15,12 +15,32 @@ struct BentWay {
   double range_m;         ///< the ranges that are needed
 };
 
+/// The launch angles between which bent rays do not reach a level bed. Just outside them a ray's
+/// range changes by metres per millionth of a radian.
+struct LaunchLimits {
+  /// Within this angle of the level, up or down, a ray turns in faster water above the bed.
+  double grazing_rad;
+  /// Rays that start upwards more steeply reach the surface; at least grazing_rad.
+  double surface_rad;
+};
+
+/// The limits over a bed that is below the source; both depths are not negative.
+LaunchLimits launch_limits(const scatter::SoundSpeedProfile& profile, double source_depth_m,
+                           double bed_depth_m);
+
+/// Where rays meet a level bed, by launch angle, and between which angles they do not.
+struct BentRanges {
+  std::vector<LaunchRange> by_launch;
+  LaunchLimits limits;
+};
+
 /// At which range each launch angle from straight down to 60 degrees above the horizontal meets the
 /// bed, rays that turn before the surface included. Neighbours differ by at most a 400th of the
 /// range within it, and by a 50th up to four times as far; where a ray's range
 /// jumps, or a ray meets the surface first, there is an entry that is not a number. Of a cast with
 /// more than 2000 samples above the bed, means over a 2000th of the depth are followed: that is
-/// enough to lay rays, which are then traced through the whole cast.
-std::vector<LaunchRange> bent_ranges(const scatter::SoundSpeedProfile& cast, const BentWay& way);
+/// enough to lay rays, which are then traced through the whole cast. The limits are those of the
+/// profile that is followed.
+BentRanges bent_ranges(const scatter::SoundSpeedProfile& cast, const BentWay& way);
 
 }  // namespace ensonify::engine
