@@ -243,16 +243,20 @@ void Disturbances::add_one_fish(const PingContext& context, Side side,
   // The beam of a receiver that has moved lies halfway between the transmitter's and its own.
   const double from_beam_m =
       from_array.dot(context.array.axis) + 0.5 * range_m * plane.shift(level_m, below_m);
-  const double along_m = std::max(std::abs(from_beam_m) - 0.5 * options_.fish_length_m, 0.0);
-  const double in_beam = law_.pattern(bin, along_m);
-  if (!(in_beam > 0.0)) return;
+  const auto beam_share = [&](double along_m) {  // on that length of the fish, about its middle
+    return law_.width_share(bin, from_beam_m - 0.5 * along_m, from_beam_m + 0.5 * along_m);
+  };
+  const double share = beam_share(options_.fish_length_m);
+  if (!(share > 0.0)) return;
   artefacts.add(Artefact::fish);
   const double over_m = from_array.head<2>().norm();
   const double thick_m = fish_height_share * options_.fish_length_m;
-  // The energy of a cell, spread over the bins that the fish or the cell fills.
+  // The fish scatters evenly along its length. The energy of a cell, spread over the bins that the
+  // fish or the cell fills.
   const auto bins = static_cast<std::size_t>(std::max(thick_m, law_.cell_m()) / law_.bin_m()) + 1;
   const double echo = context.beam_share(bin) * law_.per_m2(bin) *
-                      scatter::from_db(options_.fish_strength_db) * in_beam *
+                      scatter::from_db(options_.fish_strength_db) * share * law_.width_m(bin) /
+                      options_.fish_length_m *
                       law_.two_way(side, plane, range_m, level_m, below_m) * law_.cell_m() /
                       law_.bin_m() / static_cast<double>(bins);
   for (std::size_t n = bin; n < std::min(bin + bins, power.size()); ++n)
@@ -270,8 +274,7 @@ void Disturbances::add_one_fish(const PingContext& context, Side side,
   if (!(bed_m < bed_bin_m * static_cast<double>(gain.size()))) return;
   const double zone_m = std::sqrt(law_.wavelength_m() * away_m * (bed_m - away_m) / bed_m);
   const double half_m = 0.5 * std::hypot(thick_m, zone_m);
-  // Near an array that is not focused, the beam can be stronger off its axis than on it.
-  const double darkest = std::min(in_beam, 1.0) * 0.5 * thick_m / half_m;
+  const double darkest = 0.5 * thick_m / half_m;
   const auto first = static_cast<std::size_t>(shadow_m(over_bed_m - half_m) / bed_bin_m);
   const double last_m = shadow_m(over_bed_m + half_m);
   for (std::size_t n = first; n < gain.size(); ++n) {
@@ -280,8 +283,7 @@ void Disturbances::add_one_fish(const PingContext& context, Side side,
     const double ground_m = std::sqrt(std::max(bin_middle_m * bin_middle_m - h * h, 1e-9));
     const double off = (h * (1.0 - over_m / ground_m) - over_bed_m) / half_m;
     const double across = std::sqrt(std::max(1.0 - off * off, 0.0));
-    const double wide = std::min(options_.fish_length_m * across / law_.width_m(bin), 1.0);
-    gain[n] *= static_cast<float>(1.0 - darkest * wide);
+    gain[n] *= static_cast<float>(1.0 - darkest * beam_share(options_.fish_length_m * across));
   }
 }
 

@@ -182,15 +182,21 @@ double Scatterers::width_m_at(double range_m) const {
   return rows_[row].width_m + share * (next.width_m - rows_[row].width_m);
 }
 
-double Scatterers::pattern(std::size_t bin, double along_m) const {
+double Scatterers::width_share(std::size_t bin, double from_m, double until_m) const {
   const Row& row = rows_[row_of_bin_[bin]];
-  const double cells = std::abs(along_m) * row.cells_per_m;
-  if (cells >= row.reach) return 0.0;
-  const auto power = [&](std::size_t column) {
-    const float* weight = &weights_[2 * (row.first_weight + column)];
-    return weight[0] * weight[0] + weight[1] * weight[1];
+  const double columns_per_m = row.cells_per_m * columns_per_cell;
+  const double from = from_m * columns_per_m, until = until_m * columns_per_m;
+  const auto overlap = [&](double begin, double end) {
+    return std::max(std::min(end, until) - std::max(begin, from), 0.0);
   };
-  return power(static_cast<std::size_t>(cells * columns_per_cell)) / power(0);
+  double between = 0.0, all = 0.0;
+  for (std::uint32_t column = 0; column < columns_; ++column) {
+    const float* weight = &weights_[2 * (row.first_weight + column)];
+    const double power = double(weight[0] * weight[0] + weight[1] * weight[1]);
+    between += power * (overlap(column, column + 1.0) + overlap(-1.0 - column, -1.0 * column));
+    all += 2.0 * power;
+  }
+  return between / all;
 }
 
 const Scatterers::Frame& Scatterers::frame_of(const ArrayFrame& array_frame) const {

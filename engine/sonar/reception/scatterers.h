@@ -70,9 +70,8 @@ class Scatterers {
   double width_m(std::size_t bin) const { return width_of_bin_m_[bin]; }
   /// The same at any range; beyond farthest_m it grows like the range.
   double width_m_at(double range_m) const;
-  /// That pattern at a distance along the array from its middle, relative to the axis, at a bin's
-  /// range.
-  double pattern(std::size_t bin, double along_m) const;
+  /// The share of that integral between two distances along the array from its middle.
+  double width_share(std::size_t bin, double from_m, double until_m) const;
 
  private:
   static constexpr int columns_per_cell = 32;

@@ -38,9 +38,9 @@ class SonarEquation {
   /// Integral of the two-way power pattern along the array, m.
   double width_m(std::size_t bin) const { return scatterers_->width_m(bin); }
   double width_m_at(double range_m) const;
-  /// Two-way power pattern at a distance along the array, relative to the axis.
-  double pattern(std::size_t bin, double along_m) const {
-    return scatterers_->pattern(bin, along_m);
+  /// The share of that integral between two distances along the array from its middle.
+  double width_share(std::size_t bin, double from_m, double until_m) const {
+    return scatterers_->width_share(bin, from_m, until_m);
   }
   double wavelength_m() const { return wavelength_m_; }
   double frequency_hz() const { return frequency_hz_; }

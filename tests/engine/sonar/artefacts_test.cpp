@@ -203,6 +203,16 @@ TEST_CASE("a fish's shadow is as dark as its height over that and the Fresnel zo
   Sonar sonar = quiet_sonar();
   sonar.focused = true;
   constexpr double length_m = 0.08, thick_m = 0.25 * length_m;
+  // The share of sinc^4 within a width about its middle; its integral is 2/3.
+  const auto beam_share = [](double width) {
+    constexpr int steps = 1000;
+    double sum = 0.0;
+    for (int i = 0; i < steps; ++i) {
+      const double x = std::numbers::pi * width * ((i + 0.5) / steps - 0.5);
+      sum += std::pow(std::sin(x) / x, 4.0) / steps;
+    }
+    return sum * width / (2.0 / 3.0);
+  };
   Receiver receiver({.fish_per_hectare = 20.0,
                      .fish_strength_db = 0.0,
                      .fish_length_m = length_m,
@@ -236,8 +246,8 @@ TEST_CASE("a fish's shadow is as dark as its height over that and the Fresnel zo
     if (fish.darkness < 1e-3 || fish.bed_m < fish.away_m + 1.0) continue;  // no shadow of its own
     const double zone_m =
         std::sqrt(wavelength_m * fish.away_m * (fish.bed_m - fish.away_m) / fish.bed_m);
-    const double width_m = 2.0 / 3.0 * wavelength_m * fish.away_m / sonar.array_length_m;
-    ratios.push_back(fish.darkness / (length_m / width_m * thick_m / std::hypot(thick_m, zone_m)));
+    const double share = beam_share(length_m * sonar.array_length_m / (wavelength_m * fish.away_m));
+    ratios.push_back(fish.darkness / (share * thick_m / std::hypot(thick_m, zone_m)));
   }
   REQUIRE(ratios.size() > 20);
   std::ranges::sort(ratios);
@@ -264,6 +274,40 @@ TEST_CASE("a fish's echo has its strength, whatever the bins and the pulse") {
   const double usual = energy(1500, 30e3);
   CHECK(energy(600, 30e3) == Approx(usual).epsilon(0.1));
   CHECK(energy(1500, 5e3) == Approx(usual).epsilon(0.1));
+}
+
+TEST_CASE(
+    "a long fish echoes as the mean of small ones along its length, and no more over a pass") {
+  constexpr double step_m = 0.02;
+  const auto pass = [](double length_m) {
+    Sonar sonar = quiet_sonar();
+    sonar.focused = true;
+    Receiver receiver({.fish_per_hectare = 500.0,
+                       .fish_strength_db = 0.0,
+                       .fish_length_m = length_m,
+                       .fish_height_m = 5.0},
+                      false, sonar);
+    std::vector<double> energy;  // of each ping
+    for (double north_m = 0.0; north_m < 20.0; north_m += step_m) {
+      const EchoLine line = receiver.receive(0, 0.0, north_m, 0.0);
+      energy.push_back(
+          std::accumulate(line.bins.intensity.begin(), line.bins.intensity.end(), 0.0));
+    }
+    return energy;
+  };
+  const std::vector<double> small = pass(step_m);
+  for (const std::size_t steps : {21u, 51u}) {
+    const std::vector<double> of_long = pass(static_cast<double>(steps) * step_m);
+    const double strongest = std::ranges::max(of_long);
+    REQUIRE(strongest > 0.0);
+    for (std::size_t ping = steps / 2; ping + steps / 2 < small.size(); ++ping) {
+      const auto from = small.begin() + static_cast<std::ptrdiff_t>(ping - steps / 2);
+      const double mean = std::accumulate(from, from + static_cast<std::ptrdiff_t>(steps), 0.0) /
+                          static_cast<double>(steps);
+      CAPTURE(steps, ping);
+      REQUIRE(of_long[ping] == Approx(mean).epsilon(0.05).margin(0.01 * strongest));
+    }
+  }
 }
 
 TEST_CASE("fish near an array that is not focused hide no more than all, and give numbers") {
@@ -305,7 +349,8 @@ TEST_CASE("fish swim below the sea surface") {
   double within = 0.0, beyond = 0.0;  // 3 m up at 20 degrees and more, or less
   for (std::size_t i = 0; i < all.size(); ++i) {
     const double r = (double(i % 1500) + 0.5) * sonar.bin_m();
-    (r < 3.0 / std::sin(20.0 * degree) ? within : beyond) += double(all[i]) * std::pow(r, 4.0);
+    // The beam's part of a fish grows with the range.
+    (r < 3.0 / std::sin(20.0 * degree) ? within : beyond) += double(all[i]) * std::pow(r, 3.0);
   }
   CHECK(within > 0.0);
   CHECK(beyond < within);
