@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <numbers>
 
 #include "support/catch.h"
@@ -25,8 +26,8 @@ namespace {
 /// turned by turned_rad from facing the sonar, in the level.
 struct Wall {
   double length_m = 40.0, turned_rad = 0.0, beside_m = 0.0, slope = 0.0;
+  double away_m = 24.0, height_m = 2.5;
 };
-constexpr double wall_away_m = 24.0, wall_height_m = 2.5;
 
 /// The energy that a wall adds to a bed whose direct echo is 1 in each bin.
 double corner_energy(const Sonar& sonar, const Circumstances& under, const Wall& wall,
@@ -36,10 +37,10 @@ double corner_energy(const Sonar& sonar, const Circumstances& under, const Wall&
                                  .bed = under.bed,
                                  .arrivals = {.double_bounce = true}});
   EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
-  line.walls = {{.middle = {wall_away_m, wall.beside_m, 0.5 * wall_height_m - altitude_m},
+  line.walls = {{.middle = {wall.away_m, wall.beside_m, 0.5 * wall.height_m - altitude_m},
                  .normal = {-std::cos(wall.turned_rad), std::sin(wall.turned_rad), 0.0},
                  .length_m = wall.length_m,
-                 .height_m = wall_height_m,
+                 .height_m = wall.height_m,
                  .reflected = reflected,
                  .slope = wall.slope}};
   SignalChain::Scratch scratch;
@@ -48,7 +49,7 @@ double corner_energy(const Sonar& sonar, const Circumstances& under, const Wall&
   for (std::size_t i = 0; i < line.bins.intensity.size(); ++i) {
     const double its = double(line.bins.intensity[i]) - double(line.bins.intensity_mean[i]);
     // The paths are nearly as long as that to the wall's foot.
-    const double foot_m = std::hypot(wall_away_m, altitude_m);
+    const double foot_m = std::hypot(wall.away_m, altitude_m);
     if (std::abs(line.bins.range_m[i] - foot_m) > 0.5) REQUIRE(std::abs(its) < 1e-3);
     added += its;
   }
@@ -57,9 +58,12 @@ double corner_energy(const Sonar& sonar, const Circumstances& under, const Wall&
 
 /// The same by a sum over the bed. Sound that reaches a place of it over the wall has come from the
 /// place's own mirror image behind the wall, if the line there passes through the wall; it has the
-/// array's far-field beam in that direction. Each place has two paths, whose amplitudes add.
+/// array's far-field beam in that direction. Each place has two paths, whose amplitudes add. echo:
+/// the direct echo of a bin of bed by its range.
 template <class Direct, class Bistatic>
-double mirrored_energy(const Sonar& sonar, const Wall& wall, Direct&& direct, Bistatic&& bistatic) {
+double mirrored_energy(
+    const Sonar& sonar, const Wall& wall, Direct&& direct, Bistatic&& bistatic,
+    const std::function<double(double range_m)>& echo = [](double) { return 1.0; }) {
   const double per_m = sonar.frequency_hz / 1500.0 * sonar.array_length_m;
   const auto beam = [&](double along_m, double range_m) {
     const double a = std::numbers::pi * per_m * along_m / range_m;
@@ -68,10 +72,10 @@ double mirrored_energy(const Sonar& sonar, const Wall& wall, Direct&& direct, Bi
   const Eigen::Vector3d sonar_at(0.0, 0.0, altitude_m);
   const Eigen::Vector3d normal(-std::cos(wall.turned_rad), std::sin(wall.turned_rad), 0.0);
   const Eigen::Vector3d level(std::sin(wall.turned_rad), std::cos(wall.turned_rad), 0.0);
-  const Eigen::Vector3d foot(wall_away_m, wall.beside_m, 0.0);
+  const Eigen::Vector3d foot(wall.away_m, wall.beside_m, 0.0);
   constexpr double step_m = 0.05, aside_m = 0.01;
   double sum = 0.0;
-  for (double x_m = 0.5 * step_m; x_m < wall_away_m + 1.0; x_m += step_m) {
+  for (double x_m = 0.5 * step_m; x_m < wall.away_m + 1.0; x_m += step_m) {
     const double range_m = std::hypot(x_m, altitude_m);
     double across = 0.0;
     for (double y_m = -1.0 + 0.5 * aside_m; y_m < 1.0; y_m += aside_m) {
@@ -81,7 +85,7 @@ double mirrored_energy(const Sonar& sonar, const Wall& wall, Direct&& direct, Bi
       const Eigen::Vector3d image = place - 2.0 * before_m * normal, way = image - sonar_at;
       const Eigen::Vector3d met =
           sonar_at + (foot - sonar_at).dot(normal) / way.dot(normal) * way - foot;
-      if (met.z() > wall_height_m || std::abs(met.dot(level)) > 0.5 * wall.length_m) continue;
+      if (met.z() > wall.height_m || std::abs(met.dot(level)) > 0.5 * wall.length_m) continue;
       const double g_in = std::asin(altitude_m / way.norm()), g = std::asin(altitude_m / range_m);
       // By how much the sound changes its azimuth on the bed.
       const Eigen::Vector3d arrives = way - 2.0 * way.dot(normal) * normal;
@@ -90,16 +94,18 @@ double mirrored_energy(const Sonar& sonar, const Wall& wall, Direct&& direct, Bi
                 bistatic(g_in, g, turned) / direct(g) * std::pow(range_m / way.norm(), 2);
     }
     const double bins = step_m * x_m / range_m / sonar.bin_m();
-    sum += 4.0 * bins * across / (2.0 / 3.0 * range_m / per_m);
+    sum += 4.0 * echo(range_m) * bins * across / (2.0 / 3.0 * range_m / per_m);
   }
   return sum;
 }
 
 double lambert(double sine) { return 3e-4 * sine * sine; }
-double mirrored_by_lambert(const Sonar& sonar, const Wall& wall) {
+double mirrored_by_lambert(
+    const Sonar& sonar, const Wall& wall,
+    const std::function<double(double range_m)>& echo = [](double) { return 1.0; }) {
   return mirrored_energy(
       sonar, wall, [](double g) { return std::pow(std::sin(g), 2.0); },
-      [](double a, double b, double) { return std::sin(a) * std::sin(b); });
+      [](double a, double b, double) { return std::sin(a) * std::sin(b); }, echo);
 }
 
 }  // namespace
@@ -114,16 +120,53 @@ TEST_CASE("a wall's foot has the echo of the bed that it mirrors, both ways in p
         Approx(0.1 * corner_energy(sonar, {.strength = lambert}, {})).epsilon(0.01));
 }
 
+TEST_CASE("the echo of a wall's foot has the shape of the pulse") {
+  // All paths have the length of that to the foot within a few bins, and the pulse is much longer.
+  Sonar sonar = open_sonar();
+  sonar.bins = 6000;
+  sonar.pulse.bandwidth_hz = 1e3;
+  for (const PulseKind kind : {PulseKind::cw, PulseKind::lfm}) {
+    sonar.pulse.kind = kind;
+    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    const Wall wall{.height_m = 0.8};
+    line.walls = {{.middle = {wall.away_m, 0.0, 0.5 * wall.height_m - altitude_m},
+                   .normal = {-1.0, 0.0, 0.0},
+                   .length_m = wall.length_m,
+                   .height_m = wall.height_m,
+                   .reflected = 1.0}};
+    const SignalChain chain(
+        sonar,
+        {.speckle = false, .nominal_strength = lambert, .arrivals = {.double_bounce = true}});
+    SignalChain::Scratch scratch;
+    chain.receive(context, std::span(&line, 1), scratch);
+    const double foot_m = std::hypot(wall.away_m, altitude_m), cell_m = 0.75;
+    double energy = 0.0;
+    for (std::size_t i = 0; i < line.bins.intensity.size(); ++i)
+      energy += double(line.bins.intensity[i]) - double(line.bins.intensity_mean[i]);
+    REQUIRE(energy > 0.0);
+    for (const double behind_m : {-0.5, -0.3, -0.1, 0.1, 0.2, 0.35, 0.5, 0.65}) {
+      const double x = std::numbers::pi * behind_m / cell_m;
+      const double expected =
+          kind == PulseKind::cw ? double(behind_m > 0.0) : std::pow(std::sin(x) / x, 2);
+      const auto bin = static_cast<std::size_t>((foot_m + behind_m) / sonar.bin_m());
+      CAPTURE(static_cast<int>(kind), behind_m);
+      CHECK((double(line.bins.intensity[bin]) - double(line.bins.intensity_mean[bin])) / energy *
+                cell_m / sonar.bin_m() ==
+            Approx(expected).margin(0.05));
+    }
+  }
+}
+
 TEST_CASE("a wall mirrors only bed that is seen") {
   const Sonar sonar = open_sonar();
-  const double from_m = std::hypot(wall_away_m, altitude_m - wall_height_m) - 9.0,
-               foot_m = std::hypot(wall_away_m, altitude_m);
+  const double from_m = std::hypot(Wall{}.away_m, altitude_m - Wall{}.height_m) - 9.0,
+               foot_m = std::hypot(Wall{}.away_m, altitude_m);
   const auto added = [&](Region region, double over_m, double height_m) {
     EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
-    line.walls = {{.middle = {wall_away_m, 0.0, 0.5 * wall_height_m - altitude_m},
+    line.walls = {{.middle = {Wall{}.away_m, 0.0, 0.5 * Wall{}.height_m - altitude_m},
                    .normal = {-1.0, 0.0, 0.0},
                    .length_m = 40.0,
-                   .height_m = wall_height_m,
+                   .height_m = Wall{}.height_m,
                    .reflected = 1.0}};
     for (std::size_t i = 0; i < line.bins.region.size(); ++i) {
       const double range_m = double(line.bins.range_m[i]);
@@ -145,8 +188,8 @@ TEST_CASE("a wall mirrors only bed that is seen") {
   const double whole = added(Region::seabed, 0.0, 0.0);
   CHECK(whole > 1.0);
   // The wall itself is as near as the bed before it; a deck there is nearer than the wall.
-  CHECK(added(Region::object, wall_away_m, wall_height_m) == Approx(whole).epsilon(0.02));
-  CHECK(added(Region::object, wall_away_m - 6.0, 1.0) < 0.2 * whole);
+  CHECK(added(Region::object, Wall{}.away_m, Wall{}.height_m) == Approx(whole).epsilon(0.02));
+  CHECK(added(Region::object, Wall{}.away_m - 6.0, 1.0) < 0.2 * whole);
   CHECK(added(Region::shadow, 0.0, 0.0) < 1e-3 * whole);
 }
 
@@ -211,11 +254,11 @@ TEST_CASE("a wall that is narrower than the beam mirrors by its width, with diff
     constexpr double part_m = 1e-3, aside_m = 0.01, step_m = 0.25;
     double sum = 0.0;
     for (double before_m = 0.5 * step_m; before_m < 8.0; before_m += step_m) {
-      const double x_m = wall_away_m - before_m, range_m = std::hypot(x_m, altitude_m);
-      const double height_m = altitude_m * before_m / (wall_away_m + before_m);
-      if (height_m > wall_height_m) break;
-      const double image_m = std::hypot(wall_away_m + before_m, altitude_m);
-      const double first_m = image_m * wall_away_m / (wall_away_m + before_m),
+      const double x_m = Wall{}.away_m - before_m, range_m = std::hypot(x_m, altitude_m);
+      const double height_m = altitude_m * before_m / (Wall{}.away_m + before_m);
+      if (height_m > Wall{}.height_m) break;
+      const double image_m = std::hypot(Wall{}.away_m + before_m, altitude_m);
+      const double first_m = image_m * Wall{}.away_m / (Wall{}.away_m + before_m),
                    last_m = image_m - first_m;
       double across = 0.0;
       for (double y_m = -1.5; y_m < 1.5; y_m += aside_m) {

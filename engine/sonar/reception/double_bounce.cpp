@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
 #include <numbers>
+#include <numeric>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -147,10 +150,21 @@ std::optional<OtherPaths::WallOverBed> OtherPaths::wall_over_bed(const PingConte
 // hull the bed lies in its shadow.
 void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& line,
                                    const BeamPlane& plane, std::span<const float> direct,
-                                   std::span<float> power) const {
+                                   std::span<float> power, std::vector<double>& energies) const {
+  if (line.walls.empty()) return;
+  energies.assign(power.size(), 0.0);
   for (const WallFacet& facet : line.walls)
     if (const std::optional<WallOverBed> wall = wall_over_bed(context, line, facet))
-      add_wall(context, line, *wall, plane, direct, power);
+      add_wall(context, line, *wall, plane, direct, energies);
+  // Through the same pulse as the direct echo, which is in the energies already.
+  const double all = std::accumulate(pulse_.weights.begin(), pulse_.weights.end(), 0.0);
+  for (std::size_t from = 0; from < energies.size(); ++from)
+    for (std::size_t i = 0; energies[from] > 0.0 && i < pulse_.weights.size(); ++i) {
+      const auto to = static_cast<std::ptrdiff_t>(from + i) + pulse_.first;
+      if (to >= 0 && to < std::ssize(power))
+        power[static_cast<std::size_t>(to)] +=
+            static_cast<float>(energies[from] * pulse_.weights[i] / all);
+    }
 }
 
 /// Whether the array sees the bed at that range, before_m before the wall. The upper parts of the
@@ -168,20 +182,20 @@ bool OtherPaths::sees_bed(const PingContext& context, const BinLayers& bins,
 
 /// Spreads energy evenly over the bins between two places, in bins.
 void OtherPaths::spread_over(double from_bin, double to_bin, double energy,
-                             std::span<float> power) {
+                             std::span<double> energies) {
   const auto [first, last] = std::minmax({from_bin, to_bin});
   const double bins = last - first;
-  for (auto n = static_cast<std::size_t>(first); n < power.size(); ++n) {
+  for (auto n = static_cast<std::size_t>(first); n < energies.size(); ++n) {
     const double end = static_cast<double>(n) + 1.0;
     const double share = std::min(end, last) - std::max(end - 1.0, first);
-    power[n] += static_cast<float>(bins > 1e-6 ? energy * share / bins : energy);
+    energies[n] += bins > 1e-6 ? energy * share / bins : energy;
     if (last < end || !(bins > 1e-6)) return;
   }
 }
 
 void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, const WallOverBed& wall,
                           const BeamPlane& plane, std::span<const float> direct,
-                          std::span<float> power) const {
+                          std::span<double> energies) const {
   constexpr int max_steps = 16;
   const double x_m = wall.x_m, height_m = wall.array_height_m, bin_m = bin_length_m(context);
   const double bins =
@@ -227,7 +241,7 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
                         to_bed * mirrored / beams_->overlap_m(range_m, range_m);
     const auto bin = std::min(static_cast<std::size_t>(range_m / bin_m), wall.bed_bin);
     spread_over(wall.appears_at_m(below_m) / bin_m, wall.appears_at_m(above_m) / bin_m,
-                4.0 * wall.facet.reflected * gain * bins_of_step * double(direct[bin]), power);
+                4.0 * wall.facet.reflected * gain * bins_of_step * double(direct[bin]), energies);
   }
 }
 

@@ -93,6 +93,7 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
   // A leg is shorter than both together, which are twice the echo's range.
   if (options.multiples || options.double_bounce)
     beams_.emplace(sonar, law.wavelength_m(), 2.0 * sonar.range_m);
+  if (options.double_bounce) pulse_ = pulse_kernel(sonar.pulse, law.sound_speed_mps(), law.bin_m());
   for (std::size_t i = 0; options.surface && i <= sine_steps; ++i)
     surface_strength_.push_back(scatter::surface_cross_section(
         surface_, std::asin(std::max(0.5, static_cast<double>(i)) / sine_steps)));
@@ -122,7 +123,7 @@ void OtherPaths::add(const PingContext& context, const EchoLine& line,
   if (options_.surface) add_surface(context, line.side, plane, power);
   if (options_.volume) add_volume(context, depth_m, altitude_m, line.side, plane, power);
   if (options_.multiples) add_multiples(depth_m, altitude_m, line.side, plane, direct, power, sums);
-  if (options_.double_bounce) add_double_bounce(context, line, plane, direct, power);
+  if (options_.double_bounce) add_double_bounce(context, line, plane, direct, power, sums);
 }
 
 // A bin receives from the ranges where its cell begins and ends, or from the bin itself if that is

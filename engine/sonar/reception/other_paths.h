@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/instrument/pulse.h>
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
 #include <ensonify/engine/sonar/reception/other_paths_options.h>
 #include <ensonify/engine/sonar/reception/ping_context.h>
@@ -71,16 +72,18 @@ class OtherPaths {
   void add_earlier_pings(const PingContext& context, Side side, const BeamPlane& plane,
                          std::span<float> power) const;
   void add_double_bounce(const PingContext& context, const EchoLine& line, const BeamPlane& plane,
-                         std::span<const float> direct, std::span<float> power) const;
+                         std::span<const float> direct, std::span<float> power,
+                         std::vector<double>& energies) const;
   struct WallOverBed;
   std::optional<WallOverBed> wall_over_bed(const PingContext& context, const EchoLine& line,
                                            const WallFacet& wall) const;
   bool sees_bed(const PingContext& context, const BinLayers& bins, const WallOverBed& wall,
                 double range_m, double before_m) const;
-  static void spread_over(double from_bin, double to_bin, double energy, std::span<float> power);
+  static void spread_over(double from_bin, double to_bin, double energy,
+                          std::span<double> energies);
   void add_wall(const PingContext& context, const EchoLine& line, const WallOverBed& wall,
                 const BeamPlane& plane, std::span<const float> direct,
-                std::span<float> power) const;
+                std::span<double> energies) const;
   struct MirroredBeam;
   double mirrored_m(const MirroredBeam& beam) const;
 
@@ -103,6 +106,7 @@ class OtherPaths {
   std::vector<double> volume_;            // per bin, for one radian of the vertical beam
   std::array<VerticalSum, 2> vertical_sums_;
   std::optional<OneWayBeams> beams_;  // if multiples or walls are received
+  PulseKernel pulse_;                 // if walls are received
 };
 
 }  // namespace ensonify::engine
