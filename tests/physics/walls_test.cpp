@@ -108,6 +108,13 @@ double mirrored_by_lambert(
       [](double a, double b, double) { return std::sin(a) * std::sin(b); }, echo);
 }
 
+/// The direct echo of a bin of a level bed by that law. The beam's width grows with the range r,
+/// and the bed in a bin is r / x long at the distance x.
+double lambert_echo(double range_m) {
+  const double over_m = std::sqrt(std::max(std::pow(range_m, 2) - std::pow(altitude_m, 2), 1e-9));
+  return 1e6 * lambert(altitude_m / range_m) * std::pow(range_m, -2.0) / over_m;
+}
+
 }  // namespace
 
 TEST_CASE("a wall's foot has the echo of the bed that it mirrors, both ways in phase") {
@@ -157,6 +164,42 @@ TEST_CASE("the echo of a wall's foot has the shape of the pulse") {
   }
 }
 
+TEST_CASE("a wall that is as near as the bed it mirrors and outshines it mirrors the bed alone") {
+  const Sonar sonar = open_sonar();
+  for (const Wall& wall :
+       {Wall{.away_m = 12.0, .height_m = 5.0}, Wall{.away_m = 14.0, .height_m = 3.0},
+        Wall{.away_m = 10.0, .height_m = 4.0}}) {
+    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    const double top_m = std::hypot(wall.away_m, altitude_m - wall.height_m),
+                 foot_m = std::hypot(wall.away_m, altitude_m);
+    for (std::size_t i = 0; i < line.bins.region.size(); ++i) {
+      const double range_m = double(line.bins.range_m[i]);
+      if (range_m < altitude_m) continue;
+      line.bins.intensity_mean[i] = static_cast<float>(lambert_echo(range_m));
+      if (range_m < top_m || range_m > foot_m) continue;
+      line.bins.intensity_mean[i] *= 10.0f;
+      line.bins.region[i] = static_cast<std::uint32_t>(Region::object);
+      line.bins.x_m[i] = static_cast<float>(wall.away_m);
+    }
+    line.walls = {{.middle = {wall.away_m, 0.0, 0.5 * wall.height_m - altitude_m},
+                   .normal = {-1.0, 0.0, 0.0},
+                   .length_m = wall.length_m,
+                   .height_m = wall.height_m,
+                   .reflected = 1.0}};
+    const SignalChain chain(
+        sonar,
+        {.speckle = false, .nominal_strength = lambert, .arrivals = {.double_bounce = true}});
+    SignalChain::Scratch scratch;
+    chain.receive(context, std::span(&line, 1), scratch);
+    double added = 0.0;
+    for (std::size_t i = 0; i < line.bins.intensity.size(); ++i)
+      added += double(line.bins.intensity[i]) - double(line.bins.intensity_mean[i]);
+    CAPTURE(wall.away_m, wall.height_m);
+    CHECK(scatter::to_db(added / mirrored_by_lambert(sonar, wall, lambert_echo)) ==
+          Approx(0.0).margin(0.3));
+  }
+}
+
 TEST_CASE("a wall mirrors only bed that is seen") {
   const Sonar sonar = open_sonar();
   const double from_m = std::hypot(Wall{}.away_m, altitude_m - Wall{}.height_m) - 9.0,
@@ -170,6 +213,8 @@ TEST_CASE("a wall mirrors only bed that is seen") {
                    .reflected = 1.0}};
     for (std::size_t i = 0; i < line.bins.region.size(); ++i) {
       const double range_m = double(line.bins.range_m[i]);
+      if (range_m > altitude_m)
+        line.bins.intensity_mean[i] = static_cast<float>(lambert_echo(range_m));
       if (range_m < from_m || range_m > foot_m) continue;
       line.bins.region[i] = static_cast<std::uint32_t>(region);
       line.bins.x_m[i] = static_cast<float>(array.x() + over_m);

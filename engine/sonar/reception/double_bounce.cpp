@@ -202,6 +202,10 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
       std::abs(wall.range_on_bed_m(wall.high_m) - wall.range_on_bed_m(wall.low_m)) / bin_m;
   const int steps = static_cast<int>(std::clamp(std::ceil(bins), 1.0, double(max_steps)));
   const double step_m = (wall.high_m - wall.low_m) / steps;
+  const auto level_bed = [&](double range_m) {
+    const double sine = std::min(height_m / range_m, 1.0);
+    return law_.level_bed(line.side, plane, range_m, sine) * bed_strength(sine);
+  };
   for (int i = 0; i < steps && step_m > 0.0; ++i) {
     const double z_m = wall.low_m + (i + 0.5) * step_m;
     const double in_rad = wall.depression_rad(z_m);
@@ -239,9 +243,14 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
     const double gain = forwards / direct_strength *
                         std::sqrt(law_.per_m2_at(image_m) / law_.per_m2_at(range_m)) * to_wall /
                         to_bed * mirrored / beams_->overlap_m(range_m, range_m);
-    const auto bin = std::min(static_cast<std::size_t>(range_m / bin_m), wall.bed_bin);
+    const auto own_bin = static_cast<std::size_t>(range_m / bin_m);
+    const std::size_t bin = std::min(own_bin, wall.bed_bin);
+    double bed = double(direct[bin]);
+    // Nearer to the wall, the wall is in the direct echo too: there a level bed goes on.
+    if (bin < own_bin)
+      bed *= level_bed(range_m) / level_bed(law_.cell_middle_m(bin) / context.range_per_m_down);
     spread_over(wall.appears_at_m(below_m) / bin_m, wall.appears_at_m(above_m) / bin_m,
-                4.0 * wall.facet.reflected * gain * bins_of_step * double(direct[bin]), energies);
+                4.0 * wall.facet.reflected * gain * bins_of_step * bed, energies);
   }
 }
 
