@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/nearest_floats.h>
@@ -90,8 +91,13 @@ class Steps {
 /// Fills in the angles of the layout's rays, and which are within the beam.
 void set_grid(std::shared_ptr<const FanGrid> grid, RayLayout& layout) {
   layout.grid = std::move(grid);
+  layout.rays = 0;
+  for (std::vector<double>* angles : {&layout.cosines, &layout.sines, &layout.edge_rad})
+    angles->clear();
+  layout.within.resize(layout.grid->planes.size());
   for (std::size_t plane = 0; plane < layout.grid->planes.size(); ++plane) {
-    std::vector<RayLayout::Stretch>& stretches = layout.within.emplace_back();
+    std::vector<RayLayout::Stretch>& stretches = layout.within[plane];
+    stretches.clear();
     for_beam_ranges(*layout.grid, plane, [&](std::size_t from, std::size_t until, bool within) {
       if (!within) return;
       stretches.push_back({from, until});
@@ -134,25 +140,27 @@ struct FanInWater {
 
 /// The layout with its rays moved so that those that lay at the limits lie there still: near them
 /// an angle's millionth is metres of the bed. Rays between limits keep their shares of the way.
-RayLayout moved_in_water(const RayLayout& layout, const FanInWater& laid_for,
-                         const FanInWater& now) {
-  auto grid = std::make_shared<FanGrid>(*layout.grid);
+void move_in_water(const RayLayout& layout, const FanInWater& laid_for, const FanInWater& now,
+                   const std::shared_ptr<FanGrid>& grid, RayLayout& result) {
+  *grid = *layout.grid;
   std::vector<double>& elevation_rad = grid->elevation_rad;
   struct Moved {
     double from_rad, to_rad;
   };
-  const double end_rad = elevation_rad.back();
-  std::vector<Moved> moved{{elevation_rad.front(), elevation_rad.front()}};
   const std::array from_rad = laid_for.limit_elevations_rad(grid->middle_depression_rad),
                    to_rad = now.limit_elevations_rad(grid->middle_depression_rad);
+  std::array<Moved, std::tuple_size_v<decltype(from_rad)> + 2> moved;
+  const double end_rad = elevation_rad.back();
+  moved[0] = {elevation_rad.front(), elevation_rad.front()};
+  std::size_t last = 0;
   for (std::size_t i = 0; i < from_rad.size(); ++i)
-    if (std::min(from_rad[i] - moved.back().from_rad, to_rad[i] - moved.back().to_rad) > 0.0 &&
+    if (std::min(from_rad[i] - moved[last].from_rad, to_rad[i] - moved[last].to_rad) > 0.0 &&
         std::max(from_rad[i], to_rad[i]) < end_rad)
-      moved.push_back({from_rad[i], to_rad[i]});
-  moved.push_back({end_rad, end_rad});
+      moved[++last] = {from_rad[i], to_rad[i]};
+  moved[++last] = {end_rad, end_rad};
   std::size_t next = 1;
   for (std::size_t j = 0; j < elevation_rad.size(); ++j) {
-    while (next + 1 < moved.size() && elevation_rad[j] > moved[next].from_rad) ++next;
+    while (next < last && elevation_rad[j] > moved[next].from_rad) ++next;
     const Moved &before = moved[next - 1], &after = moved[next];
     elevation_rad[j] =
         std::lerp(before.to_rad, after.to_rad,
@@ -160,12 +168,10 @@ RayLayout moved_in_water(const RayLayout& layout, const FanInWater& laid_for,
     grid->sin_elevation[j] = std::sin(elevation_rad[j]);
     grid->cos_elevation[j] = std::cos(elevation_rad[j]);
   }
-  RayLayout result;
   result.samples = layout.samples;
   result.first_sample = layout.first_sample;
   result.max_rays_per_piece = layout.max_rays_per_piece;  // equal steps stay equal
-  set_grid(std::move(grid), result);
-  return result;
+  set_grid(grid, result);
 }
 
 }  // namespace
@@ -247,7 +253,9 @@ RayLayouts::RayLayouts(const Sonar& sonar, double wavelength_m)
     : sonar_(sonar),
       wavelength_m_(wavelength_m),
       sent_rad_(sonar.transmit_array(wavelength_m).null_rad(sonar.side_lobes + 1)),
-      received_rad_(sonar.receive_array(wavelength_m).null_rad(sonar.side_lobes + 1)) {}
+      received_rad_(sonar.receive_array(wavelength_m).null_rad(sonar.side_lobes + 1)),
+      main_lobe_rad_(std::min(sonar.transmit_array(wavelength_m).null_rad(1),
+                              sonar.receive_array(wavelength_m).null_rad(1))) {}
 
 std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, Side side, double altitude_m,
                                                 double nearest_m, double drift_rad,
@@ -271,7 +279,7 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, Side side, dou
   const double rise_step_rad = 0.5 * height_m / sonar_.range_m;
   const int rise_step = rise_rad > 0.0 ? static_cast<int>(std::ceil(rise_rad / rise_step_rad)) : 0;
   // Near the turning point, a depth change of centimetres moves a ray's hit by tens of metres, so
-  // the steps are finer, and moved_in_water() does the rest.
+  // the steps are finer, and move_in_water() does the rest.
   constexpr double bent_steps_per_octave = 16.0, bent_depth_share = 0.02;
   const double depth_m = std::max(-pose.position.z(), 0.0),
                over_bed_m = std::max(altitude_m, height_m);
@@ -309,17 +317,28 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, Side side, dou
         bent ? std::span(bent->by_launch) : std::span<const LaunchRange>()));
   if (!bent) return layout;
   const Eigen::RowVector3d downwards = -body_to_world(pose).row(2);
-  const double lobe_rad = std::min(sonar_.transmit_array(wavelength_m_).null_rad(1),
-                                   sonar_.receive_array(wavelength_m_).null_rad(1));
   const FanInWater laid_for{.roll_tilt_rad = laid_tilt_rad,
                             .level_share = 1.0,
                             .planes_rad = 0.0,
                             .limits = bent->limits};
   const FanInWater now{.roll_tilt_rad = tilt_rad,
                        .level_share = std::max(downwards.tail<2>().norm(), 1e-6),
-                       .planes_rad = std::abs(downwards.x()) * lobe_rad,
+                       .planes_rad = std::abs(downwards.x()) * main_lobe_rad_,
                        .limits = launch_limits(*profile_, depth_m, depth_m + over_bed_m)};
-  return std::make_shared<const RayLayout>(moved_in_water(*layout, laid_for, now));
+  Moved& moved = unused(*layout->grid);
+  move_in_water(*layout, laid_for, now, moved.grid, *moved.layout);
+  return moved.layout;
+}
+
+RayLayouts::Moved& RayLayouts::unused(const FanGrid& grid) {
+  // A used grid is held here and by its layout.
+  const auto is_unused = [](const Moved& moved) {
+    return moved.layout.use_count() == 1 && moved.grid.use_count() <= 2;
+  };
+  const auto found = std::ranges::find_if(moved_, is_unused);
+  if (found != moved_.end()) return *found;
+  moved_.push_back({std::make_shared<RayLayout>(), std::make_shared<FanGrid>(grid)});
+  return moved_.back();
 }
 
 }  // namespace ensonify::engine

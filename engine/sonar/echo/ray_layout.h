@@ -77,6 +77,8 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double ra
 class RayLayouts {
  public:
   RayLayouts(const Sonar& sonar, double wavelength_m);
+  RayLayouts(const RayLayouts&) = delete;  // no two share layouts that are used again
+  RayLayouts(RayLayouts&&) = default;
   /// Lays the rays for a sea in which they bend. The profile must outlive this.
   void bend(const scatter::SoundSpeedProfile& profile, double reference_mps) {
     profile_ = &profile;
@@ -88,9 +90,18 @@ class RayLayouts {
                                       double nearest_m, double drift_rad, double rise_rad);
 
  private:
+  /// A layout of a ping and its grid, which other pings use again when no one holds them: a steady
+  /// ping allocates nothing.
+  struct Moved {
+    std::shared_ptr<RayLayout> layout;
+    std::shared_ptr<FanGrid> grid;
+  };
+  Moved& unused(const FanGrid& grid);  ///< or else a new one with a copy of this grid
+
   Sonar sonar_;
   double wavelength_m_;
   double sent_rad_, received_rad_;  // how far the traced lobes of each array reach, far away
+  double main_lobe_rad_;            // of the narrower array
   const scatter::SoundSpeedProfile* profile_ = nullptr;  // if rays bend
   double reference_mps_ = 0.0;
   /// By steps of altitude, finer steps of it, and depth.
@@ -98,6 +109,7 @@ class RayLayouts {
   /// By steps of altitude, nearest range, tilt, drift and rise; and for bent rays of depth and
   /// finer steps of altitude.
   std::map<std::array<int, 7>, std::shared_ptr<const RayLayout>> made_;
+  std::vector<Moved> moved_;
 };
 
 }  // namespace ensonify::engine

@@ -1,10 +1,11 @@
 #include <ensonify/engine/trace/fan_scan/fan_tables.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <bitset>
 #include <cmath>
 #include <stdexcept>
-#include <vector>
 
 #include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/fan_scan/scan_kernel.h>
@@ -68,7 +69,7 @@ void FanTables::take(std::shared_ptr<const FanGrid> grid) {
 void FanTables::lay_lines(double span) {
   const auto rays = static_cast<std::int64_t>(sin_elevation.size() - widest_vector);
   const auto q_of = [&](std::int64_t ray) { return ascending[static_cast<std::size_t>(ray) + 1]; };
-  std::vector<float> below(steps), rise(steps);
+  std::array<float, steps> below, rise;
   double number = 0.0;
   std::int64_t last = 0;  // the last ray at or below q
   for (std::size_t step = 0; step < steps; ++step) {
@@ -87,7 +88,7 @@ void FanTables::lay_lines(double span) {
     const double stepped = (q_of(std::clamp<std::int64_t>(ray, 0, rays - 1)) - first) * steps_per_q;
     return std::clamp<std::int64_t>(static_cast<std::int64_t>(stepped), 0, steps - 1);
   };
-  std::vector<bool> bad(steps, false);
+  std::bitset<steps> bad;
   for (std::int64_t ray = 0; ray < rays; ++ray) {
     const std::int64_t step = step_of(ray);
     const auto at = static_cast<std::size_t>(step);
