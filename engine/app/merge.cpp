@@ -43,9 +43,10 @@ auto watched(const MergeArguments& arguments, const Merge& merge) {
 }
 
 /// Throws std::runtime_error if pieces are missing or damaged, after it listed the damage.
-/// `command` makes missing pieces, but not damaged ones.
+/// `command` makes missing pieces, but not damaged ones. `holders`: what holds the pieces.
 void require_whole(const MergeArguments& arguments, std::string_view pieces,
-                   std::string_view command, const std::vector<std::size_t>& missing,
+                   std::string_view holders, std::string_view command,
+                   const std::vector<std::size_t>& missing,
                    const std::vector<std::string>& damaged) {
   if (missing.empty() && damaged.empty()) return;
   for (std::size_t i = 0; i < std::min(max_lines, damaged.size()); ++i)
@@ -60,7 +61,7 @@ void require_whole(const MergeArguments& arguments, std::string_view pieces,
         fmt::format("{} fault{} in {}; ", damaged.size(), damaged.size() == 1 ? "" : "s", pieces);
   throw std::runtime_error(fmt::format(
       "{}: {}nothing was written; {}run `{}` again", arguments.folder.string(), found,
-      damaged.empty() ? "" : fmt::format("remove the folders of damaged {} and ", pieces),
+      damaged.empty() ? "" : fmt::format("remove the {} of damaged {} and ", holders, pieces),
       command));
 }
 
@@ -74,7 +75,7 @@ void merge_parts(const MergeArguments& arguments) {
                   {"missing", report.missing},
                   {"damaged", report.damaged},
                   {"warnings", report.warnings}});
-  require_whole(arguments, "parts", "ensonify run", report.missing, report.damaged);
+  require_whole(arguments, "parts", "folders", "ensonify run", report.missing, report.damaged);
   print_warnings(report.warnings);
   if (!arguments.quiet)
     print_note("{}: {} parts are complete\n", arguments.folder.string(), report.parts);
@@ -91,7 +92,8 @@ void merge_dataset(const MergeArguments& arguments) {
                   {"warnings", report.warnings},
                   {"splits", report.samples_by_split},
                   {"images", report.images}});
-  require_whole(arguments, "samples", "ensonify generate", report.missing, report.damaged);
+  require_whole(arguments, "samples", "folders or tars", "ensonify generate", report.missing,
+                report.damaged);
   print_warnings(report.warnings);
   if (arguments.quiet) return;
   print_note("{}: {} samples are complete\n", arguments.folder.string(), report.samples);

@@ -79,7 +79,7 @@ void CheckedSamples::see_files_of(std::size_t sample) {
 
 std::optional<SampleRecord> CheckedSamples::read(std::size_t sample, std::string& damage) {
   const auto damaged = [&](const std::string& file, std::string_view what) {
-    damage = fmt::format("{}: {}", (place(sample) / file).string(), what);
+    damage = fmt::format("{}: {}", (place(sample) / name_of(sample, file)).string(), what);
     return std::nullopt;
   };
   try {
@@ -108,7 +108,8 @@ std::optional<SampleRecord> CheckedSamples::read(std::size_t sample, std::string
     }
     return record;
   } catch (const std::exception& error) {
-    return damaged("", error.what());
+    damage = fmt::format("{}: {}", place(sample).string(), error.what());
+    return std::nullopt;
   }
 }
 

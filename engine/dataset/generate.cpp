@@ -415,8 +415,8 @@ class Generator {
       const Interval samples = samples_of(recipe_, {unit, unit + 1});
       const fs::path place = folders_.tar(unit);
       const Claim claim = wait_for(place);
-      if (!fs::exists(place)) make_tar(samples, place);
-      if (fs::exists(place)) remove_samples(samples);
+      if (!is_whole_tar(place)) make_tar(samples, place);
+      if (is_whole_tar(place)) remove_samples(samples);
     }
     report_.stages_s["disk"] += seconds_since(start);
   }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/output/tar.h>
+
 namespace ensonify::engine {
 
 namespace fs = std::filesystem;
@@ -12,7 +14,7 @@ SampleFolders::SampleFolders(fs::path dataset, std::size_t samples_per_tar)
 bool SampleFolders::finished(std::size_t number) const {
   // A tar appears before its samples' folders are removed, so this order misses none.
   return fs::exists(sample(number)) ||
-         (samples_per_tar_ > 0 && fs::exists(tar(number / samples_per_tar_)));
+         (samples_per_tar_ > 0 && is_whole_tar(tar(number / samples_per_tar_)));
 }
 
 fs::path SampleFolders::sample(std::size_t number) const {

@@ -1,5 +1,9 @@
 #include <ensonify/engine/output/tar.h>
 
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -23,6 +27,13 @@ void TarFile::add(const std::string& name, std::span<const std::byte> content) {
 void TarFile::finish() {
   archive_.finish();
   file_.commit();
+}
+
+bool is_whole_tar(const std::filesystem::path& file) {
+  std::array<char, 1024> end{};  // two blocks
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
+  return in && in.seekg(-std::ssize(end), std::ios::end) && in.read(end.data(), std::ssize(end)) &&
+         std::ranges::all_of(end, [](char byte) { return byte == 0; });
 }
 
 void read_tar(const std::filesystem::path& file,

@@ -26,6 +26,9 @@ class TarFile {
   ArchiveWriter archive_;
 };
 
+/// Whether the file exists and ends with the zeros that end a tar. One that was cut short does not.
+bool is_whole_tar(const std::filesystem::path& file);
+
 /// Calls f for each member, in order. Throws std::runtime_error, with the file's name, if the file
 /// is damaged.
 void read_tar(

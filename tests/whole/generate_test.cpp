@@ -104,8 +104,9 @@ TEST_CASE(
     "tars do not depend on threads and shards, have the folders' files, and a damaged one is "
     "found") {
   const TemporaryFolder folder;
-  write_text(folder / "recipe.toml",
-             changed(tiny_recipe, "seafloors = 4", "seafloors = 4\nsamples_per_tar = 3"));
+  const std::string in_tars =
+      changed(tiny_recipe, "seafloors = 4", "seafloors = 4\nsamples_per_tar = 3");
+  write_text(folder / "recipe.toml", in_tars);
   const auto expected = expected_tree(folder.path());
   CHECK(expected.contains("tars/000002.tar"));
   CHECK(!fs::exists(folder / "expected/samples/000000"));
@@ -135,7 +136,15 @@ TEST_CASE(
   write_text(folder / "shards/tars/000001.tar", tar);
   const Outcome outcome = run_program(folder.path(), {"merge", "shards", "--quiet"});
   CHECK(outcome.code == 1);
-  CHECK(outcome.err.find("000001.tar") != std::string::npos);
+  CHECK(outcome.err.find("tars/000001.tar/00000") != std::string::npos);  // names the sample
+  CHECK(outcome.err.find("remove the folders or tars") != std::string::npos);
+
+  // One that was cut short is made again.
+  write_text(folder / "recipe.toml", in_tars);
+  tar[tar.size() / 2] ^= 1;
+  write_text(folder / "shards/tars/000001.tar", tar.substr(0, tar.size() / 3));
+  generate_whole(folder.path(), "shards");
+  check_whole(folder.path(), "shards", expected);
 }
 
 TEST_CASE("a run of a sample's scene.toml gives the sample's bytes") {
