@@ -29,6 +29,16 @@ struct Wall {
   double away_m = 24.0, height_m = 2.5;
 };
 
+/// The facet of a wall on the bed, seen from the array.
+WallFacet facet_of(const Wall& wall, double reflected = 1.0) {
+  return {.middle = {wall.away_m, wall.beside_m, 0.5 * wall.height_m - altitude_m},
+          .normal = {-std::cos(wall.turned_rad), std::sin(wall.turned_rad), 0.0},
+          .length_m = wall.length_m,
+          .height_m = wall.height_m,
+          .reflected = reflected,
+          .slope = wall.slope};
+}
+
 /// The energy that a wall adds to a bed whose direct echo is 1 in each bin.
 double corner_energy(const Sonar& sonar, const Circumstances& under, const Wall& wall,
                      double reflected = 1.0) {
@@ -37,12 +47,7 @@ double corner_energy(const Sonar& sonar, const Circumstances& under, const Wall&
                                  .bed = under.bed,
                                  .arrivals = {.double_bounce = true}});
   EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
-  line.walls = {{.middle = {wall.away_m, wall.beside_m, 0.5 * wall.height_m - altitude_m},
-                 .normal = {-std::cos(wall.turned_rad), std::sin(wall.turned_rad), 0.0},
-                 .length_m = wall.length_m,
-                 .height_m = wall.height_m,
-                 .reflected = reflected,
-                 .slope = wall.slope}};
+  line.walls = {facet_of(wall, reflected)};
   SignalChain::Scratch scratch;
   with.receive(context, std::span(&line, 1), scratch);
   double added = 0.0;
@@ -108,6 +113,14 @@ double mirrored_by_lambert(
       [](double a, double b, double) { return std::sin(a) * std::sin(b); }, echo);
 }
 
+/// Adds what walls before a bed of that law add to the line.
+void receive_over_lambert(const Sonar& sonar, EchoLine& line) {
+  const SignalChain chain(
+      sonar, {.speckle = false, .nominal_strength = lambert, .arrivals = {.double_bounce = true}});
+  SignalChain::Scratch scratch;
+  chain.receive(context, std::span(&line, 1), scratch);
+}
+
 /// The direct echo of a bin of a level bed by that law. The beam's width grows with the range r,
 /// and the bed in a bin is r / x long at the distance x.
 double lambert_echo(double range_m) {
@@ -136,16 +149,8 @@ TEST_CASE("the echo of a wall's foot has the shape of the pulse") {
     sonar.pulse.kind = kind;
     EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
     const Wall wall{.height_m = 0.8};
-    line.walls = {{.middle = {wall.away_m, 0.0, 0.5 * wall.height_m - altitude_m},
-                   .normal = {-1.0, 0.0, 0.0},
-                   .length_m = wall.length_m,
-                   .height_m = wall.height_m,
-                   .reflected = 1.0}};
-    const SignalChain chain(
-        sonar,
-        {.speckle = false, .nominal_strength = lambert, .arrivals = {.double_bounce = true}});
-    SignalChain::Scratch scratch;
-    chain.receive(context, std::span(&line, 1), scratch);
+    line.walls = {facet_of(wall)};
+    receive_over_lambert(sonar, line);
     const double foot_m = std::hypot(wall.away_m, altitude_m), cell_m = 0.75;
     double energy = 0.0;
     for (std::size_t i = 0; i < line.bins.intensity.size(); ++i)
@@ -181,16 +186,8 @@ TEST_CASE("a wall that is as near as the bed it mirrors and outshines it mirrors
       line.bins.region[i] = static_cast<std::uint32_t>(Region::object);
       line.bins.x_m[i] = static_cast<float>(wall.away_m);
     }
-    line.walls = {{.middle = {wall.away_m, 0.0, 0.5 * wall.height_m - altitude_m},
-                   .normal = {-1.0, 0.0, 0.0},
-                   .length_m = wall.length_m,
-                   .height_m = wall.height_m,
-                   .reflected = 1.0}};
-    const SignalChain chain(
-        sonar,
-        {.speckle = false, .nominal_strength = lambert, .arrivals = {.double_bounce = true}});
-    SignalChain::Scratch scratch;
-    chain.receive(context, std::span(&line, 1), scratch);
+    line.walls = {facet_of(wall)};
+    receive_over_lambert(sonar, line);
     double added = 0.0;
     for (std::size_t i = 0; i < line.bins.intensity.size(); ++i)
       added += double(line.bins.intensity[i]) - double(line.bins.intensity_mean[i]);
@@ -206,11 +203,7 @@ TEST_CASE("a wall mirrors only bed that is seen") {
                foot_m = std::hypot(Wall{}.away_m, altitude_m);
   const auto added = [&](Region region, double over_m, double height_m) {
     EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
-    line.walls = {{.middle = {Wall{}.away_m, 0.0, 0.5 * Wall{}.height_m - altitude_m},
-                   .normal = {-1.0, 0.0, 0.0},
-                   .length_m = 40.0,
-                   .height_m = Wall{}.height_m,
-                   .reflected = 1.0}};
+    line.walls = {facet_of({})};
     for (std::size_t i = 0; i < line.bins.region.size(); ++i) {
       const double range_m = double(line.bins.range_m[i]);
       if (range_m > altitude_m)
@@ -220,11 +213,7 @@ TEST_CASE("a wall mirrors only bed that is seen") {
       line.bins.x_m[i] = static_cast<float>(array.x() + over_m);
       line.bins.z_m[i] = static_cast<float>(array.z() - altitude_m + height_m);
     }
-    const SignalChain chain(
-        sonar,
-        {.speckle = false, .nominal_strength = lambert, .arrivals = {.double_bounce = true}});
-    SignalChain::Scratch scratch;
-    chain.receive(context, std::span(&line, 1), scratch);
+    receive_over_lambert(sonar, line);
     double sum = 0.0;
     for (std::size_t i = 0; i < line.bins.intensity.size(); ++i)
       sum += double(line.bins.intensity[i]) - double(line.bins.intensity_mean[i]);
@@ -248,10 +237,7 @@ TEST_CASE("the echo of a high wall that leans is spread over its bins") {
                  .length_m = 40.0,
                  .height_m = 4.0,
                  .reflected = 1.0}};
-  const SignalChain chain(
-      sonar, {.speckle = false, .nominal_strength = lambert, .arrivals = {.double_bounce = true}});
-  SignalChain::Scratch scratch;
-  chain.receive(context, std::span(&line, 1), scratch);
+  receive_over_lambert(sonar, line);
   const auto adds = [&](std::size_t i) {
     return line.bins.intensity[i] > 1.001f * line.bins.intensity_mean[i];
   };

@@ -247,8 +247,10 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
     const std::size_t bin = std::min(own_bin, wall.bed_bin);
     double bed = double(direct[bin]);
     // Nearer to the wall, the wall is in the direct echo too: there a level bed goes on.
-    if (bin < own_bin)
-      bed *= level_bed(range_m) / level_bed(law_.cell_middle_m(bin) / context.range_per_m_down);
+    if (bin < own_bin && bed > 0.0) {
+      const double there = level_bed(law_.cell_middle_m(bin) / context.range_per_m_down);
+      bed = there > 0.0 ? bed * level_bed(range_m) / there : 0.0;
+    }
     spread_over(wall.appears_at_m(below_m) / bin_m, wall.appears_at_m(above_m) / bin_m,
                 4.0 * wall.facet.reflected * gain * bins_of_step * bed, energies);
   }
