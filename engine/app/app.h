@@ -135,9 +135,9 @@ void print_warnings(std::span<const std::string> warnings);
 /// The number of columns of a terminal; 80 if the file is not a terminal.
 std::size_t terminal_columns(int descriptor);
 
-/// Records SIGINT and SIGTERM during its life, instead of ending the program, and signals that the
-/// caller may have it ignore: SIGHUP, SIGXCPU, SIGUSR1 and SIGUSR2. Another signal that comes more
-/// than a second later ends the program, except SIGXCPU.
+/// Records SIGINT and SIGTERM during its life, instead of ending the program; also SIGHUP, SIGXCPU,
+/// SIGUSR1 and SIGUSR2, unless the caller made the program ignore them. Another signal that comes
+/// more than a second later ends the program, except SIGXCPU.
 class SignalWatch {
  public:
   /// A signal ends a waiting read or write only if `interrupts`. Throws std::system_error if the

@@ -285,13 +285,13 @@ bool begins_as_stated(const RecordedLine& line, Side side, const Growth& growth,
       return sum / static_cast<double>(end - first);
     };
     constexpr double shortest = 24.0;
-    if (!(edge >= shortest) || !(*bed[i] > edge + 2.0) ||
+    if (!(edge >= shortest) || !(*bed[i] > edge + static_cast<double>(bed_found_early)) ||
         std::max(long_before * edge, *bed[i]) + 1.0 > static_cast<double>(line.samples))
       continue;
     late.push_back(*bed[i] / *stated[i]);
     before += mean(0.7 * edge, 0.92 * edge);
     level += mean(*bed[i], static_cast<double>(line.samples));
-    // At most half of the way, because single pings show the bed a little earlier.
+    // Up to halfway to the bed at most, because it begins a little earlier in single pings.
     const double its = mean(edge, std::min(long_before * edge, 0.5 * (edge + *bed[i])));
     behind += its;
     squares += its * its;

@@ -1,4 +1,4 @@
-"""The program on terminals of several widths, into pipes that nobody reads, and at a limit of its shell."""
+"""The program on terminals of several widths, into pipes without a reader, and at a limit of its shell."""
 
 import contextlib
 import fcntl
@@ -88,7 +88,7 @@ class IntoAFullPipe(unittest.TestCase):
 
 class IntoAClosedPipe(unittest.TestCase):
     def outcome(self, stream, *arguments, **more):
-        """The exit code, and what the program's other stream gets, if nobody reads this one."""
+        """The exit code, and what the program's other stream gets, if this one has no reader."""
         read, write = os.pipe()
         os.close(read)
         other = {"stdout": "stderr", "stderr": "stdout"}[stream]

@@ -547,7 +547,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             "decibels; equalised: all brightnesses are equally frequent.",
             at(&Scene::display, &Display::mapping), {"gamma", "logarithmic", "equalised"}},
            {"gamma", "", {0.05, 10},
-            "The power of a gamma mapping. Medium brightness is 0.35 of white to this power.",
+            "The power of a gamma mapping. Medium brightness is 0.35 to this power, where white is 1.",
             at(&Scene::display, &Display::gamma)},
            {"range_db", "dB", {1, 200},
             "Range from black to white of a logarithmic mapping; medium brightness is in the "

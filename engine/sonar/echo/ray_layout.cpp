@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <tuple>
 
 #include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/nearest_floats.h>
@@ -138,18 +137,19 @@ struct FanInWater {
   }
 };
 
-/// The layout with its rays moved so that those that lay at the limits lie there still: near them
-/// an angle's millionth is metres of the bed. Rays between limits keep their shares of the way.
+/// Sets `result`, on `grid`, to the layout with its rays moved: those that lay at the limits lie at
+/// the present limits, because near them a millionth of an angle is metres of the bed. Rays between
+/// two limits divide the way between them as before.
 void move_in_water(const RayLayout& layout, const FanInWater& laid_for, const FanInWater& now,
                    const std::shared_ptr<FanGrid>& grid, RayLayout& result) {
   *grid = *layout.grid;
   std::vector<double>& elevation_rad = grid->elevation_rad;
-  struct Moved {
+  struct Shift {
     double from_rad, to_rad;
   };
   const std::array from_rad = laid_for.limit_elevations_rad(grid->middle_depression_rad),
                    to_rad = now.limit_elevations_rad(grid->middle_depression_rad);
-  std::array<Moved, std::tuple_size_v<decltype(from_rad)> + 2> moved;
+  std::array<Shift, 5> moved;  // the limits and both ends
   const double end_rad = elevation_rad.back();
   moved[0] = {elevation_rad.front(), elevation_rad.front()};
   std::size_t last = 0;
@@ -161,7 +161,7 @@ void move_in_water(const RayLayout& layout, const FanInWater& laid_for, const Fa
   std::size_t next = 1;
   for (std::size_t j = 0; j < elevation_rad.size(); ++j) {
     while (next < last && elevation_rad[j] > moved[next].from_rad) ++next;
-    const Moved &before = moved[next - 1], &after = moved[next];
+    const Shift &before = moved[next - 1], &after = moved[next];
     elevation_rad[j] =
         std::lerp(before.to_rad, after.to_rad,
                   (elevation_rad[j] - before.from_rad) / (after.from_rad - before.from_rad));
@@ -331,7 +331,7 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, Side side, dou
 }
 
 RayLayouts::Moved& RayLayouts::unused(const FanGrid& grid) {
-  // A used grid is held here and by its layout.
+  // Its grid is held here and by the layout itself.
   const auto is_unused = [](const Moved& moved) {
     return moved.layout.use_count() == 1 && moved.grid.use_count() <= 2;
   };

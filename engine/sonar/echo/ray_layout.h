@@ -90,13 +90,13 @@ class RayLayouts {
                                       double nearest_m, double drift_rad, double rise_rad);
 
  private:
-  /// A layout of a ping and its grid, which other pings use again when no one holds them: a steady
-  /// ping allocates nothing.
+  /// The layout of a ping, and its grid. A later ping takes them when no other object holds them,
+  /// so that a steady ping allocates nothing.
   struct Moved {
     std::shared_ptr<RayLayout> layout;
     std::shared_ptr<FanGrid> grid;
   };
-  Moved& unused(const FanGrid& grid);  ///< or else a new one with a copy of this grid
+  Moved& unused(const FanGrid& grid);  ///< a new one, with a copy of the grid, if all are held
 
   Sonar sonar_;
   double wavelength_m_;

@@ -28,7 +28,8 @@ struct ArtefactOptions {
   double automatic_gain_m = 5.0;  ///< range over which it averages
   // In the water.
   double fish_per_hectare = 0.0;
-  /// Target strength of one, dB re 1 m^2; by default of 0.4 m from the side at 400 kHz (Love 1971).
+  /// Target strength of one, dB re 1 m^2. By default about that of 0.4 m from the side, from which
+  /// the echo is strongest; a round figure, not measured.
   double fish_strength_db = -25.0;
   double fish_length_m = 0.4;
   double fish_height_m = 4.0;     ///< greatest height above the bed

@@ -138,10 +138,11 @@ void OtherPaths::add_earlier_pings(const PingContext& context, Side side, const 
   const double slant_m = plane.slant_m(altitude_m), noise = power.front();
   const double length_m = received_m() / per_m;
   const auto strength_at = [&](double range_m) {
-    return law_.per_m2_at(range_m) * law_.width_m_at(range_m) *
-           bed_strength_(std::min(altitude_m / range_m, 1.0));
+    return law_.per_m2_at(range_m) * law_.width_m_at(range_m) * bed_strength(altitude_m / range_m);
   };
-  const auto per_strip_m = plane.slant_m(law_.cell_m()) / (per_m * length_m);
+  const auto received = [&](double sum) {
+    return plane.slant_m(sum) * law_.cell_m() / (per_m * length_m);
+  };
   for (int pings = 1; pings <= max_pings_back; ++pings) {
     const double before_m = pings * ping_m_;
     const auto strip = [&](std::size_t n) {
@@ -153,18 +154,18 @@ void OtherPaths::add_earlier_pings(const PingContext& context, Side side, const 
         return strength_at(range_m) * law_.two_way(side, plane, range_m, over_m, slant_m, before_m);
       });
       return context.beam_share(n + static_cast<std::size_t>(before_m / law_.bin_m())) *
-             per_strip_m * sum;
+             received(sum);
     };
     const double first = std::max(per_m * slant_m - before_m, 0.0) / law_.bin_m();
     if (!(first < static_cast<double>(power.size()))) continue;
     auto begin = static_cast<std::size_t>(first);
     while (begin > 0 && strip(begin - 1).far_m > 0.0) --begin;
-    // No cell receives more than one that begins with the first range would on the beam's axis: if
-    // that is far below the noise, all is, and what is from earlier pings too.
+    // No cell receives more than one that begins at the first range would on the beam's axis. If
+    // that is far below the noise, so are all cells of this ping, and of those before it.
     const double nearest_m =
         std::max(slant_m, (law_.cell_middle_m(begin) + before_m) / per_m - 0.5 * length_m);
     const Strip longest(slant_m, nearest_m, nearest_m + length_m);
-    const double most = per_strip_m * strength_at(nearest_m) * (longest.far_m - longest.near_m);
+    const double most = received(strength_at(nearest_m) * (longest.far_m - longest.near_m));
     if (most < inaudible * noise) return;
     over_bins(begin, power.size(), intensity,
               [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });
@@ -176,7 +177,6 @@ void OtherPaths::add_surface(const PingContext& context, Side side, const BeamPl
                              std::span<float> power) const {
   const double depth_m = context.depth_m(), per_m = context.range_per_m_up;
   const double slant_m = plane.slant_m(depth_m), length_m = received_m() / per_m;
-  // The cell's middle may be nearer than all of the surface.
   const auto strip = [&](std::size_t n) {
     const double range_m = law_.cell_middle_m(n) / per_m;
     return Strip(slant_m, range_m - 0.5 * length_m, range_m + 0.5 * length_m);
