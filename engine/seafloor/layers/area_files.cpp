@@ -71,14 +71,18 @@ void place(AreaImage& image, GDALDataset& dataset, const std::filesystem::path& 
   if (dataset.GetGeoTransform(transform.data()) == CE_None) {
     if (!(transform[1] > 0.0 && transform[5] < 0.0 && transform[2] == 0.0 && transform[4] == 0.0))
       fail(file, "does not lie with north up; gdalwarp turns it");
+    if (!std::ranges::all_of(transform, [](double x) { return std::isfinite(x); }))
+      fail(file,
+           "has no finite place and pixel size; give it the right corners with "
+           "gdal_translate -a_ullr");
     image.west_m = transform[0] - grid.world_origin.x();
     image.north_m = transform[3] - grid.world_origin.y();
     image.pixel_east_m = transform[1];
     image.pixel_north_m = -transform[5];
     const double east_edge = image.west_m + image.columns * image.pixel_east_m;
     const double south_edge = image.north_m - image.rows * image.pixel_north_m;
-    if (image.west_m > grid.x_m(0) || image.north_m < grid.y_m(grid.rows - 1) ||
-        east_edge < grid.x_m(grid.columns - 1) || south_edge > grid.y_m(0))
+    if (!(image.west_m <= grid.x_m(0) && image.north_m >= grid.y_m(grid.rows - 1) &&
+          east_edge >= grid.x_m(grid.columns - 1) && south_edge <= grid.y_m(0)))
       fail(file, fmt::format(
                      "does not cover the seabed: it spans {:.1f} to {:.1f} m east and {:.1f} to "
                      "{:.1f} m north of the seabed's middle, which reaches {:.1f} and {:.1f} m",
@@ -160,6 +164,9 @@ std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
     for (int i = 0; i < ring.getNumPoints(); ++i)
       polygon.emplace_back(ring.getX(i) - grid.world_origin.x(),
                            ring.getY(i) - grid.world_origin.y());
+    if (!std::ranges::all_of(polygon,
+                             [](const Eigen::Vector2d& point) { return point.allFinite(); }))
+      fail(file, "has a point whose coordinates are not finite numbers");
     // The last point should be the first again, but not all programs write it.
     if (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
     if (polygon.size() < 3) fail(file, "has a polygon of less than three points");

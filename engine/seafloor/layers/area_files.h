@@ -20,7 +20,7 @@ struct AreaImage {
   double pixel_north_m = 1.0;
   std::vector<std::uint8_t> counts;  ///< 1 where a pixel has the value
 
-  /// Whether the pixel at a place counts; outside the image none does.
+  /// Whether the pixel at a place counts, or outside the image the nearest one.
   bool holds(const Eigen::Vector2d& place) const;
 };
 

@@ -1,6 +1,7 @@
 #include <ensonify/engine/seafloor/layers/seabed.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -654,6 +655,48 @@ TEST_CASE("An area on another map than its survey's is refused") {
   CHECK_THROWS_WITH(mask_of(outline, grid),
                     Catch::Contains("area.geojson: has another coordinate reference system") &&
                         Catch::Contains("ogr2ogr -t_srs"));
+}
+
+TEST_CASE("An area whose coordinates are not finite is refused") {
+  const TemporaryFolder folder;
+  const Heightfield grid = flat(20, 20, 1.0, 1.0);
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
+  Area area;
+  area.image.path = folder / "map.tif";
+  area.image_value = -10;
+  const auto write_map = [&](const std::array<double, 6>& transform) {
+    Tiff map;
+    map.columns = map.rows = 20;
+    map.heights.assign(400, -10.0f);
+    map.transform = transform;
+    write_text(area.image.path, map.bytes());
+  };
+  write_map({-20.0, 2.0, 0.0, 20.0, 0.0, -2.0});
+  CHECK(share(mask_of(area, grid)) == 1.0);
+  for (const std::array<double, 6>& transform :
+       {std::array<double, 6>{-20.0, infinite, 0.0, 20.0, 0.0, -2.0},
+        {-20.0, 2.0, 0.0, 20.0, 0.0, -infinite},
+        {-20.0, 2.0, 0.0, no_number, 0.0, -2.0}}) {
+    write_map(transform);
+    CHECK_THROWS_WITH(mask_of(area, grid), Catch::Contains("no finite place"));
+  }
+  write_map({-1.5e308, 1e308, 0.0, 20.0, 0.0, -2.0});  // its eastern edge is beyond all numbers
+  CHECK(share(mask_of(area, grid)) == 1.0);
+
+  area = Area();
+  area.outline.path = folder / "area.geojson";
+  const auto write_outline = [&](const char* x) {
+    write_text(
+        area.outline.path,
+        fmt::format(R"({{"type":"Polygon","coordinates":[[[-5,-5],[{},-5],[5,5],[-5,-5]]]}})", x));
+  };
+  write_outline("5");
+  CHECK(share(mask_of(area, grid)) > 0.0);
+  for (const char* x : {"1e999", "NaN", "-Infinity"}) {
+    write_outline(x);
+    CHECK_THROWS_WITH(mask_of(area, grid), Catch::Contains("not finite numbers"));
+  }
 }
 
 TEST_CASE("An image lies over the whole seabed, north up, and one that does not fit is refused") {
