@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/clock.h>
+#include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/run/one_part.h>
 #include <ensonify/engine/run/several_parts.h>
 #include <ensonify/engine/run/whole_run.h>
@@ -100,6 +101,7 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
         run.report.warnings.push_back(std::move(warning));
         return std::move(run.report);
       }
+  require_not_read(scene, folder, files_read(scene));
   OutputFolder output(folder, control.staged);
   const Clock::time_point start = Clock::now();
   Simulator simulator(scene,

@@ -110,8 +110,9 @@ struct RunReport {
 /// parts. After a failure or a stop, or if the process is killed, the same call makes the missing
 /// parts, to the same bytes. Several processes may share the folder: each part is made by one.
 ///
-/// Throws Stopped, SceneError (also if the folder holds parts of another run), refine::MeshError,
-/// MemoryError, std::invalid_argument as Simulator, std::system_error, std::bad_alloc.
+/// Throws Stopped, SceneError (also if the folder holds parts of another run, or a file that the
+/// scene names would be overwritten), refine::MeshError, MemoryError, std::invalid_argument as
+/// Simulator, std::system_error, std::bad_alloc.
 RunReport run(const Scene& scene, const std::filesystem::path& folder, const RunControl& control);
 
 /// What merge_run() found.

@@ -9,6 +9,7 @@
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/analysis.h>
@@ -23,7 +24,6 @@
 #include <ensonify/refine/tile_collapse.h>
 
 #include "app.h"
-#include "files_read.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
@@ -148,7 +148,7 @@ void analyse_scene(const AnalyseArguments& arguments) {
   const SignalWatch signals;
   if (needs_tiles(scene.seafloor)) return make_tiles(arguments, scene, threads);
   if (arguments.file.empty()) throw UsageError("--output is missing: the file to write");
-  require_not_read(arguments.file, files_read(arguments.scene.file, scene));
+  require_not_read(arguments.file, arguments.scene.files_read(scene));
   std::optional<Progress> progress(std::in_place, arguments.quiet);
   const auto stop_if_asked = [] {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");

@@ -21,6 +21,7 @@
 
 #include <ensonify/engine/json_text.h>
 #include <ensonify/engine/number_in.h>
+#include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/prepare.h>
 
@@ -60,6 +61,12 @@ void SceneArguments::add_to(CLI::App& command) {
 }
 
 Scene SceneArguments::read() const { return read_scene(file, overrides, data_folder); }
+
+std::vector<std::filesystem::path> SceneArguments::files_read(const Scene& scene) const {
+  std::vector<std::filesystem::path> files = engine::files_read(scene);
+  files.insert(files.begin(), file);
+  return files;
+}
 
 void add_overrides(CLI::App& command, std::vector<std::string>& overrides) {
   command

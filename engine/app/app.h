@@ -83,6 +83,8 @@ struct SceneArguments {
 
   void add_to(CLI::App& command);
   Scene read() const;
+  /// The scene's file, and engine::files_read().
+  std::vector<std::filesystem::path> files_read(const Scene& scene) const;
 };
 
 /// -D: overrides of a scene's or a recipe's keys.

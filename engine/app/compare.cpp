@@ -1,6 +1,7 @@
 #include <ensonify/engine/comparison/comparison_page.h>
 #include <ensonify/engine/comparison/line_source.h>
 #include <ensonify/engine/comparison/line_statistics.h>
+#include <ensonify/engine/run/files_read.h>
 
 #include <cmath>
 #include <filesystem>
@@ -15,7 +16,6 @@
 #include <ensonify/refine/atomic_file.h>
 
 #include "app.h"
-#include "files_read.h"
 
 namespace ensonify::engine::app {
 namespace {

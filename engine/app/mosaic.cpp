@@ -4,10 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/run/output_folder.h>
 
 #include "app.h"
-#include "files_read.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {

@@ -1,17 +1,19 @@
 #include <ensonify/engine/dataset/preview.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/staging.h>
+#include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "app.h"
-#include "files_read.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
@@ -32,7 +34,9 @@ void make_preview(const PreviewArguments& arguments) {
     throw UsageError(fmt::format("{}: a contact sheet is written as PNG, expected FILE.png",
                                  arguments.file.string()));
   const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);
-  require_not_read(arguments.file, files_read(arguments.recipe, recipe));
+  std::vector<fs::path> read{arguments.recipe};
+  for (const std::string& asset : recipe.assets()) read.push_back(recipe.path_of(asset));
+  require_not_read(arguments.file, read);
   const fs::path place = fs::absolute(arguments.file);
   // Its samples' files. The claim removes those of a preview that was killed.
   const std::optional<Claim> claim = StagingFolder::try_claim(place);

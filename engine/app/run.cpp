@@ -1,7 +1,6 @@
 #include <ensonify/engine/output/exr.h>
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/run/output_folder.h>
-#include <ensonify/engine/run/run_files.h>
+#include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/parallel_for.h>
@@ -17,7 +16,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app.h"
-#include "files_read.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
@@ -136,14 +134,6 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
   print_object(json);
 }
 
-/// Throws UsageError if the run would replace or remove a file that it reads.
-void require_files_stay(const RunArguments& arguments, const Scene& scene) {
-  const std::vector<fs::path> read = files_read(arguments.scene.file, scene);
-  for (const std::string& name : file_names(scene, ""))
-    require_not_read(arguments.folder / name, read);
-  for (const fs::path& file : files_of_run(arguments.folder)) require_not_read(file, read);
-}
-
 void run_scene(RunArguments arguments) {
   std::vector<std::string>& overrides = arguments.scene.overrides;
   if (arguments.surface) overrides.push_back("run.surface=" + *arguments.surface);
@@ -151,7 +141,7 @@ void run_scene(RunArguments arguments) {
   if (arguments.seed) overrides.push_back("seed=" + *arguments.seed);
   const Scene scene = arguments.scene.read();
   if (arguments.folder.empty()) arguments.folder = arguments.scene.file.stem().string() + "-run";
-  require_files_stay(arguments, scene);
+  require_not_read(scene, arguments.folder, {&arguments.scene.file, 1});
   const int threads = refine::thread_count(arguments.threads);
 
   set_exr_threads(threads);

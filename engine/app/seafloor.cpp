@@ -9,6 +9,7 @@
 #include <ensonify/engine/output/geotiff.h>
 #include <ensonify/engine/output/npz.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/refine/atomic_file.h>
@@ -16,7 +17,6 @@
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
-#include "files_read.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
@@ -35,7 +35,7 @@ void write_seafloor(const SeafloorArguments& arguments) {
     throw UsageError(fmt::format("{}: a seafloor is written as .ply, .npy or .tif, not as '{}'",
                                  arguments.file.string(), kind));
   const Scene scene = arguments.scene.read();
-  require_not_read(arguments.file, files_read(arguments.scene.file, scene));
+  require_not_read(arguments.file, arguments.scene.files_read(scene));
   const SignalWatch signals;  // a signal then leaves no temporary file
   Progress progress(arguments.quiet);
   std::mutex reporting;

@@ -9,6 +9,7 @@
 #include <ensonify/engine/image/ping_rendering.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/internals.h>
@@ -19,7 +20,6 @@
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
-#include "files_read.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
@@ -40,7 +40,7 @@ void view_scene(const ViewArguments& arguments) {
     throw UsageError(
         fmt::format("{}: a view is written as PNG, expected FILE.png", arguments.file.string()));
   Scene scene = arguments.scene.read();
-  require_not_read(arguments.file, files_read(arguments.scene.file, scene));
+  require_not_read(arguments.file, arguments.scene.files_read(scene));
   require_at_once(scene.seafloor);
   // The simulator only makes the seafloor and aims the fans; this builds no tree to trace with.
   scene.run.surface = static_surface;

@@ -1,10 +1,12 @@
-// No command writes over a file that it reads.
+// Neither a command nor the library writes over a file that it reads.
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include <ensonify/engine/output/png.h>
+#include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/reader.h>
 
 #include "support/catch.h"
 #include "support/files.h"
@@ -12,6 +14,7 @@
 #include "support/tiny_scene.h"
 #include "support/tree.h"
 
+using namespace ensonify::engine;
 using namespace ensonify::tests;
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
@@ -26,7 +29,7 @@ struct Folder : TemporaryFolder {
     done({"seafloor", "scene.toml", "-o", "bed.ply", "--quiet"});
     done({"seafloor", "scene.toml", "-o", "bed.tif", "--quiet"});
     fs::copy_file(*this / "r/left-right.xtf", *this / "line.xtf");
-    const auto png = ensonify::engine::encode_png({2, 1, 1, {1, 1}});
+    const auto png = encode_png({2, 1, 1, {1, 1}});
     write_text(*this / "area.png", {reinterpret_cast<const char*>(png.data()), png.size()});
     fs::create_directory(*this / "pictures");
     fs::copy_file(*this / "area.png", *this / "pictures/a.png");
@@ -63,7 +66,7 @@ TEST_CASE("A command refuses to write over a file that it reads, under any of it
     const Outcome outcome = folder.outcome_of(words);
     CHECK(outcome.code == 2);
     CHECK(outcome.out.empty());
-    CHECK(outcome.err.starts_with("ensonify: " + output + ": this command reads this file ("));
+    CHECK(outcome.err.starts_with("ensonify: " + output + ": this file is read ("));
     CHECK(tree_of(folder.path()) == before);
   };
   for (const std::string output : {"scene.toml", "./r/../scene.toml"})
@@ -83,6 +86,17 @@ TEST_CASE("A command refuses to write over a file that it reads, under any of it
   for (const std::string track : {"r/left-right_pings.csv", "r/left-right.xtf"})
     refused({"run", "scene.toml", "-o", "r", "-D", "track.kind=file", "-D", "track.file=" + track},
             track);
+}
+
+TEST_CASE("The library refuses a run that would replace the track that it follows") {
+  const Folder folder;
+  const auto before = tree_of(folder.path());
+  const Words overrides{"track.kind=file", "track.file=r/left-right_pings.csv"};
+  const Scene scene = read_scene(folder / "scene.toml", overrides);
+  CHECK_THROWS_WITH(run(scene, folder / "r", {}),
+                    Catch::Contains("left-right_pings.csv: this file is read ("));
+  CHECK(tree_of(folder.path()) == before);
+  CHECK_NOTHROW(run(scene, folder / "r2", {}));
 }
 
 TEST_CASE("A command writes over its own earlier output") {
