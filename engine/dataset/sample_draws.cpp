@@ -14,7 +14,7 @@ namespace ensonify::engine {
 namespace {
 
 bool within(const std::string& text, const std::pair<double, double>& between) {
-  const double number = std::stod(text);
+  const double number = number_in<double>(text).value();
   return number >= between.first && number <= between.second;
 }
 
