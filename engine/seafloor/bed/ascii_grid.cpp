@@ -37,6 +37,11 @@ std::string fault_of_ascii_grid(const std::filesystem::path& file, int columns, 
         if (found == 0) break;  // the header's lines begin with words
         return fmt::format("line {}: '{}' is not a number", line_number, word.substr(0, 40));
       }
+      if (found == 0 && (word.starts_with('n') || word.starts_with('N')))  // GDAL would skip it
+        return fmt::format(
+            "line {}: a first height of '{}' cannot be read; write a number there, such as the "
+            "value of NODATA_value",
+            line_number, word);
       ++found;
       begin = end;
     }

@@ -126,6 +126,8 @@ TEST_CASE("Text grids that are truncated, contradict their header or hold no num
   CHECK(has(error(text_grid(rows_4x3 + "-1 -2 -3 -4\n")), "16 heights"));
   CHECK(has(error(text_grid("-1 -2 -3 -4\n-5 -6 x7 -8\n-9 -10 -11 -12\n")),
             "line 8: 'x7' is not a number"));
+  CHECK(has(error(text_grid("nan -2 -3 -4\n-5 -6 -7 -8\n-9 -10 -11 -12\n")),
+            "line 7: a first height of 'nan' cannot be read"));
   CHECK(has(error(text_grid(rows_4x3, "ncols 40000\nnrows 30000\n")), "promises"));
   CHECK(has(error(text_grid(rows_4x3, "ncols 2000000000\nnrows 2000000000\n")), ": "));
   CHECK(has(error(text_grid(rows_4x3, "ncols 5\nnrows 3\n")), "12 heights"));
