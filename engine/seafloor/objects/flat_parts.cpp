@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <compare>
 #include <map>
 #include <numbers>
 #include <numeric>
 #include <tuple>
 #include <utility>
+
+#include <Eigen/Geometry>
 
 #include <ensonify/engine/seafloor/objects/facets.h>
 #include <ensonify/engine/work_control.h>
@@ -78,11 +81,13 @@ struct Moments {
 /// What the faces of a flat part add up to.
 struct Sum {
   double area_m2 = 0.0;
-  Vector3d first = Vector3d::Zero();       // integral of the place
-  Matrix3d second = Matrix3d::Zero();      // integral of place times place, about the first corner
-  Vector3d origin = Vector3d::Zero();      // the first corner
-  Matrix3d bend = Matrix3d::Zero();        // sum over edges of length angle^2 u u, and of
-  Matrix3d directions = Matrix3d::Zero();  // length u u; u: unit, in the plane, across the edge
+  Vector3d first = Vector3d::Zero();   // integral of the place
+  Matrix3d second = Matrix3d::Zero();  // integral of place times place, about the first corner
+  Vector3d origin = Vector3d::Zero();  // the first corner
+  // Over the places where it meets other parts of its smooth surface, the second moments of the
+  // normals there about their mean.
+  Matrix3d normals = Matrix3d::Zero();
+  int meetings = 0;
 
   void add(const Corners& corners, double its_area_m2) {
     if (area_m2 == 0.0) origin = corners[0];
@@ -97,9 +102,8 @@ struct Sum {
     area_m2 += its_area_m2;
   }
   float bend_rad(const Vector3d& axis) const {
-    const double length = axis.dot(directions * axis);
-    if (!(length > 1e-6 * directions.trace())) return 0.0f;
-    return static_cast<float>(std::sqrt(axis.dot(bend * axis) / length));
+    const double bend_rad = 2.0 * std::sqrt(axis.dot(normals * axis) / std::max(meetings, 1));
+    return bend_rad < flattest_rad ? 0.0f : static_cast<float>(bend_rad);
   }
   Matrix3d spread() const {
     const Vector3d middle = first / area_m2;
@@ -116,7 +120,7 @@ struct Sum {
   bool is_hollow(const Vector3d& normal) const {
     constexpr double rounding = 1.01;
     const double most_convex_m2 = area_m2 / (6.0 * std::numbers::sqrt3);
-    return directions.isZero(0.0) && moments(normal).root_m2() > rounding * most_convex_m2;
+    return meetings == 0 && moments(normal).root_m2() > rounding * most_convex_m2;
   }
   FlatPart flat_part(const Vector3d& normal, std::uint32_t surface) const {
     const Vector3d middle = first / area_m2;
@@ -204,17 +208,18 @@ struct Edge {
   std::uint32_t face() const { return static_cast<std::uint32_t>(side / 3); }
 };
 
-/// Where two faces meet that belong to one smooth surface, but not to one flat part.
-struct Bend {
-  std::array<std::uint64_t, 2> sides;  // as in Edge
-  double angle_rad;
+/// A flat part at a place where it meets others of its smooth surface.
+struct Meeting {
+  std::uint32_t place, surface, flat_part;
+  auto operator<=>(const Meeting&) const = default;
+  bool together(const Meeting& other) const {
+    return place == other.place && surface == other.surface;
+  }
 };
 
 /// The edges of all faces that have an area; those at one place are neighbours.
 std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const double> areas_m2,
-                               const std::function<void()>& stop_check) {
-  const std::vector<std::uint32_t> place = places_of(triangles, stop_check);
-  if (stop_check) stop_check();
+                               std::span<const std::uint32_t> place) {
   std::vector<Edge> edges;
   edges.reserve(3 * areas_m2.size());
   for (std::size_t f = 0; f < areas_m2.size(); ++f)
@@ -225,6 +230,34 @@ std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const doub
     }
   std::ranges::sort(edges, {}, [](const Edge& e) { return std::tuple(e.from, e.to, e.side); });
   return edges;
+}
+
+/// Adds to each flat part how far the normals spread where it meets others. Lobes of this width
+/// overlap alike wherever facets stand for a curved surface, however many meet at a place; those of
+/// the angles across a facet's own edges leave a hole where five triangles meet among sixes.
+void add_meetings(std::vector<Meeting> meetings, std::span<const Vector3d> normals,
+                  std::span<Sum> sums, const std::function<void()>& stop_check) {
+  RareStopCheck check_stop(stop_check);
+  std::ranges::sort(meetings);
+  meetings.erase(std::unique(meetings.begin(), meetings.end()), meetings.end());
+  for (std::size_t i = 0, end; i < meetings.size(); i = end) {
+    check_stop();
+    for (end = i + 1; end < meetings.size() && meetings[end].together(meetings[i]);) ++end;
+    const std::span<const Meeting> here(&meetings[i], end - i);
+    if (here.size() == 1) continue;
+    Vector3d mean = Vector3d::Zero();
+    for (const Meeting& one : here) mean += normals[one.flat_part];
+    mean /= static_cast<double>(here.size());
+    Matrix3d moments = Matrix3d::Zero();
+    for (const Meeting& one : here) {
+      const Vector3d off = normals[one.flat_part] - mean;
+      moments += off * off.transpose() / static_cast<double>(here.size());
+    }
+    for (const Meeting& one : here) {
+      sums[one.flat_part].normals += moments;
+      ++sums[one.flat_part].meetings;
+    }
+  }
 }
 
 }  // namespace
@@ -252,8 +285,10 @@ FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>
     areas_m2[f] = 0.5 * product.norm();
     if (areas_m2[f] > 0.0) normals[f] = product.normalized();
   }
-  std::vector<Edge> edges = sorted_edges(triangles, areas_m2, stop_check);
-  std::vector<Bend> bends;
+  const std::vector<std::uint32_t> place = places_of(triangles, stop_check);
+  if (stop_check) stop_check();
+  std::vector<Edge> edges = sorted_edges(triangles, areas_m2, place);
+  std::vector<std::uint64_t> bent;  // sides, as in Edge, where the surface is smooth but not flat
   Sets flat(faces), smooth(faces);
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
     check_stop();
@@ -267,7 +302,7 @@ FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>
     if (angle_rad < flattest_rad && first.cross(second).norm() < flattest_rad)
       flat.join(a.face(), b.face());
     else
-      bends.push_back({{a.side, b.side}, angle_rad});
+      bent.insert(bent.end(), {a.side, b.side});
   }
   edges = {};                                // large
   std::vector<std::uint32_t> first_faces;    // of the flat parts
@@ -286,19 +321,17 @@ FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>
     check_stop();
     if (areas_m2[f] > 0.0) sums[number_of(f)].add(corners_of(f), areas_m2[f]);
   }
-  for (const Bend& bend : bends)
-    for (const std::uint64_t side : bend.sides) {
-      const auto face = static_cast<std::uint32_t>(side / 3);
-      const auto corner = static_cast<int>(side % 3);
-      const Vector3d way =
-          triangles.corner(face, (corner + 1) % 3) - triangles.corner(face, corner);
-      const Vector3d across = way.cross(normals[face]);  // its length is the edge's
-      const double length_m = across.norm();
-      const Matrix3d direction = across * across.transpose() / length_m;
-      Sum& sum = sums[number_of(face)];
-      sum.directions += direction;
-      sum.bend += bend.angle_rad * bend.angle_rad * direction;
-    }
+  std::vector<Meeting> meetings;
+  meetings.reserve(2 * bent.size());
+  for (const std::uint64_t side : bent) {
+    const auto f = static_cast<std::uint32_t>(side / 3);
+    for (const std::uint64_t corner : {side % 3, (side + 1) % 3})
+      meetings.push_back({place[triangles.faces[f][corner]], smooth.of(f), number_of(f)});
+  }
+  bent = {};  // large
+  std::vector<Vector3d> part_normals;
+  for (const std::uint32_t f : first_faces) part_normals.push_back(normals[f]);
+  add_meetings(std::move(meetings), part_normals, sums, stop_check);
   FlatParts flat_parts;
   flat_parts.whole.reserve(sums.size());
   std::map<std::uint32_t, std::vector<Corners>> hollow;  // the faces of such flat parts

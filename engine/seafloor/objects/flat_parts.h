@@ -21,8 +21,9 @@ struct FlatPart {
   Eigen::Vector3f normal;         ///< unit, out of the body
   Eigen::Vector3f along, across;  ///< unit, its principal axes
   float length_m, width_m;        ///< along them; their product is the area
-  /// The angle to the normals of the neighbours in these directions; 0 where the surface ends or
-  /// has a real edge.
+  /// Of a curved surface: twice the standard deviation of the normals, in these directions, at the
+  /// places where it meets its neighbours. In a grid of rectangles that is the angle between
+  /// neighbours. 0 where the surface is flat, ends or has a real edge.
   float bend_along_rad, bend_across_rad;
   bool round;             ///< nearer to an ellipse than to a rectangle
   bool piece;             ///< of a flat part that was cut; the others have the same `surface`

@@ -22,9 +22,10 @@ namespace ensonify::engine {
 //
 //     I = (lambda r / 4) (erf((t + h) / s) - erf((t - h) / s)),  h = L / 2 r,
 //
-// a lobe of the same energy whose half width s is the angle between neighbouring facets, so that
-// facets sum to the round body: a^2 / 4 for a sphere; a L^2 / (2 lambda) for a cylinder far away,
-// a r / 4 near it. (Urick's a r / 2 is that of plane waves; those of a sonar are curved by 1 / r.)
+// a lobe of the same energy whose half width s is the facet's bend (FlatPart), about the angle
+// between neighbouring facets, so that facets sum to the round body: a^2 / 4 for a sphere, R1 R2 /
+// 4 for what has the radii R1 and R2 there; a L^2 / (2 lambda) for a cylinder far away, a r / 4
+// near it. (Urick's a r / 2 is that of plane waves; those of a sonar are curved by 1 / r.)
 //
 // Two flat parts in a right angle send sound back to where it came from, by way of both. Seen in
 // the plane across their edge, at the angles g_i to the flat parts, which reach w_i from it, that
@@ -47,7 +48,7 @@ struct MirrorExtent {
   double range_m;
   bool curved;
 
-  /// bend_rad: the angle between neighbouring facets of a curved surface; 0 for a flat one.
+  /// bend_rad: that of a FlatPart in this direction; 0 for a flat one.
   MirrorExtent(double its_length_m, double bend_rad, double its_tilt, double its_range_m,
                double wavelength_m);
   bool reaches() const;

@@ -1,13 +1,17 @@
 #include <ensonify/engine/sonar/echo/glint.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
 #include <optional>
+#include <random>
+#include <vector>
 
 #include "support/catch.h"
 
 #include <ensonify/engine/seafloor/objects/flat_parts.h>
+#include <ensonify/engine/seafloor/objects/solids.h>
 #include <ensonify/refine/triangle_mesh.h>
 #include <ensonify/scatter/decibel.h>
 
@@ -31,7 +35,55 @@ refine::TriangleMesh polygon(double a_m, double b_m, int corners, bool rectangle
   return mesh;
 }
 
+/// The cross-section of a body's flat parts that face the direction `way`, from far away.
+double glints_m2(const std::vector<FlatPart>& flat_parts, const Eigen::Vector3d& way) {
+  constexpr double range_m = 1e4, wavelength_m = 1500.0 / 400e3;
+  double sum_m2 = 0.0;
+  for (const FlatPart& flat_part : flat_parts) {
+    const Eigen::Vector3d away = flat_part.middle - range_m * way;
+    if (!(away.dot(flat_part.normal.cast<double>()) < 0.0)) continue;
+    if (const std::optional<Mirror> mirror = mirror_of(flat_part, away, wavelength_m))
+      sum_m2 += mirror->cross_section_m2(wavelength_m);
+  }
+  return sum_m2;
+}
+
 }  // namespace
+
+TEST_CASE("the facets of a sphere or an ellipsoid glint as R1 R2 / 4 from every side") {
+  Solids icosahedron;
+  icosahedron.ball(Eigen::Vector3d::Zero(), 1.0, 0);
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  for (const int level : {2, 3, 4})
+    for (const Eigen::Vector3d& half_axes_m :
+         {Eigen::Vector3d(0.5, 0.5, 0.5), Eigen::Vector3d(5.0, 5.0, 5.0),
+          Eigen::Vector3d(0.4, 0.5, 0.8), Eigen::Vector3d(0.5, 0.5, 1.5)}) {
+      // So few facets are too coarse for what changes its radii over two of them.
+      if (level == 2 && half_axes_m.x() != half_axes_m.z()) continue;
+      Solids ball;
+      ball.ball(Eigen::Vector3d::Zero(), 1.0, level);
+      for (Eigen::Vector3f& place : ball.mesh.positions)
+        place = place.cwiseProduct(half_axes_m.cast<float>()).eval();
+      const std::vector<FlatPart> flat_parts = flat_parts_of(ball.mesh).whole;
+      std::vector<Eigen::Vector3d> ways;
+      for (int i = 0; i < 300; ++i)
+        ways.push_back(
+            Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized());
+      // Where five facets meet, not six, the normal is that of the ellipsoid.
+      for (const Eigen::Vector3f& vertex : icosahedron.mesh.positions)
+        ways.push_back(vertex.cast<double>().cwiseQuotient(half_axes_m).normalized());
+      double greatest_db = 0.0;
+      for (const Eigen::Vector3d& way : ways) {
+        const double r1_r2_m2 =
+            std::pow(half_axes_m.prod() / half_axes_m.cwiseProduct(way).squaredNorm(), 2.0);
+        greatest_db = std::max(
+            greatest_db, std::abs(scatter::to_db(glints_m2(flat_parts, way) / (0.25 * r1_r2_m2))));
+      }
+      CAPTURE(level, half_axes_m.transpose());
+      CHECK(greatest_db < 0.5);
+    }
+}
 
 TEST_CASE("a flat elliptic flat part glints as the integral over its ellipse, near and far") {
   constexpr double wavelength_m = 1500.0 / 400e3, k = 2.0 * std::numbers::pi / wavelength_m;
