@@ -21,6 +21,7 @@ constexpr int max_pings_back = 8;           // whose echoes are added
 constexpr int directions_of_volume = 4;     // to the side, of a sonar that turns
 constexpr double inaudible = 1e-3;          // over the noise
 constexpr double strip_part_rad = 0.03;     // half of a calm sea's rms slope
+constexpr std::size_t max_beam_parts = 32;  // along the track, for the sea surface
 
 /// The part of a level plane between two ranges: horizontal distances from below or above the
 /// array, in the plane abeam, where the level plane is `slant_m` away.
@@ -172,28 +173,72 @@ void OtherPaths::add_earlier_pings(const PingContext& context, Side side, const 
   }
 }
 
+/// A part of the beam along the track: the distance of the line in which it meets the sea surface,
+/// and its share of the two-way power.
+struct OtherPaths::BeamPart {
+  double slant_m, share;
+};
+
+// The edge of a pitched array's beam that is nearer to the vertical meets the surface first. The
+// lobe of a calm sea is so narrow that it returns several times as much there as in the middle.
+std::span<const OtherPaths::BeamPart> OtherPaths::beam_parts(const BeamPlane& plane, double depth_m,
+                                                             std::span<BeamPart> room) const {
+  const double slant_m = plane.slant_m(depth_m), cos_pitch = std::max(plane.cos_pitch, 1e-6);
+  const double tan_pitch = plane.sin_pitch / cos_pitch;
+  room[0] = {slant_m, 1.0};
+  if (!(depth_m > 0.0)) return room.first(1);
+  const double half_m = 2.0 * law_.width_m_at(slant_m);  // more than the beam has to either side
+  // By how much the exponent of the lobe, -tan^2 / slope2, changes over the beam.
+  const double exponent_change =
+      4.0 * half_m * std::abs(tan_pitch) / (cos_pitch * depth_m * scatter::facet_slope2(surface_));
+  constexpr double change_in_part = 0.5;
+  const auto count = static_cast<std::size_t>(
+      std::min(1.0 + exponent_change / change_in_part, static_cast<double>(room.size())));
+  if (count == 1) return room.first(1);
+  const auto bin = std::min(static_cast<std::size_t>(slant_m / law_.bin_m()), law_.bins() - 1);
+  double whole = 0.0;
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double part_m = 2.0 * half_m / static_cast<double>(count);
+    const double from_m = static_cast<double>(i) * part_m - half_m;
+    const double sine = (from_m + 0.5 * part_m) / slant_m;
+    const double share = law_.width_share(bin, from_m, from_m + part_m);
+    if (!(share > 0.0)) continue;
+    room[used++] = {std::hypot(depth_m, depth_m * (tan_pitch - sine / (cos_pitch * cos_pitch))),
+                    share};
+    whole += share;
+  }
+  for (BeamPart& part : room.first(used)) part.share /= whole;
+  return room.first(used);
+}
+
 // A bin receives two strips of the sea surface: one to port and one to starboard.
 void OtherPaths::add_surface(const PingContext& context, Side side, const BeamPlane& plane,
                              std::span<float> power) const {
   const double depth_m = context.depth_m(), per_m = context.range_per_m_up;
-  const double slant_m = plane.slant_m(depth_m), length_m = received_m() / per_m;
-  const auto strip = [&](std::size_t n) {
+  const double length_m = received_m() / per_m;
+  std::array<BeamPart, max_beam_parts> room;
+  const std::span<const BeamPart> parts = beam_parts(plane, depth_m, room);
+  const auto strip = [&](std::size_t n, double slant_m) {
     const double range_m = law_.cell_middle_m(n) / per_m;
     return Strip(slant_m, range_m - 0.5 * length_m, range_m + 0.5 * length_m);
   };
   const auto intensity = [&](std::size_t n) {
-    const double sum = strip(n).sum([&](double over_m, double range_m) {
-      return law_.per_m2_at(range_m) * law_.width_m_at(range_m) *
-             at_sine(surface_strength_, depth_m / range_m) *
-             (law_.two_way(side, plane, range_m, over_m, -slant_m) +
-              law_.two_way(side, plane, range_m, -over_m, -slant_m));
-    });
+    double sum = 0.0;
+    for (const BeamPart& part : parts)
+      sum += part.share * strip(n, part.slant_m).sum([&](double over_m, double range_m) {
+        return law_.per_m2_at(range_m) * law_.width_m_at(range_m) *
+               at_sine(surface_strength_, depth_m / range_m) *
+               (law_.two_way(side, plane, range_m, over_m, -part.slant_m) +
+                law_.two_way(side, plane, range_m, -over_m, -part.slant_m));
+      });
     return context.beam_share(n) * plane.slant_m(sum) * law_.cell_m() / (per_m * length_m);
   };
+  const double nearest_m = std::ranges::min(parts, {}, &BeamPart::slant_m).slant_m;
   auto first =
-      static_cast<std::size_t>(std::min(per_m * slant_m / law_.bin_m(), double(power.size())));
+      static_cast<std::size_t>(std::min(per_m * nearest_m / law_.bin_m(), double(power.size())));
   // The cell of a sweep lies on both sides of its bin.
-  while (first > 0 && strip(first - 1).far_m > 0.0) --first;
+  while (first > 0 && strip(first - 1, nearest_m).far_m > 0.0) --first;
   over_bins(first, power.size(), intensity,
             [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });
 }

@@ -55,6 +55,9 @@ class OtherPaths {
            std::span<float> power, std::vector<double>& sums) const;
 
  private:
+  struct BeamPart;
+  std::span<const BeamPart> beam_parts(const BeamPlane& plane, double depth_m,
+                                       std::span<BeamPart> room) const;
   void add_surface(const PingContext& context, Side side, const BeamPlane& plane,
                    std::span<float> power) const;
   void add_volume(const PingContext& context, double depth_m, double altitude_m, Side side,
