@@ -312,6 +312,19 @@ TEST_CASE("a smooth sphere has a^2 / 4 at every frequency, from every side, by c
       }
 }
 
+TEST_CASE("a smooth sphere has a^2 / 4 also in a beam that is narrower than its facets") {
+  ShapeSize size;
+  size.diameter_m = 2.0;
+  Sonar sonar = wide_sonar(13.0, 900e3);
+  sonar.array_length_m = 0.3;  // 3 cm at the front of the sphere, whose facets are of 13 cm
+  for (const double heading_deg : {0.0, 11.0, 37.0, 60.0}) {
+    const Body ball{body("sphere", size), nothing, 1.0, heading_deg * degree};
+    CAPTURE(heading_deg);
+    CHECK(target_strength_db(echo_of(ball, sonar, 11.0), sonar) ==
+          Approx(scatter::to_db(std::pow(0.5 * 10.0 / 11.0, 2.0))).margin(0.7));
+  }
+}
+
 TEST_CASE("a smooth cylinder glints as its Fresnel zones say: a r / 4 near, a L^2 / 2 lambda far") {
   ShapeSize size;
   size.diameter_m = 0.53;

@@ -84,9 +84,9 @@ struct Sum {
   Vector3d first = Vector3d::Zero();   // integral of the place
   Matrix3d second = Matrix3d::Zero();  // integral of place times place, about the first corner
   Vector3d origin = Vector3d::Zero();  // the first corner
-  // Over the places where it meets other parts of its smooth surface, the second moments of the
-  // normals there about their mean.
-  Matrix3d normals = Matrix3d::Zero();
+  // Over the places where it meets other parts of its smooth surface, the second moments about
+  // their means there: of normals, of middles, and of normals with middles.
+  Matrix3d normals = Matrix3d::Zero(), middles = Matrix3d::Zero(), turns = Matrix3d::Zero();
   int meetings = 0;
 
   void add(const Corners& corners, double its_area_m2) {
@@ -105,9 +105,19 @@ struct Sum {
     const double bend_rad = 2.0 * std::sqrt(axis.dot(normals * axis) / std::max(meetings, 1));
     return bend_rad < flattest_rad ? 0.0f : static_cast<float>(bend_rad);
   }
+  /// The bend over the mean curvature between the middles; at most twice the length.
+  float arc_m(const Vector3d& axis, float bend_rad, double length_m) const {
+    if (bend_rad == 0.0f) return 0.0f;
+    const double turn_m = axis.dot(turns * axis), middles_m2 = axis.dot(middles * axis);
+    const double most_m = 2.0 * length_m, arc_m = double(bend_rad) * middles_m2;  // times turn_m
+    if (!(arc_m < most_m * std::abs(turn_m)))
+      return static_cast<float>(std::copysign(most_m, turn_m));
+    return static_cast<float>(arc_m / turn_m);
+  }
+  Vector3d middle() const { return origin + first / area_m2; }
   Matrix3d spread() const {
-    const Vector3d middle = first / area_m2;
-    return second / area_m2 - middle * middle.transpose();
+    const Vector3d off_m = first / area_m2;
+    return second / area_m2 - off_m * off_m.transpose();
   }
   Moments moments(const Vector3d& normal) const {
     const Matrix3d about_middle = spread();
@@ -123,7 +133,6 @@ struct Sum {
     return meetings == 0 && moments(normal).root_m2() > rounding * most_convex_m2;
   }
   FlatPart flat_part(const Vector3d& normal, std::uint32_t surface) const {
-    const Vector3d middle = first / area_m2;
     const Matrix3d spread = this->spread();
     const Moments moments = this->moments(normal);
     const double turn = 0.5 * std::atan2(2.0 * moments.xy, moments.xx - moments.yy);
@@ -133,18 +142,21 @@ struct Sum {
     const double shortest = 1e-12 * area_m2;
     const double ratio = std::sqrt(std::max(along.dot(spread * along), shortest) /
                                    std::max(across.dot(spread * across), shortest));
-    const double length_m = std::sqrt(area_m2 * ratio);
+    const double length_m = std::sqrt(area_m2 * ratio), width_m = area_m2 / length_m;
+    const float bend_along_rad = bend_rad(along), bend_across_rad = bend_rad(across);
     // Among shapes of one area, an ellipse has the smallest product of the moments, (A / 4 pi)^2; a
     // rectangle has (A / 12)^2. The limit is halfway between them.
     const bool round = moments.root_m2() < 0.5 * (0.25 / pi + 1.0 / 12.0) * area_m2;
-    return {.middle = origin + middle,
+    return {.middle = middle(),
             .normal = normal.cast<float>(),
             .along = along.cast<float>(),
             .across = across.cast<float>(),
             .length_m = static_cast<float>(length_m),
-            .width_m = static_cast<float>(area_m2 / length_m),
-            .bend_along_rad = bend_rad(along),
-            .bend_across_rad = bend_rad(across),
+            .width_m = static_cast<float>(width_m),
+            .bend_along_rad = bend_along_rad,
+            .bend_across_rad = bend_across_rad,
+            .arc_along_m = arc_m(along, bend_along_rad, length_m),
+            .arc_across_m = arc_m(across, bend_across_rad, width_m),
             .round = round,
             .piece = false,
             .surface = surface};
@@ -232,9 +244,10 @@ std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const doub
   return edges;
 }
 
-/// Adds to each flat part how far the normals spread where it meets others. Lobes of this width
-/// overlap alike wherever facets stand for a curved surface, however many meet at a place; those of
-/// the angles across a facet's own edges leave a hole where five triangles meet among sixes.
+/// Adds to each flat part how far the normals spread where it meets others, and how they turn from
+/// middle to middle. Lobes of this width overlap alike wherever facets stand for a curved surface,
+/// however many meet at a place; those of the angles across a facet's own edges leave a hole where
+/// five triangles meet among sixes.
 void add_meetings(std::vector<Meeting> meetings, std::span<const Vector3d> normals,
                   std::span<Sum> sums, const std::function<void()>& stop_check) {
   RareStopCheck check_stop(stop_check);
@@ -245,17 +258,26 @@ void add_meetings(std::vector<Meeting> meetings, std::span<const Vector3d> norma
     for (end = i + 1; end < meetings.size() && meetings[end].together(meetings[i]);) ++end;
     const std::span<const Meeting> here(&meetings[i], end - i);
     if (here.size() == 1) continue;
-    Vector3d mean = Vector3d::Zero();
-    for (const Meeting& one : here) mean += normals[one.flat_part];
-    mean /= static_cast<double>(here.size());
-    Matrix3d moments = Matrix3d::Zero();
+    const auto count = static_cast<double>(here.size());
+    Vector3d normal = Vector3d::Zero(), middle = Vector3d::Zero();
     for (const Meeting& one : here) {
-      const Vector3d off = normals[one.flat_part] - mean;
-      moments += off * off.transpose() / static_cast<double>(here.size());
+      normal += normals[one.flat_part] / count;
+      middle += sums[one.flat_part].middle() / count;
+    }
+    Sum moments;
+    for (const Meeting& one : here) {
+      const Vector3d turn = normals[one.flat_part] - normal;
+      const Vector3d off_m = sums[one.flat_part].middle() - middle;
+      moments.normals += turn * turn.transpose() / count;
+      moments.middles += off_m * off_m.transpose() / count;
+      moments.turns += turn * off_m.transpose() / count;
     }
     for (const Meeting& one : here) {
-      sums[one.flat_part].normals += moments;
-      ++sums[one.flat_part].meetings;
+      Sum& sum = sums[one.flat_part];
+      sum.normals += moments.normals;
+      sum.middles += moments.middles;
+      sum.turns += moments.turns;
+      ++sum.meetings;
     }
   }
 }

@@ -25,6 +25,9 @@ struct FlatPart {
   /// places where it meets its neighbours. In a grid of rectangles that is the angle between
   /// neighbours. 0 where the surface is flat, ends or has a real edge.
   float bend_along_rad, bend_across_rad;
+  /// The arc of the curved surface over which its normal turns by the bend, m: negative where the
+  /// surface is concave, 0 where it has no bend.
+  float arc_along_m, arc_across_m;
   bool round;             ///< nearer to an ellipse than to a rectangle
   bool piece;             ///< of a flat part that was cut; the others have the same `surface`
   std::uint32_t surface;  ///< parts that join without a real edge have the same number

@@ -35,6 +35,8 @@ FlatPartBlock::FlatPartBlock(std::span<const FlatPart> flat_parts, std::size_t i
     cone_rad = std::max(cone_rad, std::acos(std::clamp(cosine, -1.0, 1.0)) + rounding);
     max_bend_rad = std::max(max_bend_rad, std::hypot(double(flat_part.bend_along_rad),
                                                      double(flat_part.bend_across_rad)));
+    max_arc_m = std::max(max_arc_m,
+                         std::hypot(double(flat_part.arc_along_m), double(flat_part.arc_across_m)));
     if (flat_part.bend_along_rad == 0.0f)
       shortest_plane_m = std::min(shortest_plane_m, double(flat_part.length_m));
     if (flat_part.bend_across_rad == 0.0f)

@@ -24,6 +24,7 @@ struct FlatPartBlock {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< unit, the mean of their normals
   double cone_rad = 0.0;                           ///< no normal is further from the axis
   double max_bend_rad = 0.0;                       ///< of a flat part, both directions together
+  double max_arc_m = 0.0;                          ///< the same of its arcs
   /// Length in a direction without a bend; infinity if there is none.
   double shortest_plane_m = std::numeric_limits<double>::infinity();
 

@@ -80,6 +80,25 @@ bool beyond_reach(double foot_m, double length_m, double bend_rad, double range_
   return off_m > 0.0 && off_m * off_m > reach * reach * range_m2;
 }
 
+/// Where a flat part, or the curved surface that it stands for, faces a sonar, in one direction.
+struct Foot {
+  double from_middle_m;
+  double out_m;  ///< along the normal: facets of a curved surface are chords
+
+  /// foot_m: the foot of the line of sight; distance_m: to the sonar, negative if it sees the back.
+  Foot(double foot_m, double length_m, double bend_rad, double arc_m, double distance_m)
+      : from_middle_m(std::clamp(foot_m, -0.5 * length_m, 0.5 * length_m)), out_m(0.0) {
+    if (bend_rad == 0.0) return;
+    // At u the surface is turned by bend u / arc, and the sonar is (foot - u) / distance off the
+    // normal of the middle. So facets that share a glint have it at one place. A concave surface
+    // may face the sonar nowhere near.
+    const double there_m = foot_m * arc_m / (arc_m + bend_rad * distance_m);
+    const double most_m = 0.5 * length_m + lobe_reach * std::abs(arc_m);
+    from_middle_m = std::isfinite(there_m) ? std::clamp(there_m, -most_m, most_m) : 0.0;
+    out_m = bend_rad / arc_m * (0.125 * length_m * length_m - 0.5 * from_middle_m * from_middle_m);
+  }
+};
+
 }  // namespace
 
 MirrorExtent::MirrorExtent(double its_length_m, double bend_rad, double its_tilt,
@@ -140,8 +159,8 @@ std::optional<Mirror> mirror_of(const FlatPart& flat_part, const Vector3d& away,
                                 double wavelength_m) {
   const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
   const double length_m = double(flat_part.length_m), width_m = double(flat_part.width_m);
-  // The foot of the line of sight, and the flat part's place nearest to it. Its range counts, which
-  // on a long flat part is not that of the middle.
+  // The foot of the line of sight, and the place that is most nearly a mirror. Its range counts,
+  // which on a long flat part is not that of the middle.
   const double along_m = -away.dot(along), across_m = -away.dot(across);
   const double bend_along_rad = double(flat_part.bend_along_rad);
   const double bend_across_rad = double(flat_part.bend_across_rad);
@@ -150,14 +169,24 @@ std::optional<Mirror> mirror_of(const FlatPart& flat_part, const Vector3d& away,
   if (beyond_reach(along_m, length_m, bend_along_rad, middle_m2, wavelength_m) ||
       beyond_reach(across_m, width_m, bend_across_rad, middle_m2, wavelength_m))
     return std::nullopt;
-  const Vector3d offset = std::clamp(along_m, -0.5 * length_m, 0.5 * length_m) * along +
-                          std::clamp(across_m, -0.5 * width_m, 0.5 * width_m) * across;
+  const Vector3d normal = flat_part.normal.cast<double>();
+  const double distance_m = std::copysign(std::sqrt(middle_m2), -away.dot(normal));
+  const Foot along_foot(along_m, length_m, bend_along_rad, double(flat_part.arc_along_m),
+                        distance_m);
+  const Foot across_foot(across_m, width_m, bend_across_rad, double(flat_part.arc_across_m),
+                         distance_m);
+  const Vector3d offset = along_foot.from_middle_m * along + across_foot.from_middle_m * across +
+                          (along_foot.out_m + across_foot.out_m) * normal;
   const double range_m = (away + offset).norm();
   const MirrorExtent one(length_m, bend_along_rad, along_m / range_m, range_m, wavelength_m);
   if (!one.reaches()) return std::nullopt;
   const MirrorExtent other(width_m, bend_across_rad, across_m / range_m, range_m, wavelength_m);
   if (!other.reaches()) return std::nullopt;
   return Mirror{offset, one, other, flat_part.round && !one.curved && !other.curved};
+}
+
+double glint_radius_m(const FlatPartBlock& block) {
+  return block.radius_m + lobe_reach * block.max_arc_m;
 }
 
 double glint_reach(const FlatPartBlock& block, double wavelength_m) {

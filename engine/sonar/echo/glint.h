@@ -59,7 +59,8 @@ struct MirrorExtent {
   double phase_rad(double wavelength_m) const;
 };
 
-/// The part of a flat part that is most nearly a mirror.
+/// The part of a flat part, or of the curved surface that it stands for, that is most nearly a
+/// mirror.
 struct Mirror {
   Eigen::Vector3d offset;  ///< from the flat part's middle
   MirrorExtent one, other;
@@ -73,6 +74,9 @@ struct Mirror {
 /// That of a flat part whose middle is `away` from the sonar; none where it has no glint.
 std::optional<Mirror> mirror_of(const FlatPart& flat_part, const Eigen::Vector3d& away,
                                 double wavelength_m);
+
+/// Of a ball about the block's middle that contains the places of its flat parts' glints.
+double glint_radius_m(const FlatPartBlock& block);
 
 /// The largest inclination (a sine) of a normal of the block to the sonar at which its flat part
 /// has a glint.

@@ -109,15 +109,15 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
   if (!small && !(specular > 0.0)) return;
   const std::span<const FlatPart> flat_parts = object.flat_parts;
   for (const FlatPartBlock& block : object.blocks) {
-    if (!may_be_in_beam(block.middle, block.radius_m)) continue;
     const bool may_glint =
-        specular > 0.0 &&
+        specular > 0.0 && may_be_in_beam(block.middle, glint_radius_m(block)) &&
         block.may_face(fan.origin, glint_reach(block, wavelength_m_) + fan.bend.turn_rad,
                        label.two_sided);
-    if (!small && !may_glint) continue;
+    const bool may_echo = small && may_be_in_beam(block.middle, block.radius_m);
+    if (!may_echo && !may_glint) continue;
     for (const FlatPart& flat_part : flat_parts.subspan(block.first, block.count)) {
       const Vector3d to = flat_part.middle - fan.origin;
-      if (small) add_facets(flat_part, to, object, small_m);
+      if (may_echo) add_facets(flat_part, to, object, small_m);
       if (!may_glint) continue;
       const std::optional<RayToPlace> ray = ray_to(to);
       if (!ray) continue;

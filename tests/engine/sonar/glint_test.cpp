@@ -1,6 +1,7 @@
 #include <ensonify/engine/sonar/echo/glint.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -83,6 +84,36 @@ TEST_CASE("the facets of a sphere or an ellipsoid glint as R1 R2 / 4 from every 
       CAPTURE(level, half_axes_m.transpose());
       CHECK(greatest_db < 0.5);
     }
+}
+
+TEST_CASE("the facets that share the glint of a sphere or a cylinder have it at one place") {
+  constexpr double range_m = 10.0, wavelength_m = 1500.0 / 900e3;
+  Solids ball, cylinder;
+  ball.ball(Eigen::Vector3d::Zero(), 1.0, 3);
+  cylinder.revolve(std::array{Eigen::Vector2d(1.0, -0.2), Eigen::Vector2d(1.0, 0.2)}, 48);
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  for (const bool is_ball : {true, false}) {
+    const std::vector<FlatPart> flat_parts =
+        flat_parts_of(is_ball ? ball.mesh : cylinder.mesh).whole;
+    for (int i = 0; i < 100; ++i) {
+      const Eigen::Vector3d way =
+          Eigen::Vector3d(normal(random), normal(random), is_ball ? normal(random) : 0.0)
+              .normalized();
+      double sum_m2 = 0.0, off_m4 = 0.0;
+      for (const FlatPart& flat_part : flat_parts) {
+        const Eigen::Vector3d away = flat_part.middle - range_m * way;
+        if (!(away.dot(flat_part.normal.cast<double>()) < 0.0)) continue;
+        const std::optional<Mirror> mirror = mirror_of(flat_part, away, wavelength_m);
+        if (!mirror) continue;
+        const double cross_section_m2 = mirror->cross_section_m2(wavelength_m);
+        sum_m2 += cross_section_m2;
+        off_m4 += cross_section_m2 * (flat_part.middle + mirror->offset - way).squaredNorm();
+      }
+      CAPTURE(is_ball, way.transpose());
+      CHECK(std::sqrt(off_m4 / sum_m2) < 0.012);  // facets are of 13 cm
+    }
+  }
 }
 
 TEST_CASE("a flat elliptic flat part glints as the integral over its ellipse, near and far") {
