@@ -4,6 +4,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include <Eigen/Geometry>
+
 namespace ensonify::refine {
 namespace {
 
@@ -29,6 +31,21 @@ void check(const FanVolume& volume) {
     throw std::invalid_argument("FanVolume: the range must be finite and not negative");
 }
 
+/// The least distance, squared, from the origin to a triangle.
+double least_distance_m2(const std::array<Eigen::Vector3d, 3>& corners) {
+  const auto& [a, b, c] = corners;
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  double least_m2 = a.squaredNorm();
+  bool beneath = normal.squaredNorm() > 0.0;  // the origin, beneath or above the triangle's inside
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Vector3d &from = corners[k], edge = corners[(k + 1) % 3] - from;
+    const double share = std::clamp(-from.dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+    if (share > 0.0) least_m2 = std::min(least_m2, (from + share * edge).squaredNorm());
+    beneath = beneath && normal.dot(from.cross(edge)) >= 0.0;
+  }
+  return beneath ? std::pow(normal.dot(a), 2) / normal.squaredNorm() : least_m2;
+}
+
 }  // namespace
 
 void ViewTest::look_at(std::span<const FanVolume> volumes) {
@@ -36,6 +53,8 @@ void ViewTest::look_at(std::span<const FanVolume> volumes) {
   for (const FanVolume& v : volumes) {
     check(v);
     const double sin_truncation = std::sin(v.truncation_rad);
+    const double rounding_m = std::max(min_slack_m, slack_of_range * v.range_m) +
+                              slack_of_origin * v.apex.lpNorm<Eigen::Infinity>();
     volumes_.push_back({.apex = v.apex,
                         .axis = v.array_axis,
                         .middle = v.middle,
@@ -47,9 +66,36 @@ void ViewTest::look_at(std::span<const FanVolume> volumes) {
                         .cos_high = std::cos(v.elevation_high_rad),
                         .sin_high = std::sin(v.elevation_high_rad),
                         .range_m = v.range_m,
-                        .slack_m = v.margin_m + std::max(min_slack_m, slack_of_range * v.range_m) +
-                                   slack_of_origin * v.apex.lpNorm<Eigen::Infinity>()});
+                        .slack_m = v.margin_m + rounding_m,
+                        .triangle_slack_m = v.margin_m + 0.5 * rounding_m});
   }
+}
+
+// The distances are those of the test of a sphere. Each of them is at most the radius for a sphere
+// around a point of the triangle that is inside, also if this is another point for each surface.
+// The distances from the cones are concave on the outer side, which is convex. So a triangle is
+// outside if all its corners are; for the cones of the beam, all on the same side.
+bool ViewTest::Bounds::touch(const Corners& corners) const {
+  bool left = true, right = true, behind = true;
+  bool above = sin_high >= 0.0, below = sin_low <= 0.0;  // else the inner side is convex
+  bool within = false;
+  const double reach = range_m + triangle_slack_m, reach2 = reach * reach;
+  std::array<Eigen::Vector3d, 3> points;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Vector3d& p = points[k] = corners[k].cast<double>() - apex;
+    const double a = p.dot(axis), m = p.dot(middle), h = p.dot(pole);
+    const double beside = cos_truncation * std::abs(a) - triangle_slack_m;
+    const bool outside = beside > 0.0 && beside * beside > sin2_truncation * (m * m + h * h);
+    left = left && outside && a < 0.0;
+    right = right && outside && a > 0.0;
+    behind = behind && m < -triangle_slack_m;
+    const double w2 = a * a + m * m, w = std::sqrt(w2);
+    above = above && h * cos_high - w * sin_high > triangle_slack_m;
+    below = below && w * sin_low - h * cos_low > triangle_slack_m;
+    within = within || w2 + h * h <= reach2;
+  }
+  if (left || right || behind || above || below) return false;
+  return within || least_distance_m2(points) <= reach2;
 }
 
 }  // namespace ensonify::refine

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <span>
 #include <vector>
@@ -51,14 +52,26 @@ class ViewTest {
     return false;
   }
 
+  using Corners = std::array<Eigen::Vector3f, 3>;
+  /// The same of a triangle, but stricter: half the margin for rounding. So all spheres around a
+  /// triangle that touches a volume touch it too, and what is found for a triangle does not depend
+  /// on how it was looked for. This holds if the elevation limits enclose 0, and for volumes that
+  /// were widened for a motion if the triangle is smaller than the range.
+  bool touches(const Corners& corners) const {
+    for (const Bounds& volume : volumes_)
+      if (volume.touch(corners)) return true;
+    return false;
+  }
+
  private:
   struct Bounds {
     bool touch(const Sphere& sphere) const;
+    bool touch(const Corners& corners) const;
 
     Eigen::Vector3d apex, axis, middle, pole;
     double cos_truncation, sin2_truncation;
     double cos_low, sin_low, cos_high, sin_high;
-    double range_m, slack_m;
+    double range_m, slack_m, triangle_slack_m;
   };
   // Floats keep a ray's direction within 6e-8, and a tracer's arithmetic has an error of about ten
   // such steps, relative to the distances it works with: here the range, there the face's own size

@@ -59,6 +59,21 @@ bool touches(const FanVolume& volume, const Eigen::Vector3d& centre, double radi
   return ViewTest({&volume, 1}).touches({centre.cast<float>(), static_cast<float>(radius)});
 }
 
+using Triangle = std::array<Eigen::Vector3d, 3>;
+
+bool touches(const FanVolume& volume, const Triangle& triangle) {
+  return ViewTest({&volume, 1})
+      .touches(ViewTest::Corners{triangle[0].cast<float>(), triangle[1].cast<float>(),
+                                 triangle[2].cast<float>()});
+}
+
+Triangle random_triangle(const Eigen::Vector3d& near, double size_m, Random& random) {
+  Triangle triangle;
+  for (Eigen::Vector3d& corner : triangle)
+    corner = near + size_m * uniform(random) * ensonify::tests::direction(random);
+  return triangle;
+}
+
 }  // namespace
 
 TEST_CASE("a sphere that reaches a point of a ray touches its fan volume") {
@@ -183,6 +198,122 @@ TEST_CASE("few spheres near a narrow fan are kept without reaching it") {
   }
   CHECK(kept >= reach);
   CHECK(kept <= 1.1 * reach);
+}
+
+TEST_CASE("a triangle through a point of a ray touches its fan volume") {
+  Random random(7);
+  int missed = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const FanVolume v = random_volume(random);
+    const Eigen::Vector3d inside = point_inside(v, random);
+    Triangle triangle =
+        random_triangle(inside, v.range_m * std::pow(10.0, uniform(random, -3.0, 1.0)), random);
+    const double u = uniform(random), w = uniform(random) * (1.0 - u);
+    const Eigen::Vector3d at =
+        triangle[0] + u * (triangle[1] - triangle[0]) + w * (triangle[2] - triangle[0]);
+    for (Eigen::Vector3d& corner : triangle) corner += inside - at;
+    missed += !touches(v, triangle);
+  }
+  CHECK(missed == 0);
+}
+
+TEST_CASE("all spheres around a triangle that touches a fan volume touch it, also if it is wider") {
+  Random random(8);
+  int touching = 0, near_edge = 0, missed = 0, missed_by_wider = 0;
+  for (int i = 0; i < 5000; ++i) {
+    FanVolume v = random_volume(random);
+    v.elevation_low_rad = -std::abs(v.elevation_low_rad);
+    v.elevation_high_rad = std::abs(v.elevation_high_rad);
+    const double size_m = v.range_m * std::pow(10.0, uniform(random, -3.0, -0.5));
+    const Triangle inside = random_triangle(point_inside(v, random), size_m, random);
+    // The farthest way along a line on which it still touches.
+    const Eigen::Vector3d onwards = ensonify::tests::direction(random);
+    const auto at = [&](double way_m) {
+      Triangle there = inside;
+      for (Eigen::Vector3d& corner : there) corner += way_m * onwards;
+      return there;
+    };
+    double near_m = 0.0, far_m = 3.0 * v.range_m;
+    for (int step = 0; step < 40; ++step) {
+      const double way_m = 0.5 * (near_m + far_m);
+      (touches(v, at(way_m)) ? near_m : far_m) = way_m;
+    }
+    const Triangle triangle = at(near_m);
+    if (!touches(v, triangle)) continue;
+    ++touching;
+    // The sphere around the farthest corners, or a larger one about another point.
+    Eigen::Vector3d middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
+    if (i % 2) middle += size_m * uniform(random) * ensonify::tests::direction(random);
+    middle = middle.cast<float>().cast<double>();
+    double radius = 0.0;
+    for (const Eigen::Vector3d& corner : triangle)
+      radius = std::max(radius, (corner.cast<float>().cast<double>() - middle).norm());
+    missed += !touches(v, middle, radius * (1.0 + 1e-6));
+    near_edge += !touches(v, middle, 0.9 * radius);
+    // As a face source widens a volume for the next pings.
+    FanVolume wide = v;
+    const Eigen::Vector3d way = 0.01 * v.range_m * ensonify::tests::direction(random);
+    const Eigen::AngleAxisd turn(uniform(random, 0.0, 0.02), ensonify::tests::direction(random));
+    wide.apex += way;
+    wide.margin_m = way.norm();
+    for (Eigen::Vector3d FanVolume::*axis :
+         {&FanVolume::array_axis, &FanVolume::middle, &FanVolume::pole}) {
+      wide.*axis = turn * (wide.*axis);
+      wide.margin_m += (wide.*axis - v.*axis).norm() * v.range_m;
+    }
+    missed_by_wider += !touches(wide, middle, radius * (1.0 + 1e-6));
+  }
+  CHECK(touching > 4000);
+  CHECK(near_edge > 100);
+  CHECK(missed == 0);
+  CHECK(missed_by_wider == 0);
+}
+
+TEST_CASE("a triangle a centimetre outside of a surface of the fan volume does not touch it") {
+  Random random(9);
+  const FanVolume v = {.array_axis = Eigen::Vector3d::UnitY(),
+                       .middle = Eigen::Vector3d(0.6, 0.0, -0.8),
+                       .pole = Eigen::Vector3d(0.8, 0.0, 0.6),
+                       .truncation_rad = 2.0 * degree,
+                       .elevation_low_rad = -40.0 * degree,
+                       .elevation_high_rad = 40.0 * degree,
+                       .range_m = 100.0};
+  const double sine = std::sin(v.truncation_rad), cosine = std::cos(v.truncation_rad);
+  std::array<int, 4> count{}, touching{};
+  for (int i = 0; i < 20'000; ++i) {
+    const Triangle triangle =
+        random_triangle(point_inside(v, random), uniform(random, 0.1, 40.0), random);
+    // The least distances of 231 points of it from each surface, positive outside.
+    std::array<double, 4> least;
+    least.fill(std::numeric_limits<double>::infinity());
+    std::array<double, 2> side = {least[0], least[0]};
+    constexpr int steps = 20;
+    for (int j = 0; j <= steps; ++j)
+      for (int k = 0; j + k <= steps; ++k) {
+        const Eigen::Vector3d p = triangle[0] + j * (triangle[1] - triangle[0]) / steps +
+                                  k * (triangle[2] - triangle[0]) / steps;
+        const double a = p.dot(v.array_axis), m = p.dot(v.middle), h = p.dot(v.pole);
+        const double q = std::hypot(m, h), w = std::hypot(a, m);
+        side[0] = std::min(side[0], cosine * a - sine * q);
+        side[1] = std::min(side[1], -cosine * a - sine * q);
+        least[1] = std::min(least[1], p.norm() - v.range_m);
+        least[2] = std::min(least[2], h * std::cos(40.0 * degree) - w * std::sin(40.0 * degree));
+        least[3] = std::min(least[3], -h * std::cos(40.0 * degree) - w * std::sin(40.0 * degree));
+      }
+    least[0] = std::max(side[0], side[1]);
+    const bool touch = touches(v, triangle);
+    for (std::size_t k = 0; k < least.size(); ++k) {
+      // The points are apart, but outside of a ball an edge comes nearer by little between them.
+      if (!(least[k] > (k == 1 ? 0.1 : 0.01))) continue;
+      ++count[k];
+      touching[k] += touch;
+    }
+  }
+  for (std::size_t k = 0; k < count.size(); ++k) {
+    CAPTURE(k);
+    CHECK(count[k] > 20);
+    CHECK(touching[k] == 0);
+  }
 }
 
 TEST_CASE("of several fan volumes any may be touched, and without volumes nothing touches") {

@@ -7,6 +7,8 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -92,8 +94,11 @@ bool StraightenedBed::decides_all(const RayFan& fan) const {
 /// Finds the points near the fan's planes. False if they are too many.
 bool StraightenedBed::find_points(const RayFan& fan) {
   const double lowest_m = grid_->bounds().lowest.z(), highest_m = grid_->bounds().highest.z();
-  // Bent rays leave a plane that is not upright, by no more than this.
-  const double bent_m = std::abs(fan.array_axis.z()) * fan.bend.turn_rad * fan.range_m;
+  // About how far the volume of the bent rays reaches beyond the planes, aside: StraightenedSpace
+  // takes the faces that this volume touches, and must decide all of their rays if this does.
+  const refine::FanVolume volume = fan_volume_of(fan);
+  const double straight = fan.grid->sin_truncation * (1.0 - fan.bend.turn_rad);
+  const double bent_m = volume.range_m * (std::sin(volume.truncation_rad) - straight);
   const double around_m = cells_around * scan_.diagonal_m() + bent_m;
   const std::array<Vector2d, 8> points =
       outline(fan, lowest_m, highest_m, around_m + behind_depths * (fan.origin.z() - lowest_m));

@@ -78,7 +78,9 @@ class StraightenedSpace {
   std::vector<Straightening::RayToPoint> rays_;  // by point
   refine::TriangleMesh mesh_;                    // of straightened space, about the fan's origin
   std::vector<refine::Face> open_;               // parts of a face that are still to be cut
-  std::vector<std::uint32_t> face_place_;        // by face of mesh_: its place among the triangles
+  // By face of mesh_: its place among the triangles, and its number.
+  std::vector<std::uint32_t> face_place_, face_number_;
+  std::size_t parts_ = 0;  // of faces
   FanRuns runs_;
   std::vector<std::uint32_t> hit_piece_;  // by ray number: the face of mesh_ that it hit
   bool stands_high_ = false;              // a face is as high as the sonar

@@ -241,6 +241,74 @@ TEST_CASE("A bed of heights with objects gives the hits of all their faces, to t
   CHECK(different == 0);
 }
 
+TEST_CASE("Faces that a fan cannot touch change no hit of its bent rays, nor which need chords") {
+  // Rays need chords if something in the fan is higher than the sonar, or if no known ray reaches a
+  // part of a face there.
+  Seafloor bed = rough_bed();
+  tests::Random random(4);
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector3f low(static_cast<float>(tests::uniform(random, 3.0, 60.0)),
+                              static_cast<float>(tests::uniform(random, -35.0, 35.0)),
+                              static_cast<float>(tests::uniform(random, -8.0, -3.0)));
+    tests::add_box(bed, low, low + Eigen::Vector3f::Constant(0.4f));
+  }
+  const float highest_m = refine::bounds(bed.mesh).highest.z();
+  std::size_t hit_count = 0, different = 0, left_out = 0;
+  std::uint64_t some_chords = 0, other_ways = 0;
+  for (const scatter::SoundSpeedProfile* profile : {&thermocline, &duct}) {
+    RefractedTracer with_all(*profile, highest_m, 16.5, 1490.0, false);
+    RefractedTracer with_few(*profile, highest_m, 16.5, 1490.0, false);
+    std::uint64_t version = 0;
+    for (int number = 0; number < 100; ++number) {
+      RayFan fan = fan_at({tests::uniform(random, -5.0, 5.0), tests::uniform(random, -20.0, 20.0),
+                           tests::uniform(random, -8.0, -4.0)},
+                          50, 50.0);
+      const Eigen::AngleAxisd turn(tests::uniform(random, -1.0, 1.0), Eigen::Vector3d::UnitZ());
+      for (Eigen::Vector3d* axis : {&fan.array_axis, &fan.middle, &fan.pole}) *axis = turn * *axis;
+      fan.bend = bend_of(*profile, 16.5, fan.range_m, 1490.0);
+      // The fewest faces that a query may give, in another order.
+      const refine::FanVolume volume = fan_volume_of(fan);
+      const refine::ViewTest test(std::span(&volume, 1));
+      std::vector<refine::Face> faces;
+      std::vector<std::uint32_t> numbers;
+      for (auto i = static_cast<std::uint32_t>(bed.mesh.faces.size()); i-- > 0;) {
+        const refine::Triangles all(bed.mesh);
+        const Eigen::Vector3d a = all.corner(i, 0), b = all.corner(i, 1), c = all.corner(i, 2);
+        const Eigen::Vector3d middle = (a + b + c) / 3.0;
+        const double radius =
+            1.000001 * std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
+        if (!test.touches({middle.cast<float>(), static_cast<float>(radius)})) continue;
+        faces.push_back(bed.mesh.faces[i]);
+        numbers.push_back(i);
+      }
+      left_out += bed.mesh.faces.size() - faces.size();
+      std::vector<Hit> expected(fan.grid->rays()), found = expected;
+      const RefractionCounts all_before = with_all.counts(), few_before = with_few.counts();
+      REQUIRE(with_all.trace(fan, {nullptr, bed.mesh}, expected));
+      REQUIRE(
+          with_few.trace(fan, {nullptr, {bed.mesh.positions, faces, numbers}, ++version}, found));
+      const RefractionCounts all = with_all.counts() - all_before,
+                             few = with_few.counts() - few_before;
+      some_chords += all.straightened > 0 && all.chords > 0;
+      other_ways += all.straightened != few.straightened || all.chords != few.chords;
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        hit_count += static_cast<bool>(expected[i]);
+        different += found[i].face != expected[i].face || found[i].t != expected[i].t;
+        if (!expected[i] || found[i].face != expected[i].face) continue;
+        const RayIncidence a = with_all.incidence_of(i, expected[i]),
+                           b = with_few.incidence_of(i, found[i]);
+        different += found[i].t != expected[i].t || a.place != b.place ||
+                     a.direction != b.direction || a.spreading_m2 != b.spreading_m2;
+      }
+    }
+  }
+  CHECK(hit_count > 10'000);
+  CHECK(left_out > 10'000);
+  CHECK(some_chords > 10);
+  CHECK(other_ways == 0);
+  CHECK(different == 0);
+}
+
 TEST_CASE("Faces are flat in straightened space within half a millimetre") {
   // A hit's time before it is exact is that of the flat part. The distance of the two, across the
   // face, is how far the face is from flat there.
