@@ -278,6 +278,13 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
     made.unknown.push_back(fmt::format(
         "why the level over the angle is {:.1f} dB off that of any sediment with the stated beam",
         sediments.front().rms_db));
+  if (const std::size_t alike = as_near_as_the_first(sediments); beam_is_stated && alike > 1) {
+    std::string names;
+    for (std::size_t i = 0; i < alike; ++i)
+      names += (i == 0 ? "" : i + 1 < alike ? ", " : " and ") + sediments[i].name;
+    made.unknown.push_back(
+        fmt::format("which sediment the bed is: this recording cannot tell {} apart", names));
+  }
   constexpr double mostly_clipped = 0.5;
   for (const ComparedStatistic& one : made.statistics)
     if (one.name == "clipped_share" && one.a > mostly_clipped)

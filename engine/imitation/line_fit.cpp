@@ -92,14 +92,22 @@ class Fit {
     begin_pulse();
   }
 
-  /// After a simulation with pings that are not scaled: the altitude, from the first echo of the
-  /// bed, and the gain over range.
-  void correct_geometry(const RecordedLine& ours) {
+  /// After a simulation with pings that are not scaled: the gain, the gain over range, and the
+  /// altitude, from the first echo of the bed.
+  void correct_geometry(const RecordedLine& ours, double gain_db) {
     RecorderSigns unscaled = model_.recorder;
     unscaled.ping_mean = 0.0;
-    model_.range_law =
-        corrected_law(model_.range_law, model_.range_slope_db, range_slope_db(ours, unscaled),
-                      model_.absorption_db_per_m, model_.range_m);
+    const RangeLaw before = model_.range_law;
+    model_.range_law = corrected_law(before, model_.range_slope_db, range_slope_db(ours, unscaled),
+                                     model_.absorption_db_per_m, model_.range_m);
+    // The floor is relative to full scale, so a bed at another level would have another distance
+    // from it, and with it another level over the angle and another bottom line.
+    std::vector<double> louder_db;
+    const GrazingLevels excess_db = excess_over(grazing_levels_of_sides(ours, model_.recorder));
+    for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
+      if (std::isfinite(excess_db[i]))
+        louder_db.push_back(excess_db[i] - (law_db(model_.range_law, i) - law_db(before, i)));
+    model_.gain_db = gain_db + mean_of(louder_db);
     // The path has the altitudes that the whole recording shows. The rest is the error of
     // find_bed(), which is small: a larger difference comes from another beam or noise floor, and
     // means nothing.
@@ -119,15 +127,7 @@ class Fit {
   void begin(const RecordedLine& ours, double gain_db, bool beam_is_stated,
              std::vector<NearSediment>& sediments) {
     const Figures simulated(ours, model_.recorder);
-    GrazingLevels both;
-    for (std::size_t i = 0; i < grazing_cells; ++i) {
-      std::vector<double> sides;
-      for (const std::size_t side : {0u, 1u})
-        if (const double off = model_.levels_db[side][i] - simulated.levels[side][i];
-            std::isfinite(off))
-          sides.push_back(off);
-      both[i] = sides.empty() ? std::numeric_limits<double>::quiet_NaN() : mean_of(sides);
-    }
+    GrazingLevels both = excess_over(simulated.levels);
     GrazingLevels by_law{};  // what another gain over range changes
     if (model_.range_law.from.how == Confidence::assumed && beam_is_stated) {
       by_law = choose_range_law(both);
@@ -136,15 +136,7 @@ class Fit {
     sediments = nearest_sediments(model_, both, beam_is_stated);
     const LineModel before = model_;
     if (!sediments.empty()) model_.material = sediments.front().name;
-    model_.evidence["material.bed.like"] = {
-        Confidence::fitted,
-        sediments.size() < 3
-            ? std::string("too few angles to tell")
-            : fmt::format("nearest in level over angle, {:.1f} dB off; then {}, {:.1f} dB, and {}, "
-                          "{:.1f} dB{}",
-                          sediments[0].rms_db, sediments[1].name, sediments[1].rms_db,
-                          sediments[2].name, sediments[2].rms_db,
-                          beam_is_stated ? "" : "; unsure, because the beam is not stated")};
+    note_sediments(sediments, beam_is_stated);
     constexpr double plain_enough_db = 1.5, sides_alike_db = 1.0;
     const bool plain = beam_is_stated && !sediments.empty() &&
                        sediments.front().rms_db < plain_enough_db &&
@@ -184,6 +176,39 @@ class Fit {
   }
 
  private:
+  /// The recording's level over the angle less a simulation's, the mean of the sides.
+  GrazingLevels excess_over(const std::array<GrazingLevels, 2>& simulated) const {
+    GrazingLevels both;
+    for (std::size_t i = 0; i < grazing_cells; ++i) {
+      std::vector<double> sides;
+      for (const std::size_t side : {0u, 1u})
+        if (const double off = model_.levels_db[side][i] - simulated[side][i]; std::isfinite(off))
+          sides.push_back(off);
+      both[i] = sides.empty() ? std::numeric_limits<double>::quiet_NaN() : mean_of(sides);
+    }
+    return both;
+  }
+  void note_sediments(const std::vector<NearSediment>& sediments, bool beam_is_stated) {
+    std::string why = "too few angles to tell";
+    if (sediments.size() >= 3) {
+      why = fmt::format(
+          "nearest in level over angle, {:.1f} dB off; then {}, {:.1f} dB, and {}, "
+          "{:.1f} dB",
+          sediments[0].rms_db, sediments[1].name, sediments[1].rms_db, sediments[2].name,
+          sediments[2].rms_db);
+      if (!beam_is_stated)
+        why += "; unsure, because the beam is not stated";
+      else if (const std::size_t alike = as_near_as_the_first(sediments); alike > 1)
+        why += fmt::format("; the first {} cannot be distinguished", alike);
+    }
+    model_.evidence["material.bed.like"] = {Confidence::fitted, why};
+  }
+  /// What a gain over range amplifies at the range of a cell.
+  double law_db(const RangeLaw& law, std::size_t cell) const {
+    const double r = mean_of(model_.path.altitude_m) / std::sin(grazing_cell_rad(cell));
+    return law.spreading * std::log10(r) +
+           (law.absorption ? 2.0 * model_.absorption_db_per_m * r : 0.0);
+  }
   /// How much louder port is than in a simulation with equal sides; NaN if the line has one side.
   double port_over_starboard_db(const Figures& simulated) const {
     std::vector<double> off;
@@ -209,13 +234,13 @@ class Fit {
   /// it amplifies more than the gain so far.
   GrazingLevels choose_range_law(const GrazingLevels& excess_db) {
     constexpr std::array<double, 3> usual{30.0, 20.0, 40.0};
-    const double before = model_.range_law.spreading, altitude_m = mean_of(model_.path.altitude_m);
+    const RangeLaw before = model_.range_law;
     GrazingLevels chosen_db{};
     double min_db = std::numeric_limits<double>::infinity();
     for (const double spreading : usual) {
       GrazingLevels more_db, left_db;
       for (std::size_t i = 0; i < grazing_cells; ++i) {
-        more_db[i] = (spreading - before) * std::log10(altitude_m / std::sin(grazing_cell_rad(i)));
+        more_db[i] = law_db({spreading, before.absorption, {}}, i) - law_db(before, i);
         left_db[i] = excess_db[i] - more_db[i];
       }
       const std::vector<NearSediment> nearest = nearest_sediments(model_, left_db, true);
@@ -470,7 +495,7 @@ void fit_line(LineModel& model, const RecordedLine& line, const std::filesystem:
     double gain_db = 0.0;
     const RecordedLine ours = simulated_line(tried, folder, threads, begins(round), &gain_db);
     if (round < plain_rounds - 1)
-      fit.correct_geometry(ours);
+      fit.correct_geometry(ours, gain_db);
     else if (round == plain_rounds - 1)
       fit.begin(ours, gain_db, beam_is_stated, sediments);
     else

@@ -2,13 +2,83 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include <Eigen/Dense>
 
 #include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/energy_bound.h>
 
 namespace ensonify::engine {
+
+namespace {
+
+/// A constant, the altitude (in bins) and the gain over range (in dB per factor of ten).
+constexpr int unknowns = 3;
+using Unknowns = Eigen::Matrix<double, unknowns, 1>;
+
+/// The level of the bed in a cell of grazing angle.
+struct Cell {
+  std::size_t number;
+  double weight;     ///< 1 / variance, dB^-2
+  Unknowns changes;  ///< how much the level changes with each unknown, dB
+};
+
+/// How much each cell with a level counts. The error of its level has these parts:
+/// - what holds for all cells alike: relief, cells of finite size;
+/// - speckle, of the recording and of the simulation: the steeper the cell, the fewer samples;
+/// - the noise floor, where it is near the level of the bed.
+/// An error of the bottom line moves all cells along the level over the angle. Where a narrow beam
+/// makes this steep, a bin can change the level by more than sediments differ.
+std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& excess_db) {
+  const std::vector<double>& altitudes_m = model.path.altitude_m;
+  const double altitude_m = std::accumulate(altitudes_m.begin(), altitudes_m.end(), 0.0) /
+                            std::max(1.0, static_cast<double>(altitudes_m.size())),
+               altitude_bins = altitude_m * static_cast<double>(model.samples) / model.range_m,
+               rows = static_cast<double>(altitudes_m.size()) *
+                      (model.port && model.starboard ? 2.0 : 1.0);
+  // Twice that of the amplitude.
+  const double power_contrast =
+      2.0 * speckle_contrast(model.recorder.detector, model.recorder.looks);
+  GrazingLevels level_db;  // of the recording
+  for (std::size_t i = 0; i < grazing_cells; ++i) {
+    const double port = model.levels_db[0][i], starboard = model.levels_db[1][i];
+    level_db[i] = std::isnan(port)        ? starboard
+                  : std::isnan(starboard) ? port
+                                          : 0.5 * (port + starboard);
+  }
+  std::vector<Cell> cells;
+  for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i) {
+    if (!std::isfinite(excess_db[i])) continue;
+    const double grazing = grazing_cell_rad(i), sine = std::sin(grazing);
+    // A range is altitude / sine.
+    const double samples =
+        rows * altitude_bins * std::cos(grazing) / (sine * sine) * grazing_cell_deg * degree;
+    constexpr double alike_db = 0.1, lines = 2.0, correlated_samples = 2.0,
+                     db_per_share = 10.0 / std::numbers::ln10;
+    const double speckle_db = samples > 0.0 ? db_per_share * power_contrast *
+                                                  std::sqrt(lines * correlated_samples / samples)
+                                            : 0.0;
+    constexpr double floor_error_db = 1.0;
+    const double floor_share =
+                     std::min(1.0, scatter::from_db(model.recorder.column_db - level_db[i])),
+                 floor_db = floor_error_db * floor_share;
+    constexpr std::size_t around = 2;
+    const double slope_db = (level_db[i + around] - level_db[i - around]) /
+                            (2.0 * around * grazing_cell_deg * degree),
+                 by_a_bin_db = slope_db * std::tan(grazing) / altitude_bins;
+    cells.push_back({i,
+                     1.0 / (alike_db * alike_db + speckle_db * speckle_db + floor_db * floor_db),
+                     {1.0, std::isfinite(by_a_bin_db) ? by_a_bin_db : 0.0, -std::log10(sine)}});
+  }
+  return cells;
+}
+
+}  // namespace
 
 std::vector<NearSediment> nearest_sediments(const LineModel& model, const GrazingLevels& excess_db,
                                             bool rock_too) {
@@ -22,26 +92,45 @@ std::vector<NearSediment> nearest_sediments(const LineModel& model, const Grazin
     return levels;
   };
   const GrazingLevels base = strength(*backscatter(model.material));
+  const std::vector<Cell> cells = weighted_cells(model, excess_db);
+  constexpr std::size_t fewest_cells = 5;
+  if (cells.size() < fewest_cells) return {};
+  // What is known of the unknowns before, as 1 / variance: of the constant nothing, of the altitude
+  // a bin, of the gain over range 1 dB per factor of ten.
+  const Eigen::Matrix<double, unknowns, unknowns> known = Unknowns(0.0, 1.0, 1.0).asDiagonal();
   std::vector<NearSediment> all;
   for (const scatter::NamedSediment& sediment : scatter::named_sediments()) {
     if (!rock_too && !sediment.mean_grain_size_phi) continue;
     const auto its_backscatter = backscatter(sediment.name);
     if (scatter::energy_excess(*its_backscatter)) continue;
     const GrazingLevels levels = strength(*its_backscatter);
-    std::vector<double> off;
-    for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
-      if (const double left = excess_db[i] - (levels[i] - base[i]); std::isfinite(left))
-        off.push_back(left);
-    if (off.size() < 5) return {};
-    double mean = 0.0;
-    for (const double left : off) mean += left / static_cast<double>(off.size());
-    double squares = 0.0;
-    for (const double left : off) squares += (left - mean) * (left - mean);
-    all.push_back(
-        {std::string(sediment.name), std::sqrt(squares / static_cast<double>(off.size()))});
+    Eigen::Matrix<double, unknowns, unknowns> squares = known;
+    Unknowns products = Unknowns::Zero();
+    const auto left_db = [&](const Cell& cell) {
+      return excess_db[cell.number] - (levels[cell.number] - base[cell.number]);
+    };
+    for (const Cell& cell : cells) {
+      squares += cell.weight * cell.changes * cell.changes.transpose();
+      products += cell.weight * left_db(cell) * cell.changes;
+    }
+    const Unknowns best = squares.ldlt().solve(products);
+    double sum = best.dot(known * best), weights = 0.0;
+    for (const Cell& cell : cells) {
+      sum += cell.weight * std::pow(left_db(cell) - cell.changes.dot(best), 2);
+      weights += cell.weight;
+    }
+    if (std::isfinite(sum))
+      all.push_back({std::string(sediment.name), std::sqrt(sum / weights), sum});
   }
-  std::ranges::stable_sort(all, {}, &NearSediment::rms_db);
+  std::ranges::stable_sort(all, {}, &NearSediment::chi_squared);
   return all;
+}
+
+std::size_t as_near_as_the_first(const std::vector<NearSediment>& sediments) {
+  constexpr double clearly = 3.0;  // standard deviations
+  return static_cast<std::size_t>(std::ranges::count_if(sediments, [&](const NearSediment& one) {
+    return one.chi_squared < sediments.front().chi_squared + clearly * clearly;
+  }));
 }
 
 }  // namespace ensonify::engine

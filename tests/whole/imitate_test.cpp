@@ -141,6 +141,30 @@ TEST_CASE("the keys of a run come back from its recording", "[slow]") {
   CHECK(again.err.find("b: exists already") != std::string::npos);
 }
 
+TEST_CASE("the sediment of a run with the default vertical beam comes back from its recording",
+          "[slow]") {
+  std::string text = scene_of("fine sand", "false");
+  const std::string beam = "vertical_beamwidth_deg = 60\ntilt_deg = 30\n";
+  text.replace(text.find(beam), beam.size(), "vertical_beamwidth_deg = 50\ntilt_deg = 20\n");
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", text);
+  REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
+  const Outcome outcome =
+      run_program(folder.path(), {"imitate", "a/towfish.xtf", "-o", "b", "--json"});
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  const json all = json::parse(outcome.out);
+  CHECK(value_of(all["keys"], "sonar.sidescan.tvg_spreading") == Approx(30.0).margin(1.0));
+  const std::vector<std::string> near = all["materials"], unknown = all["unknown"];
+  CAPTURE(near, unknown);
+  CHECK(std::ranges::find(near, "fine sand") - near.begin() < 3);
+  // Silty sand has nearly the same backscatter.
+  CHECK(std::ranges::any_of(unknown, [](const std::string& one) {
+    return one.starts_with("which sediment the bed is: ") && one.find("fine sand") != one.npos &&
+           one.find("silty sand") != one.npos;
+  }));
+}
+
 TEST_CASE("on a constant altitude the gain over range comes back from the level over the angle",
           "[slow]") {
   for (const double spreading : {20.0, 40.0}) {
