@@ -151,6 +151,8 @@ void note_gaps(const RecordedLine& line, const LineModel& model,
     unknown.emplace_back(
         "the gain over range apart from the vertical beam: the altitude changes too little, or the "
         "bed too much, to tell");
+  if (model.recorder.curve_from.how == Confidence::assumed)
+    unknown.push_back("the recorder's curve: " + model.recorder.curve_from.why);
   if (model.recorder.column_from.how == Confidence::assumed)
     unknown.push_back("the noise: " + model.recorder.column_from.why);
 }

@@ -175,7 +175,9 @@ void add_sonar(const LineModel& model, std::string_view beam, Keys& keys) {
     keys.add("curve", "\"logarithmic\"", recorder.curve_from);
     keys.add("curve_range_db", number(std::round(recorder.curve_range_db)), recorder.curve_from);
   } else {
-    keys.add("curve", "\"linear\"", recorder.curve_from);
+    keys.add("curve",
+             recorder.curve == TransferCurve::square_root ? "\"square-root\"" : "\"linear\"",
+             recorder.curve_from);
   }
   keys.add("bits", fmt::format("{}", recorder.bits), recorder.bits_from);
   keys.section("arrivals");

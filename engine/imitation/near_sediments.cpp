@@ -29,12 +29,13 @@ struct Cell {
 };
 
 /// How much each cell with a level counts. The error of its level has these parts:
-/// - what holds for all cells alike: relief, cells of finite size;
+/// - what holds for all cells alike: relief, cells of finite size, a beam that is not stated;
 /// - speckle, of the recording and of the simulation: the steeper the cell, the fewer samples;
 /// - the noise floor, where it is near the level of the bed.
 /// An error of the bottom line moves all cells along the level over the angle. Where a narrow beam
 /// makes this steep, a bin can change the level by more than sediments differ.
-std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& excess_db) {
+std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& excess_db,
+                                 bool beam_is_stated) {
   const std::vector<double>& altitudes_m = model.path.altitude_m;
   const double altitude_m = std::accumulate(altitudes_m.begin(), altitudes_m.end(), 0.0) /
                             std::max(1.0, static_cast<double>(altitudes_m.size())),
@@ -43,7 +44,7 @@ std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& ex
                       (model.port && model.starboard ? 2.0 : 1.0);
   // Twice that of the amplitude.
   const double power_contrast =
-      2.0 * speckle_contrast(model.recorder.detector, model.recorder.looks);
+      2.0 * speckle_of(model.recorder.detector, model.recorder.looks).contrast;
   GrazingLevels level_db;  // of the recording
   for (std::size_t i = 0; i < grazing_cells; ++i) {
     const double port = model.levels_db[0][i], starboard = model.levels_db[1][i];
@@ -58,7 +59,8 @@ std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& ex
     // A range is altitude / sine.
     const double samples =
         rows * altitude_bins * std::cos(grazing) / (sine * sine) * grazing_cell_deg * degree;
-    constexpr double alike_db = 0.1, lines = 2.0, correlated_samples = 2.0,
+    const double alike_db = beam_is_stated ? 0.1 : 3.0;
+    constexpr double lines = 2.0, correlated_samples = 2.0,
                      db_per_share = 10.0 / std::numbers::ln10;
     const double speckle_db = samples > 0.0 ? db_per_share * power_contrast *
                                                   std::sqrt(lines * correlated_samples / samples)
@@ -81,7 +83,7 @@ std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& ex
 }  // namespace
 
 std::vector<NearSediment> nearest_sediments(const LineModel& model, const GrazingLevels& excess_db,
-                                            bool rock_too) {
+                                            bool beam_is_stated) {
   const auto backscatter = [&](std::string_view name) {
     return backscatter_of(material_named(name, {}), model.frequency_hz, model.sound_speed_mps, 0.0);
   };
@@ -92,7 +94,7 @@ std::vector<NearSediment> nearest_sediments(const LineModel& model, const Grazin
     return levels;
   };
   const GrazingLevels base = strength(*backscatter(model.material));
-  const std::vector<Cell> cells = weighted_cells(model, excess_db);
+  const std::vector<Cell> cells = weighted_cells(model, excess_db, beam_is_stated);
   constexpr std::size_t fewest_cells = 5;
   if (cells.size() < fewest_cells) return {};
   // What is known of the unknowns before, as 1 / variance: of the constant nothing, of the altitude
@@ -100,7 +102,7 @@ std::vector<NearSediment> nearest_sediments(const LineModel& model, const Grazin
   const Eigen::Matrix<double, unknowns, unknowns> known = Unknowns(0.0, 1.0, 1.0).asDiagonal();
   std::vector<NearSediment> all;
   for (const scatter::NamedSediment& sediment : scatter::named_sediments()) {
-    if (!rock_too && !sediment.mean_grain_size_phi) continue;
+    if (!beam_is_stated && !sediment.mean_grain_size_phi) continue;
     const auto its_backscatter = backscatter(sediment.name);
     if (scatter::energy_excess(*its_backscatter)) continue;
     const GrazingLevels levels = strength(*its_backscatter);

@@ -15,15 +15,15 @@ constexpr std::size_t first_sediment_cell = 4, end_sediment_cell = 38;
 /// The sediments, ordered by how well their backscatter over the grazing angle explains
 /// `excess_db`, up to any constant and to what small errors of altitude and gain over range change.
 /// `excess_db` is, by cell, the line's level less that of the model's material (dB); cells of NaN
-/// do not count, and those with few samples or near the noise count less. Without `rock_too` only
-/// sediments with a grain size; never one that would return more energy than arrives.
+/// do not count, and those with few samples or near the noise count less. Without a stated beam
+/// only sediments with a grain size; never one that would return more energy than arrives.
 struct NearSediment {
   std::string name;
   double rms_db;       ///< rms of the part that the sediment does not explain
   double chi_squared;  ///< the sum of its squares, each over the variance that is expected there
 };
 std::vector<NearSediment> nearest_sediments(const LineModel& model, const GrazingLevels& excess_db,
-                                            bool rock_too);
+                                            bool beam_is_stated);
 
 /// How many of the first sediments explain the levels so nearly alike that errors of the levels
 /// decide which is first; 1: the first alone.

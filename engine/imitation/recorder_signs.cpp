@@ -118,8 +118,8 @@ void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
       Confidence::measured,
       fmt::format("over the bed the spread grows as mean^{:.1f}, with a skew of {:.1f}", growth,
                   skew)};
-  // A square root, with a skew of -0.1, cannot be distinguished from more looks. A logarithm has
-  // about -0.9, whatever the spread seems to do where the level hardly changes.
+  // A square root, with a skew of -0.1, is distinguished later. A logarithm has about -0.9,
+  // whatever the spread seems to do where the level hardly changes.
   if (skew > -0.4 && (growth > 0.4 || skew > 0.0)) return;
   signs.curve = TransferCurve::logarithmic;
   // A Rayleigh amplitude in decibels has a standard deviation of 5.57 dB (Ulaby and others,
@@ -130,29 +130,76 @@ void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
       std::clamp(5.57 / (median(std::move(sds)) / signs.full_scale), 20.0, 200.0);
 }
 
+/// The number of looks whose speckle has the contrast.
+int looks_of(double contrast, Detector detector, TransferCurve curve) {
+  constexpr int most = 16;
+  int looks = 1;
+  const auto off = [&](int number) {
+    return std::abs(speckle_of(detector, number, curve).contrast - contrast);
+  };
+  while (looks < most && off(looks + 1) < off(looks)) ++looks;
+  return looks;
+}
+
+/// Distinguishes a square root from a line by the speckle's contrast and skewness: of a root both
+/// are small, and a line with as small a contrast, of several looks, is clearly skewed.
+void tell_root(const Speckle& found, RecorderSigns& signs) {
+  const double line_skew = speckle_of(signs.detector, looks_of(found.contrast, signs.detector,
+                                                               TransferCurve::linear))
+                               .skew,
+               largest_contrast =
+                   speckle_of(signs.detector, 1, TransferCurve::square_root).contrast;
+  constexpr double root_share = 0.4, line_share = 0.55, least_skew = -0.2, uneven = 1.2;
+  if (found.skew > line_share * line_skew) return;
+  const std::string speckle =
+      fmt::format("the speckle of a smooth bed has a contrast of {:.2f} and a skew of {:.1f}",
+                  found.contrast, found.skew);
+  if (found.skew > least_skew && found.skew < root_share * line_skew &&
+      found.contrast < uneven * largest_contrast) {
+    signs.curve = TransferCurve::square_root;
+    signs.curve_from = {Confidence::measured, speckle};
+  } else {
+    signs.curve_from = {Confidence::assumed, speckle + ": linear or square root"};
+  }
+}
+
 void set_looks(const RecordedLine& line, const std::vector<Spread>& blocks, RecorderSigns& signs) {
   signs.detector = line.peak_detector ? Detector::peak : Detector::mean;
   signs.looks_from = {Confidence::assumed, "too few unclipped samples of the bed"};
   if (blocks.size() < 100 || signs.curve != TransferCurve::linear) return;
   // Texture only adds to the spread, so the smoothest band of angles has the speckle alone.
-  double contrast = std::numeric_limits<double>::infinity();
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Speckle found{infinity, infinity};
   for (const auto& [low, high] : {std::pair{14, 20}, {20, 40}, {40, 70}}) {
-    std::vector<double> contrasts;
+    std::vector<double> contrasts, skews;
     for (const Spread& block : blocks)
-      if (block.grazing_rad >= low * degree && block.grazing_rad < high * degree)
+      if (block.grazing_rad >= low * degree && block.grazing_rad < high * degree) {
         contrasts.push_back(block.sd / block.mean);
+        // A block that happens to have no clipped sample has lost its tail.
+        constexpr double tail = 4.0;  // standard deviations
+        if (!signs.clips || block.mean + tail * block.sd < signs.full_scale)
+          skews.push_back(block.skew);
+      }
     constexpr std::size_t enough = 50;
-    if (contrasts.size() >= enough) contrast = std::min(contrast, median(std::move(contrasts)));
+    if (contrasts.size() < enough) continue;
+    const double contrast = median(std::move(contrasts));
+    if (contrast < found.contrast)
+      found = {contrast, skews.size() < enough ? infinity : median(std::move(skews))};
   }
-  if (!std::isfinite(contrast)) return;
-  while (signs.looks < 16 &&
-         std::abs(speckle_contrast(signs.detector, signs.looks + 1) - contrast) <
-             std::abs(speckle_contrast(signs.detector, signs.looks) - contrast))
-    ++signs.looks;
+  if (!std::isfinite(found.contrast)) return;
+  tell_root(found, signs);
+  signs.looks = looks_of(found.contrast, signs.detector, signs.curve);
   signs.looks_from = {
       Confidence::measured,
-      fmt::format("standard deviation over mean of a smooth bed: {:.2f}{}", contrast,
+      fmt::format("standard deviation over mean of a smooth bed: {:.2f}{}", found.contrast,
                   line.peak_detector ? ", and the file states that the largest is kept" : "")};
+}
+
+/// The amplitude before the transfer curve, over full scale.
+double expanded(double share, const RecorderSigns& recorder) {
+  if (recorder.curve == TransferCurve::linear) return share;
+  if (recorder.curve == TransferCurve::square_root) return share * share;
+  return share > 0.0 ? scatter::amplitude_from_db((share - 1.0) * recorder.curve_range_db) : 0.0;
 }
 
 double spread_of(const std::vector<double>& values) {
@@ -162,10 +209,10 @@ double spread_of(const std::vector<double>& values) {
   return 1.4826 * median(std::move(off));  // sd of a normal distribution
 }
 
-/// Share of full scale that the mean of each ping of a side has; 0 if it differs from ping to ping.
-/// In pings that are scaled, one part makes up for another: the whole varies less than parts that
-/// vary independently would make it. Clipping lowers the mean of a ping that was scaled before, so
-/// the less clipped half counts.
+/// Share of full scale that the mean amplitude of each ping of a side has; 0 if it differs from
+/// ping to ping. In pings that are scaled, one part makes up for another: the whole varies less
+/// than parts that vary independently would make it. Clipping lowers the mean of a ping that was
+/// scaled before, so the less clipped half counts.
 void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
   constexpr std::size_t parts = 8;
   struct Row {
@@ -183,7 +230,7 @@ void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
       for (std::size_t k = 0; k < row.size(); ++k) {
         one.clipped += signs.clips && row[k] >= signs.full_scale;
         one.of_parts[parts * k / row.size()] +=
-            row[k] / signs.full_scale / static_cast<double>(row.size());
+            expanded(row[k] / signs.full_scale, signs) / static_cast<double>(row.size());
       }
       one.mean = std::accumulate(one.of_parts.begin(), one.of_parts.end(), 0.0);
     }
@@ -207,11 +254,6 @@ void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
       fmt::format("the pings' means differ by {:.1f} %; if parts of them varied independently, by "
                   "{:.1f} %",
                   100.0 * spread, 100.0 * by_parts)};
-}
-
-double expanded(double share, const RecorderSigns& recorder) {
-  if (recorder.curve != TransferCurve::logarithmic) return share;
-  return share > 0.0 ? scatter::amplitude_from_db((share - 1.0) * recorder.curve_range_db) : 0.0;
 }
 
 /// The first recorded sample of a ping that is clear of the transmit leakage.
@@ -248,11 +290,11 @@ void set_column(const RecordedLine& line, RecorderSigns& signs) {
   // A Rayleigh amplitude's median is sqrt(ln 2) of its rms.
   signs.column_from = {Confidence::measured, "level of the water column"};
   if (floor > 0.0) {
-    signs.column_db = scatter::amplitude_to_db(floor / std::sqrt(std::log(2.0)));
+    signs.column_db = scatter::amplitude_to_db(expanded(floor, signs) / std::sqrt(std::log(2.0)));
   } else if (floor == 0.0) {
     // Rayleigh amplitudes of this rms hardly ever reach half a step.
     const double half_step = 0.5 / (std::ldexp(1.0, signs.bits) - 1.0);
-    signs.column_db = scatter::amplitude_to_db(half_step) - 20.0;
+    signs.column_db = scatter::amplitude_to_db(expanded(half_step, signs)) - 20.0;
     signs.column_from = {Confidence::assumed,
                          "the water column is below the digitiser's first step"};
   } else {
@@ -340,18 +382,31 @@ SharedSlope shared_slope(const std::vector<std::vector<LevelAtRange>>& cells, st
 
 }  // namespace
 
-double speckle_contrast(Detector detector, int looks) {
-  if (detector == Detector::mean)
-    return std::sqrt((4.0 / std::numbers::pi - 1.0) / static_cast<double>(looks));
+Speckle speckle_of(Detector detector, int looks, TransferCurve curve) {
+  const bool root = curve == TransferCurve::square_root;
+  if (detector == Detector::mean) {
+    // A Rayleigh amplitude's; a mean of n has 1 / n of the variance and of the skewness squared.
+    constexpr double pi = std::numbers::pi;
+    const double number = std::sqrt(static_cast<double>(looks)),
+                 contrast = std::sqrt(4.0 / pi - 1.0) / number,
+                 skew = 2.0 * std::sqrt(pi) * (pi - 3.0) / std::pow(4.0 - pi, 1.5) / number;
+    if (!root) return {contrast, skew};
+    // The series of the root about the mean; its last term is such that one look is exact.
+    return {0.5 * contrast * (1.0 + 0.268 * contrast * contrast), skew - 1.5 * contrast};
+  }
   // The largest of n exponential intensities has the distribution (1 - exp(-I))^n.
-  double mean = 0.0, squares = 0.0;
+  double mean = 0.0, squares = 0.0, cubes = 0.0;
   constexpr int steps = 20000;
   for (int i = 0; i < steps; ++i) {
-    const double square = -std::log(1.0 - std::pow((i + 0.5) / steps, 1.0 / looks));
-    mean += std::sqrt(square) / steps;
-    squares += square / steps;
+    const double intensity = -std::log(1.0 - std::pow((i + 0.5) / steps, 1.0 / looks)),
+                 value = std::pow(intensity, root ? 0.25 : 0.5);
+    mean += value / steps;
+    squares += value * value / steps;
+    cubes += value * value * value / steps;
   }
-  return std::sqrt(squares - mean * mean) / mean;
+  const double variance = squares - mean * mean;
+  return {std::sqrt(variance) / mean,
+          (cubes - mean * (3.0 * variance + mean * mean)) / std::pow(variance, 1.5)};
 }
 
 RecorderSigns recorder_signs(const RecordedLine& line) {

@@ -27,9 +27,12 @@ struct RecorderSigns {
 };
 RecorderSigns recorder_signs(const RecordedLine& line);
 
-/// Standard deviation over mean of the amplitude that a detector makes of this number of looks with
-/// Rayleigh amplitudes.
-double speckle_contrast(Detector detector, int looks);
+/// Standard deviation over mean, and skewness, of what a detector makes of this number of looks
+/// with Rayleigh amplitudes, and of its square root if the curve is that.
+struct Speckle {
+  double contrast, skew;
+};
+Speckle speckle_of(Detector detector, int looks, TransferCurve curve = TransferCurve::linear);
 
 /// Mean power over full scale, dB, by cells of grazing angle (2 degrees each) over a level bed, of
 /// one side; NaN where fewer than `enough` samples are. Samples that the transfer curve compressed

@@ -49,7 +49,8 @@ struct MadeLine {
   double column = 1e-3;
   double ping_mean = 0.0;
   bool logarithmic = false;  ///< over 80 dB
-  bool ripples = false;      ///< beyond 15 m, each with a shadow that is longer with range
+  bool square_root = false;
+  bool ripples = false;  ///< beyond 15 m, each with a shadow that is longer with range
 };
 
 /// A level bed whose echo falls as r^-3, with Rayleigh amplitudes; 15 bits.
@@ -92,6 +93,7 @@ RecordedLine made_line(const MadeLine& how) {
       for (double amplitude : row) {
         if (how.ping_mean > 0.0) amplitude *= how.ping_mean / mean;
         if (how.logarithmic) amplitude = 1.0 + 20.0 * std::log10(std::max(amplitude, 1e-4)) / 80.0;
+        if (how.square_root) amplitude = std::sqrt(amplitude);
         side->push_back(static_cast<float>(std::lround(32767.0 * std::clamp(amplitude, 0.0, 1.0))));
       }
     }
@@ -248,9 +250,9 @@ TEST_CASE("an oscillation has the rms and the period that were put in, whatever 
 }
 
 TEST_CASE("the contrast of speckle is that of Rayleigh amplitudes") {
-  CHECK(speckle_contrast(Detector::mean, 1) == Approx(0.52272).epsilon(1e-4));
-  CHECK(speckle_contrast(Detector::mean, 4) == Approx(0.26136).epsilon(1e-4));
-  CHECK(speckle_contrast(Detector::peak, 1) == Approx(0.52272).epsilon(1e-3));
+  CHECK(speckle_of(Detector::mean, 1).contrast == Approx(0.52272).epsilon(1e-4));
+  CHECK(speckle_of(Detector::mean, 4).contrast == Approx(0.26136).epsilon(1e-4));
+  CHECK(speckle_of(Detector::peak, 1).contrast == Approx(0.52272).epsilon(1e-3));
   // By chance: the largest of three, from many draws.
   std::mt19937 random(1);
   std::exponential_distribution<double> power;
@@ -261,7 +263,7 @@ TEST_CASE("the contrast of speckle is that of Rayleigh amplitudes") {
     sum += std::sqrt(largest) / draws;
     squares += largest / draws;
   }
-  CHECK(speckle_contrast(Detector::peak, 3) ==
+  CHECK(speckle_of(Detector::peak, 3).contrast ==
         Approx(std::sqrt(squares - sum * sum) / sum).epsilon(0.01));
 }
 
@@ -300,6 +302,56 @@ TEST_CASE("the samples show looks, detector, scaled pings, curve, floor and clip
       recorder_signs(made_line({.spreading = 15.0, .logarithmic = true}));
   CHECK(logarithmic.curve == TransferCurve::logarithmic);
   CHECK(logarithmic.curve_range_db == Approx(80.0).epsilon(0.15));
+}
+
+TEST_CASE("the speckle of a square root is that of roots of Rayleigh amplitudes") {
+  std::mt19937 random(2);
+  std::exponential_distribution<double> power;
+  for (const Detector detector : {Detector::mean, Detector::peak})
+    for (const int looks : {1, 2, 4}) {
+      double sum = 0.0, squares = 0.0, cubes = 0.0;
+      constexpr int draws = 200000;
+      for (int i = 0; i < draws; ++i) {
+        double amplitude = 0.0;
+        for (int look = 0; look < looks; ++look) {
+          const double one = std::sqrt(power(random));
+          amplitude =
+              detector == Detector::peak ? std::max(amplitude, one) : amplitude + one / looks;
+        }
+        const double value = std::sqrt(amplitude);
+        sum += value / draws;
+        squares += value * value / draws;
+        cubes += value * value * value / draws;
+      }
+      const double variance = squares - sum * sum;
+      const Speckle speckle = speckle_of(detector, looks, TransferCurve::square_root);
+      CAPTURE(looks, detector == Detector::peak);
+      CHECK(speckle.contrast == Approx(std::sqrt(variance) / sum).epsilon(0.01));
+      CHECK(speckle.skew ==
+            Approx((cubes - sum * (3.0 * variance + sum * sum)) / std::pow(variance, 1.5))
+                .margin(0.08));
+    }
+}
+
+TEST_CASE("the samples show a square root and its looks, whatever the gain over range") {
+  for (const int looks : {1, 2, 4})
+    for (const double spreading : {20.0, 30.0}) {
+      CAPTURE(looks, spreading);
+      const RecorderSigns root =
+          recorder_signs(made_line({.looks = looks, .spreading = spreading, .square_root = true}));
+      CHECK(root.curve == TransferCurve::square_root);
+      CHECK(root.curve_from.how == Confidence::measured);
+      CHECK(root.looks == looks);
+      const RecorderSigns line =
+          recorder_signs(made_line({.looks = looks, .spreading = spreading}));
+      CHECK(line.curve == TransferCurve::linear);
+      CHECK(line.looks == looks);
+    }
+  // The level of the noise is before the curve.
+  const RecordedLine root = made_line({.column = 1e-2, .square_root = true});
+  const RecorderSigns signs = recorder_signs(root);
+  CHECK(signs.column_db ==
+        Approx(-40.0 + 40.0 * std::log10(32767.0 / signs.full_scale)).margin(1.0));
 }
 
 TEST_CASE("a varied altitude shows the gain over range, a constant one does not") {
