@@ -1,6 +1,9 @@
 #include <ensonify/refine/triangle_mesh.h>
 
 #include <algorithm>
+#include <numeric>
+
+#include <Eigen/Geometry>
 
 #include <ensonify/refine/mesh_repair.h>
 
@@ -16,6 +19,48 @@ Bounds bounds(Triangles triangles) {
       box.highest = box.highest.cwiseMax(triangles.positions[vertex]);
     }
   return box;
+}
+
+bool encloses_volume(Triangles triangles) {
+  if (triangles.faces.empty()) return false;
+  const auto packed = [](std::uint32_t from, std::uint32_t to) {
+    return std::uint64_t{from} << 32 | to;
+  };
+  std::vector<std::uint64_t> edges;
+  edges.reserve(3 * triangles.faces.size());
+  for (const Face& face : triangles.faces)
+    for (std::size_t k = 0; k < 3; ++k) edges.push_back(packed(face[k], face[(k + 1) % 3]));
+  std::ranges::sort(edges);
+  if (std::ranges::adjacent_find(edges) != edges.end()) return false;
+  for (const std::uint64_t edge : edges) {
+    const auto from = static_cast<std::uint32_t>(edge >> 32), to = static_cast<std::uint32_t>(edge);
+    if (!std::ranges::binary_search(edges, packed(to, from))) return false;
+  }
+
+  std::vector<std::uint32_t> body(triangles.positions.size());  // a vertex of the same body
+  std::iota(body.begin(), body.end(), std::uint32_t{0});
+  const auto body_of = [&](std::uint32_t vertex) {
+    while (body[vertex] != vertex) vertex = body[vertex] = body[body[vertex]];
+    return vertex;
+  };
+  for (const Face& face : triangles.faces)
+    for (const std::size_t k : {1, 2}) body[body_of(face[k])] = body_of(face[0]);
+  struct Volume {
+    double sum = 0.0, size = 0.0;  // of six times the volume, and of its terms
+  };
+  std::vector<Volume> volumes(triangles.positions.size());
+  for (std::uint32_t f = 0; f < triangles.faces.size(); ++f) {
+    const std::uint32_t own = body_of(triangles.faces[f][0]);
+    const Eigen::Vector3d a = triangles.corner(f, 0);
+    const Eigen::Vector3d normal = (triangles.corner(f, 1) - a).cross(triangles.corner(f, 2) - a);
+    const Eigen::Vector3d arm = a - triangles.positions[own].cast<double>();
+    volumes[own].sum += arm.dot(normal);
+    volumes[own].size += arm.norm() * normal.norm();
+  }
+  return std::ranges::all_of(triangles.faces, [&](const Face& face) {
+    const Volume& volume = volumes[body_of(face[0])];
+    return volume.sum > 1e-12 * volume.size;
+  });
 }
 
 MeshSummary summarise(const TriangleMesh& mesh) {

@@ -53,6 +53,11 @@ struct Bounds {
 /// The vertices of all faces must be there.
 Bounds bounds(Triangles triangles);
 
+/// Whether faces enclose a volume, and show their outer sides: each edge, by the numbers of its
+/// vertices, has two faces in opposite directions, and each connected body's volume is positive and
+/// more than rounding. The vertices of all faces must be there.
+bool encloses_volume(Triangles triangles);
+
 /// What `mesh-info` reports. For edges, vertices at one place count as one vertex.
 struct MeshSummary {
   std::size_t vertices = 0;

@@ -201,9 +201,9 @@ for a pose that is not finite or lies beyond 1e8 m.)")
 Puts a mesh into the scene, and returns its instance number.
 
 vertices: (n, 3) metres, z up, y where the pose's heading points. faces: (m, 3) numbers of vertices.
-Both sides of a face scatter. Raises ValueError for other shapes or an unknown material, TypeError
-for faces of other than whole numbers or vertices of other than real ones, MeshError for a vertex
-that is not there, not finite or beyond 1e8 m.)")
+A closed mesh scatters on its outside, an open one on both sides of its faces. Raises ValueError for
+other shapes or an unknown material, TypeError for faces of other than whole numbers or vertices of
+other than real ones, MeshError for a vertex that is not there, not finite or beyond 1e8 m.)")
       .def(
           "move",
           [](Session& self, std::uint32_t instance, const Pose& pose) {

@@ -34,7 +34,7 @@ struct Label {
   std::uint16_t sediment = 0;  ///< index into Seafloor::materials
   std::uint16_t class_id = 0;  ///< index into Seafloor::classes
   std::uint16_t instance = 0;  ///< of the object or feature of the bed, from 1; 0: the bed
-  bool two_sided = false;      ///< back faces scatter too: an imported mesh may be inside out
+  bool two_sided = false;      ///< back faces scatter too: its mesh encloses no volume
   bool feature = false;        ///< the instance is a form of the bed, not an object on it
 };
 

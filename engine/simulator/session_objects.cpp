@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::engine {
 namespace {
@@ -98,6 +99,12 @@ std::vector<std::string> SessionObjects::materials_with(const std::string& mater
 std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose) {
   check(object, pose);
   refine::TriangleMesh mesh = object.mesh;
+  bool closed = refine::encloses_volume(mesh);
+  if (!closed) {  // perhaps because it is inside out, or its faces have no common vertices
+    refine::TriangleMesh repaired = refine::repair(mesh).mesh;
+    closed = refine::encloses_volume(repaired);
+    if (closed) object.mesh = mesh = std::move(repaired);
+  }
   const std::size_t body = faces_.add(std::move(object.mesh), place_of(pose));
   if (labels_.size() <= body) {
     labels_.resize(body + 1);
@@ -111,7 +118,7 @@ std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose) {
       .sediment = static_cast<std::uint16_t>(join(materials_, std::move(object.material))),
       .class_id = static_cast<std::uint16_t>(join(classes_, std::move(object.class_name))),
       .instance = static_cast<std::uint16_t>(instance),
-      .two_sided = true};
+      .two_sided = !closed};
   return static_cast<std::uint32_t>(instance);
 }
 

@@ -177,6 +177,6 @@ count = 3
   append(bytes, floor.mesh.positions);
   append(bytes, floor.mesh.faces);
   append(bytes, floor.face_label);
-  CHECK(seafloor_version == 18);
+  CHECK(seafloor_version == 19);
   CHECK(xxh128(bytes) == "de9969f41981c2cbeaa7bcefdf4cfc41");
 }

@@ -201,6 +201,25 @@ TEST_CASE("an added box echoes as the box of a scene does, without an echo from 
       CAPTURE(i);
       CHECK(line.bins.intensity_mean[i] <= 1.01f * expected.bins.intensity_mean[i] + 1e-6f);
     }
+
+  // Inside out and without common vertices, its inner sides still are its inner sides.
+  refine::TriangleMesh loose;
+  for (const refine::Face& face : box.faces) {
+    const auto first = static_cast<std::uint32_t>(loose.positions.size());
+    for (const std::uint32_t vertex : face) loose.positions.push_back(box.positions[vertex]);
+    loose.faces.push_back({first, first + 2, first + 1});
+  }
+  Simulator with_loose(scene);
+  with_loose.add({.mesh = loose, .material = "steel", .class_name = "object"}, {});
+  // Past both ends of the box, where its edges end next to rays that pass it.
+  for (int i = -26; i <= 26; ++i) {
+    const double north_m = 0.05 * i;
+    CAPTURE(north_m);
+    const Pose pose{.position = {0.0, north_m, -10.0}};
+    const std::vector<double> of_box = numbers(of_scene.ping_numbered(pose, 0));
+    CHECK(numbers(session.ping_numbered(pose, 0)) == of_box);
+    CHECK(numbers(with_loose.ping_numbered(pose, 0)) == of_box);
+  }
 }
 
 TEST_CASE("bent rays meet an added object as one of the scene, at any height") {

@@ -5,14 +5,17 @@
 #include <cmath>
 #include <complex>
 #include <cstdint>
+#include <initializer_list>
 #include <numbers>
 #include <numeric>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "support/beds.h"
 #include "support/catch.h"
+#include "support/temporary_folder.h"
 
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/objects/object_surface.h>
@@ -21,6 +24,7 @@
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/sonar/echo/plane_spacing.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/refine/mesh_reader.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/solid_target.h>
 
@@ -62,7 +66,7 @@ EchoLine echo_of(const Body& body, const Sonar& sonar, double range_m) {
     p = {c * p.x() - s * p.y(), s * p.x() + c * p.y() + static_cast<float>(body.north_m),
          p.z() - 20.0f};
   alone.bed_faces = 0;
-  alone.labels = {{1, 1, 1}};
+  alone.labels = {{1, 1, 1, !refine::encloses_volume(body.mesh)}};
   const std::vector<scatter::BackscatterTable> tables(
       2, scatter::BackscatterTable(scatter::SolidTarget(body.rough)));
   const std::vector<double> smooth(2, body.smooth_specular);
@@ -487,6 +491,60 @@ TEST_CASE("two plates in a right angle glint by way of both, as Kirchhoff's inte
   CHECK(strength_db(0.3, 0.3, 0.0, 2.0) < strength_db(0.3, 0.3, 0.0, 0.0) - 10.0);
 }
 
+TEST_CASE(
+    "an open box shows its inner corner as two plates alone do, and a hidden one not at all") {
+  // Its edge along the track is the origin; the walls are the far one, the near one and the ends.
+  const auto box = [](double length_m, double width_m, double near_m, double far_m,
+                      double depression_rad, std::initializer_list<int> sides, bool inside_out) {
+    const auto w = static_cast<float>(width_m), h = static_cast<float>(0.5 * length_m);
+    const std::array<std::pair<float, float>, 4> around{{{-w, static_cast<float>(near_m)},
+                                                         {-w, 0.0f},
+                                                         {0.0f, 0.0f},
+                                                         {0.0f, static_cast<float>(far_m)}}};
+    constexpr std::array<std::array<std::uint32_t, 4>, 5> corners{
+        {{1, 2, 6, 5}, {2, 3, 7, 6}, {0, 1, 5, 4}, {0, 3, 2, 1}, {4, 5, 6, 7}}};
+    refine::TriangleMesh mesh;
+    for (const float y : {-h, h})
+      for (const auto& [x, z] : around) mesh.positions.emplace_back(x, y, z);
+    for (const int side : sides) {
+      const auto [a, b, c, d] = corners[static_cast<std::size_t>(side)];
+      mesh.faces.push_back({a, b, c});
+      mesh.faces.push_back({a, c, d});
+    }
+    if (inside_out)
+      for (refine::Face& face : mesh.faces) std::swap(face[1], face[2]);
+    const Eigen::AngleAxisf tilt(static_cast<float>(-depression_rad), Eigen::Vector3f::UnitY());
+    for (Eigen::Vector3f& p : mesh.positions) p = tilt * p;
+    return mesh;
+  };
+  const auto strength_db = [](const refine::TriangleMesh& mesh, const Sonar& sonar,
+                              double north_m) {
+    return target_strength_db(echo_of({mesh, nothing, 1.0, 0.0, north_m}, sonar, 20.0), sonar);
+  };
+  Sonar narrow = wide_sonar(22.0);
+  narrow.array_length_m = 0.5;
+  for (const bool inside_out : {false, true}) {
+    CAPTURE(inside_out);
+    const auto low_box_db = [&](std::initializer_list<int> sides) {
+      return strength_db(box(0.3, 0.6, 0.15, 0.5, 45.0 * degree, sides, inside_out),
+                         wide_sonar(22.0, 100e3), 0.0);
+    };
+    CHECK(low_box_db({0, 1}) > 0.0);
+    CHECK(low_box_db({0, 1, 2, 3, 4}) == Approx(low_box_db({0, 1})).margin(0.3));
+    // The near wall of a deep box hides its bottom, also next to the ends of the edge.
+    const auto deep_box = [&](std::initializer_list<int> sides) {
+      return box(2.0, 1.0, 1.0, 1.0, 28.0 * degree, sides, inside_out);
+    };
+    for (int i = -24; i <= 24; ++i) {
+      const double north_m = 0.05 * i;
+      CAPTURE(north_m);
+      const double db = strength_db(deep_box({0, 1, 2, 3, 4}), narrow, north_m);
+      const double without_bottom_db = strength_db(deep_box({1, 2, 3, 4}), narrow, north_m);
+      CHECK(std::max(db, -60.0) == Approx(std::max(without_bottom_db, -60.0)).margin(0.1));
+    }
+  }
+}
+
 TEST_CASE("the upright sides of an object that the sonar sees are its walls, by its material") {
   ShapeSize size;
   size.length_m = 2.0;
@@ -570,6 +628,55 @@ TEST_CASE(
   // Rust and growth spread what a wall reflects over 15 degrees.
   CHECK(corner_db("fouled steel", 0.0) < facing_db - 4.0);
   CHECK(corner_db("fouled steel", 5.0) > corner_db("fouled steel", 0.0) - 3.0);
+}
+
+TEST_CASE(
+    "a closed mesh echoes as the shape of the same form, inside out too, past both its ends") {
+  const TemporaryFolder folder;
+  Scene scene;
+  scene.texture = scene.speckle = false;
+  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 120.0;
+  scene.seafloor.cell_m = 2.0;
+  scene.seafloor.depth_m = 20.0;
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  scene.sonars[0].range_m = 40.0;
+  scene.sonars[0].bins = 800;
+  const auto with = [&](ObjectOptions object) {
+    object.east_m = 15.0;
+    scene.objects = {object};
+    return Simulator(scene);
+  };
+  for (const auto& [material, length_m, width_m] :
+       {std::tuple("steel", 4.0, 1.0), {"fouled steel", 4.0, 1.0}, {"stone", 0.2, 0.3}}) {
+    ObjectOptions shape{.shape = "box", .material = material};
+    shape.size.length_m = length_m;
+    shape.size.width_m = width_m;
+    shape.size.shape_height_m = width_m;
+    refine::TriangleMesh mesh = body("box", shape.size);
+    refine::write_ply(folder / "box.ply", mesh);
+    for (refine::Face& face : mesh.faces) std::swap(face[1], face[2]);
+    refine::write_ply(folder / "turned.ply", mesh);
+    Simulator of_shape = with(shape);
+    for (const char* file : {"box.ply", "turned.ply"}) {
+      Simulator of_mesh = with({.mesh = {file, folder / file}, .material = material});
+      for (const double end : {-1.0, 0.0, 1.0})
+        for (int i = -4; i <= 4; ++i) {
+          const double north_m = end * 0.5 * length_m + 0.05 * i;
+          CAPTURE(material, file, north_m);
+          const Pose pose{.position = {0.0, north_m, -12.0}};
+          const EchoLine& expected = of_shape.ping_numbered(pose, 0)[1];
+          const EchoLine& line = of_mesh.ping_numbered(pose, 0)[1];
+          double worst_db = 0.0;
+          for (std::size_t bin = 0; bin < line.bins.intensity_mean.size(); ++bin) {
+            const auto level_db = [&](const EchoLine& of) {
+              return scatter::to_db(std::max(double(of.bins.intensity_mean[bin]), 1.0));
+            };
+            worst_db = std::max(worst_db, std::abs(level_db(line) - level_db(expected)));
+          }
+          CHECK(worst_db < 0.05);
+        }
+    }
+  }
 }
 
 TEST_CASE("a small object's energy does not depend on where the planes lie, and never vanishes") {

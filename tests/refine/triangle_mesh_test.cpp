@@ -1,5 +1,9 @@
 #include <ensonify/refine/triangle_mesh.h>
 
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
 #include "support/catch.h"
 
 using namespace ensonify::refine;
@@ -51,4 +55,44 @@ TEST_CASE("An edge of three faces is not manifold") {
   const MeshSummary summary = summarise(book);
   CHECK(summary.non_manifold_edges == 1);
   CHECK(summary.boundary_edges == 6);
+}
+
+TEST_CASE("Faces enclose a volume if no edge is open and each body's volume is positive") {
+  const TriangleMesh body{.positions = {{1e4, 0, 0}, {1e4 + 2, 0, 0}, {1e4, 3, 0}, {1e4, 0, 5}},
+                          .faces = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
+  const auto turned = [](TriangleMesh mesh) {
+    for (Face& face : mesh.faces) std::swap(face[1], face[2]);
+    return mesh;
+  };
+  const auto both = [](TriangleMesh mesh, const TriangleMesh& other) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+    for (const Face& face : other.faces)
+      mesh.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+    return mesh;
+  };
+  CHECK(encloses_volume(body));
+  CHECK(encloses_volume(both(body, body)));
+  CHECK_FALSE(encloses_volume(TriangleMesh{}));
+  CHECK_FALSE(encloses_volume(turned(body)));
+  TriangleMesh large = body;
+  for (Eigen::Vector3f& p : large.positions) p *= 2.0f;
+  CHECK_FALSE(encloses_volume(both(large, turned(body))));  // the sum is positive
+  for (std::size_t f = 0; f < body.faces.size(); ++f) {
+    TriangleMesh faulty = body;
+    std::swap(faulty.faces[f][0], faulty.faces[f][1]);
+    CHECK_FALSE(encloses_volume(faulty));
+    faulty.faces.erase(faulty.faces.begin() + static_cast<std::ptrdiff_t>(f));
+    CHECK_FALSE(encloses_volume(faulty));
+    CHECK_FALSE(encloses_volume(both(body, faulty)));
+    faulty.faces.push_back(body.faces[f]);
+    CHECK(encloses_volume(faulty));
+    faulty.faces.push_back(body.faces[f]);
+    CHECK_FALSE(encloses_volume(faulty));
+  }
+  // Closed, but without an inside: a sheet and its back.
+  const TriangleMesh sheet{.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}},
+                           .faces = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}}};
+  CHECK_FALSE(encloses_volume(sheet));
+  CHECK_FALSE(encloses_volume(turned(sheet)));
 }

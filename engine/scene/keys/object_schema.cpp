@@ -39,7 +39,7 @@ const Section<ObjectOptions>& object_section() {
       {
           {"mesh", "", {},
            "Its mesh (PLY, OBJ, STL, OFF) with z up: a path under the scene's folder, or data:path "
-           "under the data folder.",
+           "under the data folder. A closed mesh scatters on its outside, an open one on both sides.",
            at(&ObjectOptions::mesh)},
           {"shape", "", {}, "Instead of a mesh: a shape by its name; the list below has its sizes.",
            at(&ObjectOptions::shape), shape_names()},

@@ -129,13 +129,12 @@ refine::TriangleMesh mesh_of(const ObjectOptions& options, std::uint64_t seed,
 }
 
 std::vector<ObjectPart> parts_of(const ObjectOptions& table) {
-  std::vector<ObjectPart> parts{
-      {table.class_name, table.material, table.shape.empty()}};  // a shape's outside is known
+  std::vector<ObjectPart> parts{{table.class_name, table.material}};
   if (table.shape.empty()) return parts;
   for (const ShapePart& part : shape_named(table.shape).parts)
     parts.push_back(
         {table.part_classes ? fmt::format("{}.{}", table.class_name, part.name) : table.class_name,
-         part.material.empty() ? table.material : std::string(part.material), false});
+         part.material.empty() ? table.material : std::string(part.material)});
   return parts;
 }
 
@@ -185,6 +184,7 @@ BodySource::BodySource(const ObjectOptions& options, std::size_t number, std::ui
     if (warning_) what_ = *warning_;
     refine::RepairedMesh sound = repaired(read, options);
     mesh_ = std::move(sound.mesh);
+    open_ = !refine::encloses_volume(mesh_);
     report_ = sound.report;
   }
 }
@@ -197,6 +197,7 @@ ObjectBody BodySource::body(std::size_t copy) const {
   ObjectBody body{.mesh = {}, .parts = parts_of(options_), .face_part = {}};
   if (options_.shape.empty()) {
     body.mesh = mesh_;
+    body.parts.front().two_sided = open_;
   } else if (!is_line()) {
     const RandomStream form =
         options_.shape_seed ? RandomStream(*options_.shape_seed, Purpose::object_shape, {0, copy})

@@ -18,7 +18,7 @@ namespace ensonify::engine {
 /// What some faces of an object are labelled as.
 struct ObjectPart {
   std::string class_name, material;
-  bool two_sided = false;  ///< as in Label
+  bool two_sided = false;  ///< as in Label; a shape's outside is known
   bool operator==(const ObjectPart&) const = default;
 };
 
@@ -71,7 +71,8 @@ class BodySource {
   std::size_t number_;
   std::uint64_t seed_;
   std::string what_;
-  refine::TriangleMesh mesh_;
+  refine::TriangleMesh mesh_;  // of a file
+  bool open_ = false;          // it encloses no volume
   std::optional<refine::RepairReport> report_;
   std::optional<std::string> warning_;
 };

@@ -225,13 +225,22 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   const double width_m =
       2.0 * std::min(double(corner.one_m) * sine_one, double(corner.other_m) * sine_other);
   const Vector3d place = to + offset;
-  // A corner inside a body is seen only where the body is open towards the sonar.
-  const auto sees_flat_part = [&](const Eigen::Vector3f& from_edge, float reach_m) {
-    return sight_of(place + 0.5 * double(reach_m) * from_edge.cast<double>()).has_value();
+  // A corner may be inside an open body, which is seen only where it is open towards the sonar: by
+  // its flat parts, not at the very ends of the edge, next to which other rays pass.
+  const Vector3d inner = to + std::clamp(along_m, -0.8 * half_m, 0.8 * half_m) * edge;
+  const auto seen_of = [&](const Eigen::Vector3f& from_edge, float reach_m, double sine) {
+    const std::optional<RayToPlace> ray =
+        ray_to(inner + 0.5 * double(reach_m) * from_edge.cast<double>());
+    Line line;
+    if (!ray || !see(*ray, line)) return 0.0;
+    const double slope = std::sqrt(std::max(1.0 - sine * sine, 0.0)) / sine;
+    return seen_share(line, ray->range_m, object.label, double(reach_m), slope);
   };
-  if (!corner.open &&
-      !(sees_flat_part(corner.one, corner.one_m) && sees_flat_part(corner.other, corner.other_m)))
-    return;
+  const double flat_parts_seen = (*labels_)[object.label].two_sided
+                                     ? std::min(seen_of(corner.one, corner.one_m, sine_one),
+                                                seen_of(corner.other, corner.other_m, sine_other))
+                                     : 1.0;
+  if (!(flat_parts_seen > 0.0)) return;
   // The corner's own flat parts are nearer than its edge.
   const std::optional<Sight> sight =
       sight_of(place, double(std::max(corner.one_m, corner.other_m)));
@@ -239,7 +248,8 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   const double cross_section_m2 =
       corner_power_m2(width_m, double(corner.excess_rad), range_m, wavelength_m_) *
       lengthwise.power_m2(wavelength_m_) / (wavelength_m_ * wavelength_m_);
-  add_glint_at(place, sight->range_m, sight->energy * specular * specular * cross_section_m2,
+  add_glint_at(place, sight->range_m,
+               flat_parts_seen * sight->energy * specular * specular * cross_section_m2,
                object.label, corner.surface);
 }
 

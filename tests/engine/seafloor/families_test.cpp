@@ -133,6 +133,7 @@ TEST_CASE("Members of families are closed and manifold, with normals outwards", 
                     CHECK(repaired.report.total() == 0);
                     for (const std::vector<std::uint32_t>& surface : surfaces_of(mesh))
                       CHECK(volume_m3(mesh, surface) > 0.0);
+                    CHECK(refine::encloses_volume(mesh));
                   });
 }
 

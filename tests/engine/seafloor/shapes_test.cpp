@@ -63,6 +63,7 @@ TEST_CASE("Every shape is closed and manifold with normals outwards, and needs n
     const refine::RepairedMesh repaired = refine::repair(mesh, -1.0);
     CHECK(repaired.report.total() == 0);  // a component with normals inwards would be flipped
     CHECK(volume_m3(mesh) > 0.0);
+    CHECK(refine::encloses_volume(mesh));
     CHECK(mesh.faces.size() < 50000);
   }
 }
