@@ -18,7 +18,7 @@
 namespace ensonify::engine {
 namespace {
 
-using Eigen::Matrix3d, Eigen::Vector3d;
+using Eigen::Matrix3d, Eigen::Matrix3f, Eigen::Vector3d;
 using std::numbers::pi;
 
 /// Sets that grow together; each is named by its lowest member.
@@ -85,8 +85,9 @@ struct Sum {
   Matrix3d second = Matrix3d::Zero();  // integral of place times place, about the first corner
   Vector3d origin = Vector3d::Zero();  // the first corner
   // Over the places where it meets other parts of its smooth surface, the second moments about
-  // their means there: of normals, of middles, and of normals with middles.
-  Matrix3d normals = Matrix3d::Zero(), middles = Matrix3d::Zero(), turns = Matrix3d::Zero();
+  // their means there: of normals, of middles, and of normals with middles. In float, because a
+  // mesh may have millions of flat parts.
+  Matrix3f normals = Matrix3f::Zero(), middles = Matrix3f::Zero(), turns = Matrix3f::Zero();
   int meetings = 0;
 
   void add(const Corners& corners, double its_area_m2) {
@@ -102,13 +103,15 @@ struct Sum {
     area_m2 += its_area_m2;
   }
   float bend_rad(const Vector3d& axis) const {
-    const double bend_rad = 2.0 * std::sqrt(axis.dot(normals * axis) / std::max(meetings, 1));
+    const double bend_rad =
+        2.0 * std::sqrt(axis.dot(normals.cast<double>() * axis) / std::max(meetings, 1));
     return bend_rad < flattest_rad ? 0.0f : static_cast<float>(bend_rad);
   }
   /// The bend over the mean curvature between the middles; at most twice the length.
   float arc_m(const Vector3d& axis, float bend_rad, double length_m) const {
     if (bend_rad == 0.0f) return 0.0f;
-    const double turn_m = axis.dot(turns * axis), middles_m2 = axis.dot(middles * axis);
+    const double turn_m = axis.dot(turns.cast<double>() * axis),
+                 middles_m2 = axis.dot(middles.cast<double>() * axis);
     const double most_m = 2.0 * length_m, arc_m = double(bend_rad) * middles_m2;  // times turn_m
     if (!(arc_m < most_m * std::abs(turn_m)))
       return static_cast<float>(std::copysign(most_m, turn_m));
@@ -268,9 +271,9 @@ void add_meetings(std::vector<Meeting> meetings, std::span<const Vector3d> norma
     for (const Meeting& one : here) {
       const Vector3d turn = normals[one.flat_part] - normal;
       const Vector3d off_m = sums[one.flat_part].middle() - middle;
-      moments.normals += turn * turn.transpose() / count;
-      moments.middles += off_m * off_m.transpose() / count;
-      moments.turns += turn * off_m.transpose() / count;
+      moments.normals += (turn * turn.transpose() / count).cast<float>();
+      moments.middles += (off_m * off_m.transpose() / count).cast<float>();
+      moments.turns += (turn * off_m.transpose() / count).cast<float>();
     }
     for (const Meeting& one : here) {
       Sum& sum = sums[one.flat_part];
