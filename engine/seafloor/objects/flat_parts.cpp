@@ -85,9 +85,10 @@ struct Sum {
   Matrix3d second = Matrix3d::Zero();  // integral of place times place, about the first corner
   Vector3d origin = Vector3d::Zero();  // the first corner
   // Over the places where it meets other parts of its smooth surface, the second moments about
-  // their means there: of normals, of middles, and of normals with middles. In float, because a
-  // mesh may have millions of flat parts.
-  Matrix3f normals = Matrix3f::Zero(), middles = Matrix3f::Zero(), turns = Matrix3f::Zero();
+  // their means there: of normals, of middles, and of normals with middles. The last two are
+  // in float, because a mesh may have millions of flat parts.
+  Matrix3d normals = Matrix3d::Zero();
+  Matrix3f middles = Matrix3f::Zero(), turns = Matrix3f::Zero();
   int meetings = 0;
 
   void add(const Corners& corners, double its_area_m2) {
@@ -103,8 +104,7 @@ struct Sum {
     area_m2 += its_area_m2;
   }
   float bend_rad(const Vector3d& axis) const {
-    const double bend_rad =
-        2.0 * std::sqrt(axis.dot(normals.cast<double>() * axis) / std::max(meetings, 1));
+    const double bend_rad = 2.0 * std::sqrt(axis.dot(normals * axis) / std::max(meetings, 1));
     return bend_rad < flattest_rad ? 0.0f : static_cast<float>(bend_rad);
   }
   /// The bend over the mean curvature between the middles; at most twice the length.
@@ -271,7 +271,7 @@ void add_meetings(std::vector<Meeting> meetings, std::span<const Vector3d> norma
     for (const Meeting& one : here) {
       const Vector3d turn = normals[one.flat_part] - normal;
       const Vector3d off_m = sums[one.flat_part].middle() - middle;
-      moments.normals += (turn * turn.transpose() / count).cast<float>();
+      moments.normals += turn * turn.transpose() / count;
       moments.middles += (off_m * off_m.transpose() / count).cast<float>();
       moments.turns += (turn * off_m.transpose() / count).cast<float>();
     }
