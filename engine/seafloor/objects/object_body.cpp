@@ -124,7 +124,7 @@ refine::TriangleMesh mesh_of(const ObjectOptions& options, std::uint64_t seed,
   const refine::Bounds box = refine::bounds(mesh);
   const Eigen::Vector3f middle = 0.5f * (box.lowest + box.highest);
   for (Eigen::Vector3f& p : mesh.positions) p = static_cast<float>(table.scale) * (p - middle);
-  mesh.world_origin = Vector3d::Zero();
+  mesh.world_origin = Eigen::Vector3d::Zero();
   return mesh;
 }
 
