@@ -74,6 +74,16 @@ Triangle random_triangle(const Eigen::Vector3d& near, double size_m, Random& ran
   return triangle;
 }
 
+FanVolume narrow_fan() {
+  return {.array_axis = Eigen::Vector3d::UnitY(),
+          .middle = Eigen::Vector3d(0.6, 0.0, -0.8),
+          .pole = Eigen::Vector3d(0.8, 0.0, 0.6),
+          .truncation_rad = 2.0 * degree,
+          .elevation_low_rad = -40.0 * degree,
+          .elevation_high_rad = 40.0 * degree,
+          .range_m = 100.0};
+}
+
 }  // namespace
 
 TEST_CASE("a sphere that reaches a point of a ray touches its fan volume") {
@@ -172,13 +182,7 @@ TEST_CASE("each surface of the fan volume rejects a sphere that ends a centimetr
 
 TEST_CASE("few spheres near a narrow fan are kept without reaching it") {
   Random random(5);
-  const FanVolume v = {.array_axis = Eigen::Vector3d::UnitY(),
-                       .middle = Eigen::Vector3d(0.6, 0.0, -0.8),
-                       .pole = Eigen::Vector3d(0.8, 0.0, 0.6),
-                       .truncation_rad = 2.0 * degree,
-                       .elevation_low_rad = -40.0 * degree,
-                       .elevation_high_rad = 40.0 * degree,
-                       .range_m = 100.0};
+  const FanVolume v = narrow_fan();
   std::vector<Eigen::Vector3d> rays;
   for (int i = 0; i <= 160; ++i)
     for (int j = 0; j <= 8; ++j) {
@@ -271,13 +275,7 @@ TEST_CASE("all spheres around a triangle that touches a fan volume touch it, als
 
 TEST_CASE("a triangle a centimetre outside of a surface of the fan volume does not touch it") {
   Random random(9);
-  const FanVolume v = {.array_axis = Eigen::Vector3d::UnitY(),
-                       .middle = Eigen::Vector3d(0.6, 0.0, -0.8),
-                       .pole = Eigen::Vector3d(0.8, 0.0, 0.6),
-                       .truncation_rad = 2.0 * degree,
-                       .elevation_low_rad = -40.0 * degree,
-                       .elevation_high_rad = 40.0 * degree,
-                       .range_m = 100.0};
+  const FanVolume v = narrow_fan();
   const double sine = std::sin(v.truncation_rad), cosine = std::cos(v.truncation_rad);
   std::array<int, 4> count{}, touching{};
   for (int i = 0; i < 20'000; ++i) {
