@@ -77,6 +77,18 @@ double value_of(const json& keys, const std::string& key) {
   return std::stod(keys[key]["value"].get<std::string>());
 }
 
+/// What `imitate --json` prints of the recording of a scene.
+json imitation_of_run(const std::string& scene) {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", scene);
+  REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
+  const Outcome outcome =
+      run_program(folder.path(), {"imitate", "a/towfish.xtf", "-o", "b", "--json"});
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  return json::parse(outcome.out);
+}
+
 }  // namespace
 
 TEST_CASE("the keys of a run come back from its recording", "[slow]") {
@@ -146,14 +158,7 @@ TEST_CASE("the sediment of a run with the default vertical beam comes back from 
   std::string text = scene_of("fine sand", "false");
   const std::string beam = "vertical_beamwidth_deg = 60\ntilt_deg = 30\n";
   text.replace(text.find(beam), beam.size(), "vertical_beamwidth_deg = 50\ntilt_deg = 20\n");
-  const TemporaryFolder folder;
-  write_text(folder / "s.toml", text);
-  REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
-  const Outcome outcome =
-      run_program(folder.path(), {"imitate", "a/towfish.xtf", "-o", "b", "--json"});
-  INFO(outcome.err);
-  REQUIRE(outcome.code == 0);
-  const json all = json::parse(outcome.out);
+  const json all = imitation_of_run(text);
   CHECK(value_of(all["keys"], "sonar.sidescan.tvg_spreading") == Approx(30.0).margin(1.0));
   const std::vector<std::string> near = all["materials"], unknown = all["unknown"];
   CAPTURE(near, unknown);
@@ -174,14 +179,7 @@ TEST_CASE("on a constant altitude the gain over range comes back from the level 
     text.erase(text.find(heave), heave.size());
     const std::string gain = "tvg_spreading = ";
     text.replace(text.find(gain) + gain.size(), 2, std::to_string(static_cast<int>(spreading)));
-    const TemporaryFolder folder;
-    write_text(folder / "s.toml", text);
-    REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
-    const Outcome outcome =
-        run_program(folder.path(), {"imitate", "a/towfish.xtf", "-o", "b", "--json"});
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
-    const json all = json::parse(outcome.out);
+    const json all = imitation_of_run(text);
     const json& keys = all["keys"];
     CHECK(value_of(keys, "sonar.sidescan.tvg_spreading") == spreading);
     CHECK(value_of(keys, "sonar.sidescan.tilt_deg") == Approx(30.0));  // and no other beam

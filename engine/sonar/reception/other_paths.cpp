@@ -208,6 +208,7 @@ std::span<const OtherPaths::BeamPart> OtherPaths::beam_parts(const BeamPlane& pl
                     share};
     whole += share;
   }
+  if (used == 0) return room.first(1);
   for (BeamPart& part : room.first(used)) part.share /= whole;
   return room.first(used);
 }

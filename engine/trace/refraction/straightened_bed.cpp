@@ -94,8 +94,8 @@ bool StraightenedBed::decides_all(const RayFan& fan) const {
 /// Finds the points near the fan's planes. False if they are too many.
 bool StraightenedBed::find_points(const RayFan& fan) {
   const double lowest_m = grid_->bounds().lowest.z(), highest_m = grid_->bounds().highest.z();
-  // About how far the volume of the bent rays reaches beyond the planes, aside: StraightenedSpace
-  // takes the faces that this volume touches, and must decide all of their rays if this does.
+  // About how far the volume of the bent rays reaches sideways beyond the planes. StraightenedSpace
+  // takes all faces that this volume touches: a fan with which it needs chords is refused here too.
   const refine::FanVolume volume = fan_volume_of(fan);
   const double straight = fan.grid->sin_truncation * (1.0 - fan.bend.turn_rad);
   const double bent_m = volume.range_m * (std::sin(volume.truncation_rad) - straight);
