@@ -171,7 +171,9 @@ void picture_scene(const fs::path& file, const fs::path& folder) {
   const auto width = static_cast<std::size_t>(std::lround(side_px / std::sqrt(ratio)));
   const auto height = static_cast<std::size_t>(std::lround(side_px * std::sqrt(ratio)));
   const Picture picture = render(image, scene.display, simulator.calibration(0));
-  TruthPicture truth = lay_truth(image, picture, simulator.classes(), simulator.materials());
+  TruthPicture truth = lay_truth(
+      image, picture, simulator.classes(), simulator.materials(),
+      picture_columns(image.sonar, scene.display, simulator.calibration(0).row_spacing_m));
   Picture shown = resampled(picture, width, height);
   add_scale_bar(shown, static_cast<double>(height) /
                            (ping_step_m(image) * static_cast<double>(image.rows())));

@@ -282,6 +282,8 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
       d, scene.places, "display.slant_range_correction", "false",
       "a dataset's labels are made in slant range: leave it out; 'dataset.ground_px_m' makes "
       "images and labels in ground range");
+  allow_only(d, scene.places, "display.speed_correction", "false",
+             "a dataset's labels have a pixel for each sample: leave it out");
   allow_only(d, scene.places, "output.png_bits", "8",
              "a dataset's pictures have 8 bits: leave it out; 'output.npz' writes the samples");
   for (const auto& [key, off] :

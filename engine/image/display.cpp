@@ -12,7 +12,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/image/over_ground.h>
+#include <ensonify/engine/image/picture_columns.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/scatter/decibel.h>
 
@@ -313,7 +313,8 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
       display_(display),
       recorder_(display.of == DisplayedLayer::sample ? calibration.recorder : nullptr),
       columns_(sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins)),
-      ports_(port_columns(sonar)) {
+      ports_(port_columns(sonar)),
+      row_spacing_m_(calibration.row_spacing_m) {
   if (calibration.level_bed.size() != columns_ ||
       (!calibration.automatic_gain.empty() && calibration.automatic_gain.size() != columns_))
     throw std::invalid_argument("Renderer: the level bed's columns are not the sonar's");
@@ -428,8 +429,7 @@ Picture Renderer::render(const Waterfall& waterfall, int bits,
         if (bits == 16) *pixel++ = static_cast<std::uint8_t>(step >> 8);
         *pixel++ = static_cast<std::uint8_t>(step & 0xff);
       }
-    if (display.slant_range_correction) picture = over_ground(of, picture);
-    return picture;
+    return in_columns(picture_columns(sonar_, display, row_spacing_m_), of, std::move(picture));
   };
   Picture picture = grey(waterfall, levels);
   if (smoothed_rows(display) > 0) {

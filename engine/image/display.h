@@ -31,7 +31,8 @@ struct Calibration {
   std::vector<double> level_bed;
   /// mean noise power, uPa^2; the gain is limited so that noise is at most at mid-brightness
   double noise = 0.0;
-  double median_share = 1.0;  ///< median over mean of a bed's intensity, due to speckle
+  double row_spacing_m = 0.0;  ///< how far rows are usually apart along the track; 0: unknown
+  double median_share = 1.0;   ///< median over mean of a bed's intensity, due to speckle
   /// Factors by which automatic gains multiply the level bed's amplitude in each column, after the
   /// recorder's gain; empty: 1.
   std::vector<double> automatic_gain;
@@ -77,6 +78,7 @@ class Renderer {
   Display display_;
   const Recorder* recorder_;
   std::size_t columns_, ports_;
+  double row_spacing_m_;
   std::vector<double> gains_;      // by column
   std::vector<float> amplitudes_;  // by sample
   double scale_ = 1.0;             // scales the level bed's median to 1

@@ -32,6 +32,9 @@ struct Display {
   bool absorption = true;  ///< whether the two-way absorption is compensated
   /// Columns are equally spaced in ground range, without the water column.
   bool slant_range_correction = false;
+  /// Columns are as wide as rows are usually apart along the track, but not narrower than a bin, so
+  /// that the picture is to scale: each has the mean brightness of what it shows.
+  bool speed_correction = false;
   /// Divide by the median level of the bed, of each side per depression angle. The water stays.
   bool beam_normalisation = false;
   bool flat_field = false;  ///< the same for each column

@@ -7,8 +7,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include <ensonify/engine/image/over_ground.h>
-
 namespace ensonify::engine {
 namespace {
 
@@ -116,33 +114,38 @@ class TruthPainter {
 
 TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
                        std::span<const std::string> classes, std::span<const std::string> materials,
-                       bool in_ground_range) {
-  const std::size_t columns = waterfall.columns(), rows = waterfall.rows();
-  if (picture.width != columns || picture.height != rows)
+                       PictureColumns picture_columns) {
+  const std::size_t columns = waterfall.columns(), rows = waterfall.rows(), width = picture.width;
+  if (width != sides_of(waterfall.sonar).size() * picture_columns.per_side ||
+      picture.height != rows)
     throw std::invalid_argument("lay_truth: the picture's size is not the waterfall's");
   const TruthPainter painter(waterfall, classes, materials);
   const auto channels = static_cast<std::size_t>(picture.channels);
-  TruthPicture truth{{columns, rows, 3, std::vector<std::uint8_t>(3 * columns * rows)}, {}};
+  TruthPicture truth{{width, rows, 3, std::vector<std::uint8_t>(3 * width * rows)}, {}};
   std::map<Paint, LegendEntry> legend;
-  std::vector<std::ptrdiff_t> shown(columns);  // the layers' column in each of the picture's
-  std::iota(shown.begin(), shown.end(), 0);
   for (std::size_t row = 0; row < rows; ++row) {
     const std::size_t layers_row = rows - 1 - row;  // layers begin with the oldest
-    if (in_ground_range) shown = columns_over_ground(waterfall, layers_row);
-    for (std::size_t pixel = 0; pixel < columns; ++pixel) {
-      const std::uint8_t* from = &picture.pixels[channels * (row * columns + pixel)];
-      std::uint8_t* to = &truth.picture.pixels[3 * (row * columns + pixel)];
+    const std::vector<ShownColumns> shown = shown_columns(waterfall, layers_row, picture_columns);
+    const auto is_border = [&](std::size_t column, std::uint64_t thing) {
+      const std::size_t i = layers_row * columns + column;
+      return painter.thing(i) == thing &&
+             ((column > 0 && painter.thing(i - 1) != thing) ||
+              (column + 1 < columns && painter.thing(i + 1) != thing) ||
+              (row > 0 && painter.thing(i + columns) != thing) ||
+              (row + 1 < rows && painter.thing(i - columns) != thing));
+    };
+    for (std::size_t pixel = 0; pixel < width; ++pixel) {
+      const std::uint8_t* from = &picture.pixels[channels * (row * width + pixel)];
+      std::uint8_t* to = &truth.picture.pixels[3 * (row * width + pixel)];
       Paint paint;
       bool border = false;
-      if (shown[pixel] >= 0) {
-        const auto column = static_cast<std::size_t>(shown[pixel]);
-        const std::size_t i = layers_row * columns + column;
+      const std::ptrdiff_t labelled = labelled_column(waterfall, layers_row, shown[pixel]);
+      if (labelled >= 0) {
+        const std::size_t i = layers_row * columns + static_cast<std::size_t>(labelled);
         paint = painter.paint(i);
-        const std::uint64_t thing = painter.thing(i);
-        border = thing != 0 && ((column > 0 && painter.thing(i - 1) != thing) ||
-                                (column + 1 < columns && painter.thing(i + 1) != thing) ||
-                                (row > 0 && painter.thing(i + columns) != thing) ||
-                                (row + 1 < rows && painter.thing(i - columns) != thing));
+        if (const std::uint64_t thing = painter.thing(i); thing != 0)
+          for (std::size_t c = shown[pixel].first(); c < shown[pixel].end(); ++c)
+            border = border || is_border(c, thing);
       }
       if (paint.kind != Paint::Kind::untouched && !legend.contains(paint))
         legend[paint] = painter.entry(paint);

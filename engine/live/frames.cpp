@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/image/over_ground.h>
+#include <ensonify/engine/image/picture_columns.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/scatter/decibel.h>
 

@@ -39,7 +39,7 @@ std::uint16_t level_number(float level);
 /// slant range: uint16 levels, uint8 brightness (as in the run's picture, before its palette),
 /// uint8 region, uint8 class (255: 255 or more); padding to 4 bytes; uint32 n and n points of 3
 /// float32 where rays of the ping end; float64 x, y, z, heading of the sonar, and its height over
-/// the bed, by which a picture in ground range is made (over_ground.h).
+/// the bed, by which a picture in ground range is made (picture_columns.h).
 /// `row` is a waterfall with this row only, `brightness` its picture in grey.
 std::shared_ptr<LiveLine> make_line(const Waterfall& row, const Renderer& renderer,
                                     const Picture& brightness, std::uint64_t ping,

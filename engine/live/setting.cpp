@@ -42,6 +42,7 @@ Display line_display(Display display) {
   display.smoothing_px = display.track_smoothing_px = 0.0;
   if (display.mapping == Mapping::equalised) display.mapping = Mapping::gamma;
   display.slant_range_correction = false;  // the page applies it, and the palette
+  display.speed_correction = false;
   display.palette = Palette::grey;
   return display;
 }

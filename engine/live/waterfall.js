@@ -69,7 +69,7 @@ const hues = [[240, 60, 50], [255, 214, 10], [0, 214, 226], [90, 220, 60], [255,
 const hue = id => hues[id % hues.length];
 
 // The row's column (by slant range) for a column of the picture; -1: none. The two differ if the
-// row was made with another setting, or if the picture is in ground range (as in over_ground.cpp).
+// row was made with another setting, or if the picture is in ground range (as in picture_columns.cpp).
 export function sourceOf(row, column) {
   const now = setting.sonars[picture.sonar], then = row.setting.sonars[picture.sonar];
   const ports = portsOf(now);

@@ -181,7 +181,8 @@ near to far. `layers` lists the names.)")
 
 Boxes and outlines are in pixels of the picture, whose row 0 is the newest ping: row r there is row
 pings - 1 - r here. Columns are those of the layers, in slant range, also with
-display.slant_range_correction, where the file of a run has columns in ground range.)")
+display.slant_range_correction and display.speed_correction, with which the file of a run has the
+columns of its picture.)")
       .def_property_readonly(
           "attributes", &attributes_of,
           R"(What a run's files have in addition to the layers, a dict: frequency_hz, range_m,

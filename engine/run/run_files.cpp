@@ -14,7 +14,7 @@
 
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/label_names.h>
-#include <ensonify/engine/image/over_ground.h>
+#include <ensonify/engine/image/picture_columns.h>
 #include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/output/pings_csv.h>
@@ -53,12 +53,18 @@ Recording recording_of(const Scene& scene, const WorldOnEarth& world, const Wate
   return make_recording(image, SimulatorInternals::full_scale_by_beam(simulator, sonar), frame);
 }
 
+PictureColumns columns_of_picture(const Scene& scene, const Simulator& simulator,
+                                  std::size_t sonar) {
+  return picture_columns(simulator.sonars()[sonar], scene.display,
+                         simulator.calibration(sonar).row_spacing_m);
+}
+
 std::vector<std::byte> encode_truth(const Scene& scene, const Waterfall& image,
                                     const Simulator& simulator, std::size_t sonar,
                                     const NeighbourRows& neighbours, const LabelNames& names) {
   return encode_png(with_legend(
       lay_truth(image, render(image, scene.display, simulator.calibration(sonar), 8, &neighbours),
-                names.classes, names.materials, scene.display.slant_range_correction)));
+                names.classes, names.materials, columns_of_picture(scene, simulator, sonar))));
 }
 
 void count(const ScenePings& pings, PartRecord& record) {
@@ -96,7 +102,7 @@ Picture preview_of(const Scene& scene, const Waterfall& image, const Simulator& 
                    std::size_t sonar, const NeighbourRows& neighbours) {
   Display display = scene.display;
   display.palette = Palette::grey;
-  display.slant_range_correction = false;
+  display.slant_range_correction = display.speed_correction = false;
   return render(image, display, simulator.calibration(sonar), 8, &neighbours);
 }
 
@@ -220,11 +226,13 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
   };
   if (output.one_recording)
     add_recordings(0, pings.images.size(), std::string(common_recording) + ending);
-  // Where each pixel of the picture is one of the layers, it is rendered once for both.
-  const bool picture_is_preview =
-      output.exr && output.png_bits == 8 && !scene.display.slant_range_correction;
   for (std::size_t i = 0; i < pings.images.size(); ++i) {
     const Waterfall& image = pings.images[i];
+    const PictureColumns columns = columns_of_picture(scene, simulator, i);
+    // Unless the picture is smoothed in its own columns, it is rendered once for both.
+    const bool picture_is_of_preview =
+        output.exr && output.png_bits == 8 &&
+        (columns == columns_of_bins(image.sonar) || smoothed_rows(scene.display) == 0);
     const NeighbourRows& neighbours = pings.neighbours[i];
     const std::string name = image.sonar.name + ending;
     const std::shared_future<Picture> preview =
@@ -241,24 +249,26 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
                 [&](const refine::WriteAt& write_at) { (*layers)(image, own, write_at); });
         });
     if (!output.one_recording) add_recordings(i, i + 1, name);
-    tasks.emplace_back([&, name, i, preview] {
-      write_bytes(name + ".png", picture_is_preview
-                                     ? encode_png(painted(preview.get(), scene.display.palette))
+    tasks.emplace_back([&, name, i, preview, columns, picture_is_of_preview] {
+      write_bytes(name + ".png", picture_is_of_preview
+                                     ? encode_png(painted(in_columns(columns, image, preview.get()),
+                                                          scene.display.palette))
                                      : encode_picture(scene, image, simulator, i, &neighbours));
     });
     tasks.emplace_back([&, name] { write_text(name + "_pings.csv", pings_csv(image)); });
     if (!seafloor.objects.empty() || !seafloor.features.empty())
-      tasks.emplace_back([&, name, i, &sights = record.target_sights[image.sonar.name]] {
-        std::optional<Waterfall> over_ground;  // as the picture shows it
-        if (scene.display.slant_range_correction) over_ground = truth_over_ground(image);
-        const std::vector<TargetRecord> targets = target_records(
-            over_ground ? *over_ground : image, seafloor, pings.object_visibility[i]);
+      tasks.emplace_back([&, name, i, columns, &sights = record.target_sights[image.sonar.name]] {
+        std::optional<Waterfall> in_picture;  // as the picture shows it
+        if (columns != columns_of_bins(image.sonar)) in_picture = truth_in_columns(columns, image);
+        const Waterfall& shown = in_picture ? *in_picture : image;
+        const std::vector<TargetRecord> targets =
+            target_records(shown, seafloor, pings.object_visibility[i]);
         for (const TargetRecord& record_of_target : targets) {
           const Target& target = record_of_target.target;
           TargetSights& its = sights[target.instance];
           (target.body.area_px > 0 ? its.body : its.shadow) = target.sight;
         }
-        write_text(name + "_targets.json", targets_json(targets, image, seafloor));
+        write_text(name + "_targets.json", targets_json(targets, shown, seafloor));
       });
     if (output.truth)
       tasks.emplace_back([&, name, i] {

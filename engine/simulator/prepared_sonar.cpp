@@ -201,9 +201,10 @@ void warn_of_noise(const PreparedSonar& its, std::vector<std::string>& warnings)
                   its.sonar.name, noise_m, gain_ends_m, its.sonar.name));
 }
 
-Calibration calibration_of(const PreparedSonar& its) {
+Calibration calibration_of(const PreparedSonar& its, const UsualPing& usual) {
   Calibration made{.absorption_db_per_m = its.medium.absorption_db_per_m,
                    .recorder = &its.chain->recorder(),
+                   .row_spacing_m = usual.speed_mps * usual.interval_s / its.sonar.beams,
                    .median_share = its.chain->median_share()};
   const auto add = [](Side side, std::vector<double> of_bins, std::vector<double>& columns) {
     if (side == Side::port) std::ranges::reverse(of_bins);
@@ -254,7 +255,7 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
       sonar, chain_options(scene, usual, number, *made, materials));
   warn_of_speed(*made, usual.speed_mps, warnings);
   warn_of_noise(*made, warnings);
-  made->calibration = calibration_of(*made);
+  made->calibration = calibration_of(*made, usual);
   return made;
 }
 

@@ -174,6 +174,28 @@ TEST_CASE("In ground range, targets have the pixels of the picture") {
   CHECK(crate["body"]["box"][0].get<double>() == Approx(100.0 + 9.2 / 0.15).margin(5.0));
 }
 
+TEST_CASE("With speed correction the picture, its truth and its targets are to scale") {
+  const TemporaryFolder folder;
+  REQUIRE(run(folder, objects,
+              {"-D", "output.truth=true", "-D", "display.speed_correction=true", "-D",
+               "track.speed_mps=3", "-D", "track.ping_interval_s=0.2", "-D", "objects.0.east_m=10",
+               "-D", "objects.0.tall_m=0.3"})
+              .code == 0);
+  const auto size_of = [&](const char* name) {
+    const std::string png = read_text(folder / name);
+    const auto picture = ensonify::engine::decode_png(std::as_bytes(std::span(png)));
+    return std::pair(picture.width, picture.height);
+  };
+  const auto [width, height] = size_of("out/left-right.png");
+  const json targets = json::parse(read_text(folder / "out/left-right_targets.json"));
+  CHECK(width == 2 * 25);  // 15 m in columns of 0.6 m
+  CHECK(targets["picture"]["columns"] == width);
+  CHECK(size_of("out/left-right_truth.png").first == width);
+  // In slant range the crate begins 13.5 m from the sonar.
+  CHECK(targets["targets"][0]["body"]["box"][0].get<double>() ==
+        Approx(25.0 + 13.5 / 0.6).margin(1.0));
+}
+
 TEST_CASE("A mesh without a face that has an area is refused with that cause") {
   const std::string flat = "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\nf 3 2 1\n";
   const std::string cause = "flat.obj: no face is left after the repair: all 2 have no area";

@@ -107,6 +107,9 @@ const std::vector<Rule<Scene>>& scene_rules() {
        [](S s) { return s.artefacts.shimmer_db == 0.0; },
        "without 'artefacts.shimmer_db'"},
 
+      {{"display.speed_correction"},
+       [](S s) { return s.track.kind != TrackKind::file && s.track.speed_mps == 0.0; },
+       "without 'track.speed_mps'"},
       {{"display.gain_db"},
        [](S s) { return s.display.mapping == Mapping::equalised; },
        "with 'display.mapping = \"equalised\"', where the order of levels decides"},

@@ -532,6 +532,11 @@ const std::vector<Section<Scene>>& scene_sections() {
             "Whether columns are evenly spaced in ground range, without the water column; the "
             "image's columns are then not those of the layers.",
             at(&Scene::display, &Display::slant_range_correction)},
+           {"speed_correction", "", {},
+            "Whether the picture is to scale: its columns are as wide as pings are usually apart, "
+            "but not narrower than a sample, and show the mean brightness of their samples. The "
+            "image's columns are then not those of the layers.",
+            at(&Scene::display, &Display::speed_correction)},
            {"beam_normalisation", "", {},
             "Whether each side's median level of the bed over the depression angle, the beam's "
             "pattern, is removed.",

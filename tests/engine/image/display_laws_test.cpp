@@ -391,6 +391,53 @@ TEST_CASE(
   CHECK(render16(marked, display).at(3, bins + 20) == 0);
 }
 
+TEST_CASE("with speed correction a column is as wide as rows are apart, and shows its mean") {
+  const Waterfall waterfall = bed(5, stripes);  // bins of 0.2 m, to 80 m
+  Calibration calibration;
+  for (std::size_t column = 0; column < columns; ++column)
+    calibration.level_bed.push_back(1e9 * std::pow(0.2 * double(column % bins + 1), -3.0));
+  for (const bool ground : {false, true})
+    for (const double spacing_m : {0.5, 0.32, 0.2, 0.05, 0.0}) {
+      Display display = levelling();
+      display.slant_range_correction = ground;
+      const auto bright = [&](bool corrected, double row_spacing_m) -> Bright {
+        display.speed_correction = corrected;
+        calibration.row_spacing_m = row_spacing_m;
+        return {render(waterfall, display, calibration, 16)};
+      };
+      display.slant_range_correction = false;
+      const Bright by_bin = bright(false, 0.0);
+      display.slant_range_correction = ground;
+      const Bright picture = bright(true, spacing_m);
+      CAPTURE(ground, spacing_m);
+      if (spacing_m <= 0.2) {  // not narrower than bins; unknown
+        CHECK(picture.picture.pixels == bright(false, 0.0).picture.pixels);
+        continue;
+      }
+      const auto side = static_cast<std::size_t>(80.0 / spacing_m);
+      REQUIRE(picture.picture.width == 2 * side);
+      // Second implementation: the mean over very many places in the column's slant ranges.
+      for (const std::size_t ping : {0, 4})
+        for (std::size_t column = 0; column < side; column += 13) {
+          const double height_m = ground ? 8.0 + 8.0 * double(ping) / 5.0 : 0.0;
+          const double near_m = std::hypot(double(column) * spacing_m, height_m),
+                       far_m = std::hypot(double(column + 1) * spacing_m, height_m);
+          constexpr int places = 20000;
+          double sum = 0.0;
+          int inside = 0;
+          for (int i = 0; i < places; ++i) {
+            const double r = near_m + (far_m - near_m) * (i + 0.5) / places;
+            if (r >= 80.0) break;
+            ++inside;
+            sum += by_bin.at(ping, bins + static_cast<std::size_t>(r / 0.2));
+          }
+          const double mean = inside > 0 ? sum / inside : 0.0;
+          CHECK(picture.at(ping, side + column) == Approx(mean).margin(5.0));
+          CAPTURE(column);
+        }
+    }
+}
+
 TEST_CASE("a picture does not depend on how far above its sonar the vehicle's origin is") {
   const Waterfall at_origin = bed(16, pattern);
   Waterfall below = at_origin;

@@ -3,7 +3,8 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/image/over_ground.h>
+#include <ensonify/engine/image/picture_columns.h>
+#include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/truth_picture.h>
 
 #include "support/catch.h"
@@ -25,6 +26,7 @@ Waterfall small_image() {
   image.pixels.shadow_instance = {0, 0, 0, 0, 0, 0, 0, 1};
   return image;
 }
+const PictureColumns bins{.over_ground = false, .per_side = 4};  // of the same
 const std::vector<std::string> classes = {"none", "seabed", "mine"};
 const std::vector<std::string> materials = {"none", "mud", "sand", "steel"};
 
@@ -38,7 +40,7 @@ std::vector<std::string> names(const TruthPicture& truth) {
 
 TEST_CASE("The legend lists the labels in the picture, classes first, in different colours") {
   const Picture grey{4, 2, 1, std::vector<std::uint8_t>(8, 100)};
-  const TruthPicture truth = lay_truth(small_image(), grey, classes, materials);
+  const TruthPicture truth = lay_truth(small_image(), grey, classes, materials, bins);
   CHECK(names(truth) ==
         std::vector<std::string>{"mine", "mud", "sand", "shadow", "water column", "no data"});
   for (std::size_t a = 0; a < truth.legend.size(); ++a)
@@ -59,22 +61,70 @@ TEST_CASE("In ground range a picture has the tints of its columns, and none beyo
   Waterfall image = small_image();
   image.sonar.range_m = 4.0;
   image.pings[0].altitude_m = 1.5;
+  const PictureColumns ground{.over_ground = true, .per_side = 4};
   const Picture grey{4, 2, 1, {100, 120, 140, 160, 180, 200, 220, 240}};
-  const Picture over = over_ground(image, grey);
-  const TruthPicture truth = lay_truth(image, over, classes, materials, true);
-  CHECK(truth.picture.pixels ==
-        over_ground(image, lay_truth(image, grey, classes, materials).picture).pixels);
+  const Picture over = in_columns(ground, image, grey);
+  const TruthPicture truth = lay_truth(image, over, classes, materials, ground);
+  const Picture in_slant_range = lay_truth(image, grey, classes, materials, bins).picture;
+  CHECK(truth.picture.pixels == in_columns(ground, image, in_slant_range).pixels);
+  const auto first = [&](std::size_t row) {
+    std::vector<double> columns;
+    for (const ShownColumns& shown : shown_columns(image, row, ground)) {
+      CHECK(shown.until == shown.from + 1.0);
+      columns.push_back(shown.from);
+    }
+    return columns;
+  };
   // The top ping has no altitude and its first return in bin 0, so its columns stay.
-  CHECK(columns_over_ground(image, 1) == std::vector<std::ptrdiff_t>{0, 1, 2, 3});
+  CHECK(first(1) == std::vector<double>{0, 1, 2, 3});
   // The other one begins behind its water column, which the legend has from the top ping alone.
-  CHECK(columns_over_ground(image, 0) == std::vector<std::ptrdiff_t>{1, 2, 2, 3});
+  CHECK(first(0) == std::vector<double>{1, 2, 2, 3});
+}
+
+TEST_CASE("A column of several bins has the tint of the thing in it, and all of its borders") {
+  // One side, eight bins: an object in bin 2, a shadow in bins 3 and 4.
+  Sonar sonar;
+  sonar.name = "s";
+  sonar.sides = Sides::starboard;
+  sonar.bins = 8;
+  sonar.range_m = 8.0;
+  Waterfall image(sonar, 1);
+  const auto number = [](Region region) { return static_cast<std::uint32_t>(region); };
+  image.pixels.region.assign(8, number(Region::seabed));
+  image.pixels.class_id.assign(8, 1);
+  image.pixels.sediment.assign(8, 1);
+  image.pixels.region[2] = number(Region::object);
+  image.pixels.class_id[2] = 2;
+  image.pixels.instance[2] = 5;
+  for (const std::size_t bin : {3, 4}) {
+    image.pixels.region[bin] = number(Region::shadow);
+    image.pixels.shadow_instance[bin] = 5;
+  }
+  const PictureColumns two{.over_ground = false, .per_side = 2};
+  const Picture grey{2, 1, 1, {100, 100}};
+  const TruthPicture truth = lay_truth(image, grey, classes, materials, two);
+  const auto tint = [&](const char* name) {
+    return std::ranges::find(truth.legend, name, &LegendEntry::name)->colour;
+  };
+  REQUIRE(names(truth) == std::vector<std::string>{"mine", "shadow"});
+  for (std::size_t k = 0; k < 3; ++k) {
+    CHECK(int(truth.picture.pixels[k]) == (100 + 3 * tint("mine")[k]) / 4);
+    CHECK(int(truth.picture.pixels[3 + k]) == (100 + 3 * tint("shadow")[k]) / 4);
+  }
+  // The targets of the picture have the same pixels.
+  const std::vector<Target> targets = find_targets(truth_in_columns(two, image));
+  REQUIRE(targets.size() == 1);
+  CHECK(targets[0].body.low == Corner{0, 0});
+  CHECK(targets[0].body.high == Corner{1, 1});
+  CHECK(targets[0].shadow.low == Corner{1, 0});
+  CHECK(targets[0].shadow.high == Corner{2, 1});
 }
 
 TEST_CASE("A seabed of one sediment keeps its greys") {
   Waterfall image = small_image();
   image.pixels.sediment = {0, 1, 1, 0, 0, 1, 3, 0};
   const Picture grey{4, 2, 1, {10, 20, 30, 40, 50, 60, 70, 80}};
-  const TruthPicture truth = lay_truth(image, grey, classes, materials);
+  const TruthPicture truth = lay_truth(image, grey, classes, materials, bins);
   CHECK(names(truth) == std::vector<std::string>{"mine", "shadow", "water column", "no data"});
   CHECK(truth.picture.pixels[3 * 1] == 20);
   CHECK(truth.picture.pixels[3 * 5] == 60);
@@ -92,5 +142,5 @@ TEST_CASE("A legend is below its picture, with the number of lines that it needs
   truth.legend.push_back({{0, 255, 0}, "a long name of something"});
   CHECK(with_legend(truth).height > one.height);
   const Picture other{3, 2, 1, std::vector<std::uint8_t>(6)};
-  CHECK_THROWS_AS(lay_truth(small_image(), other, classes, materials), std::invalid_argument);
+  CHECK_THROWS_AS(lay_truth(small_image(), other, classes, materials, bins), std::invalid_argument);
 }

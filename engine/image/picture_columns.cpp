@@ -1,0 +1,147 @@
+#include <ensonify/engine/image/picture_columns.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <ensonify/engine/image/truth.h>
+
+namespace ensonify::engine {
+
+PictureColumns columns_of_bins(const Sonar& sonar) {
+  return {.over_ground = false, .per_side = static_cast<std::size_t>(sonar.bins)};
+}
+
+PictureColumns picture_columns(const Sonar& sonar, const Display& display, double row_spacing_m) {
+  PictureColumns columns = columns_of_bins(sonar);
+  columns.over_ground = display.slant_range_correction;
+  if (display.speed_correction && row_spacing_m > 0.0)
+    columns.per_side = static_cast<std::size_t>(
+        std::clamp(std::round(sonar.range_m / row_spacing_m), 1.0, double(sonar.bins)));
+  return columns;
+}
+
+double height_over_bed_m(const Waterfall& waterfall, std::size_t row) {
+  const PingRow& ping = waterfall.pings[row];
+  const double altitude_m = waterfall.sonar_altitude_m(row);
+  if (ping.altitude_m > 0.0 && altitude_m > 0.0) return altitude_m;
+  return std::max({ping.first_return_port, ping.first_return_starboard, 0}) *
+         waterfall.sonar.bin_m();
+}
+
+std::size_t ShownColumns::end() const { return static_cast<std::size_t>(std::ceil(until)); }
+
+std::vector<ShownColumns> shown_columns(const Waterfall& waterfall, std::size_t row,
+                                        PictureColumns columns) {
+  const Sonar& sonar = waterfall.sonar;
+  const auto bins = static_cast<double>(sonar.bins);
+  const double column_m = sonar.range_m / static_cast<double>(columns.per_side);
+  const double height_m = columns.over_ground ? height_over_bed_m(waterfall, row) : 0.0;
+  const auto bin_at = [&](double column) {
+    const double over_m = column * column_m;
+    return std::sqrt(over_m * over_m + height_m * height_m) / sonar.bin_m();
+  };
+  const bool one_each = columns.per_side == static_cast<std::size_t>(sonar.bins);
+  // The bins that a column shows, both counted from nadir outwards.
+  const auto shown_bins = [&](double column) -> ShownColumns {
+    if (!one_each) return {bin_at(column), bin_at(column + 1.0)};
+    const double bin = columns.over_ground ? std::floor(bin_at(column + 0.5)) : column;
+    return {bin, bin + 1.0};
+  };
+  const std::size_t port = port_columns(sonar) > 0 ? columns.per_side : 0;
+  const std::size_t all = sides_of(sonar).size() * columns.per_side;
+  const auto first_starboard = static_cast<double>(port_columns(sonar));
+  std::vector<ShownColumns> shown;
+  shown.reserve(all);
+  for (std::size_t column = 0; column < all; ++column) {
+    const bool is_port = column < port;
+    auto [from, until] =
+        shown_bins(static_cast<double>(is_port ? port - 1 - column : column - port));
+    from = std::min(from, bins);
+    until = std::min(until, bins);
+    if (is_port)
+      shown.push_back({bins - until, bins - from});
+    else
+      shown.push_back({first_starboard + from, first_starboard + until});
+  }
+  return shown;
+}
+
+Picture in_columns(PictureColumns columns, const Waterfall& waterfall, Picture picture) {
+  if (picture.width != waterfall.columns() || picture.height != waterfall.rows())
+    throw std::invalid_argument("in_columns: the picture's size is not the waterfall's");
+  if (columns == columns_of_bins(waterfall.sonar)) return picture;
+  const auto channels = static_cast<std::size_t>(picture.channels);
+  const bool wide = picture.bits == 16;
+  Picture made{sides_of(waterfall.sonar).size() * columns.per_side,
+               picture.height,
+               picture.channels,
+               {},
+               picture.bits};
+  made.pixels.reserve(made.width * made.height * channels * (wide ? 2 : 1));
+  for (std::size_t row = waterfall.rows(); row-- > 0;) {  // the newest is on top
+    const std::size_t first = (picture.height - 1 - row) * picture.width * channels;
+    const auto value = [&](std::size_t column, std::size_t channel) {
+      const std::size_t i = first + column * channels + channel;
+      const unsigned step =
+          wide ? 256u * picture.pixels[2 * i] + picture.pixels[2 * i + 1] : picture.pixels[i];
+      return static_cast<double>(step);
+    };
+    for (const ShownColumns& shown : shown_columns(waterfall, row, columns))
+      for (std::size_t channel = 0; channel < channels; ++channel) {
+        double sum = 0.0;
+        for (std::size_t column = shown.first(); column < shown.end(); ++column) {
+          const double left = std::max(shown.from, static_cast<double>(column));
+          const double right = std::min(shown.until, static_cast<double>(column + 1));
+          sum += (right - left) * value(column, channel);
+        }
+        const double width = shown.until - shown.from;
+        const auto mean = static_cast<unsigned>(width > 0.0 ? std::lround(sum / width) : 0);
+        if (wide) made.pixels.push_back(static_cast<std::uint8_t>(mean >> 8));
+        made.pixels.push_back(static_cast<std::uint8_t>(mean & 0xff));
+      }
+  }
+  return made;
+}
+
+std::ptrdiff_t labelled_column(const Waterfall& waterfall, std::size_t row, ShownColumns shown) {
+  const BinLayers& layers = waterfall.pixels;
+  const auto rank = [&](std::size_t column) {
+    const std::size_t i = row * waterfall.columns() + column;
+    return layers.instance[i] != 0 ? 2 : layers.shadow_instance[i] != 0 ? 1 : 0;
+  };
+  const double middle = 0.5 * (shown.from + shown.until) - 0.5;
+  std::pair best{-1, 0.0};  // the rank, and how far from the middle, negative
+  std::ptrdiff_t found = -1;
+  for (std::size_t column = shown.first(); column < shown.end(); ++column) {
+    const std::pair here{rank(column), -std::abs(static_cast<double>(column) - middle)};
+    if (here <= best) continue;
+    best = here;
+    found = static_cast<std::ptrdiff_t>(column);
+  }
+  return found;
+}
+
+Waterfall truth_in_columns(PictureColumns columns, const Waterfall& waterfall) {
+  Sonar sonar = waterfall.sonar;
+  sonar.bins = static_cast<int>(columns.per_side);
+  Waterfall made(sonar, 0);
+  made.pings = waterfall.pings;
+  for (std::size_t row = 0; row < waterfall.rows(); ++row)
+    for (const ShownColumns& shown : shown_columns(waterfall, row, columns)) {
+      const std::ptrdiff_t column = labelled_column(waterfall, row, shown);
+      for_each_truth_layer([&](auto layer) {
+        const auto& from = waterfall.pixels.*layer;
+        (made.pixels.*layer)
+            .push_back(column < 0
+                           ? 0
+                           : from[row * waterfall.columns() + static_cast<std::size_t>(column)]);
+      });
+    }
+  return made;
+}
+
+}  // namespace ensonify::engine
