@@ -205,10 +205,11 @@ void add_analyse(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<AnalyseArguments>();
   CLI::App& command = *app.add_subcommand(
       "analyse",
-      "Write a scene's seafloor, or a mesh (PLY, OBJ, STL, OFF), as a progressive mesh for the key "
-      "seafloor.progressive (run does this analysis itself when needed and keeps the result in its "
-      "cache). Of a bed that is too large to be made at once, make all tiles, in the cache, and, with "
-      "-D run.surface=refined, the progressive meshes of all its parts");
+      "Write a scene's seafloor, or a mesh (PLY, OBJ, STL, OFF), as a progressive mesh. The key "
+      "seafloor.progressive of a scene reads it. A run does this analysis itself if it needs one, "
+      "and keeps the result in its cache. For a bed that is too large to be made at once, this "
+      "command makes all tiles, in the cache; with -D run.surface=refined it also makes the "
+      "progressive meshes of all clusters");
   arguments->scene.add_to(command);
   command.add_option("-o,--output", arguments->file, "The file to write; not for a bed in tiles")
       ->type_name("FILE")

@@ -77,7 +77,7 @@ void add_overrides(CLI::App& command, std::vector<std::string>& overrides) {
 }
 
 void add_data(CLI::App& command, std::filesystem::path& folder) {
-  command.add_option("--data", folder, "The folder of a scene's or a recipe's data:path")
+  command.add_option("--data", folder, "The folder in which data:PATH of a scene or a recipe lies")
       ->type_name("DIR")
       ->envname("ENSONIFY_DATA");
 }

@@ -387,11 +387,12 @@ void add_check(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<CheckArguments>();
   CLI::App& command = *app.add_subcommand(
       "check",
-      "Compare every surface (face source) and intersector with the exact reference, on the rays "
-      "of a scene and on rays aimed at vertices and edges. Exit code 1 if a difference is "
-      "unexplained. If sea.refraction = \"full\", a share of the scene's rays is also compared as the "
-      "water bends them (source bent): about 20,000, or one in 10 if that is more; brute_force has "
-      "them only where it traces every ray. Ctrl-C ends the comparison and prints the table so far");
+      "Compare every surface (face source) and intersector with the exact reference. The rays are "
+      "those of a scene, and rays aimed at vertices and edges. The exit code is 1 if a difference "
+      "is unexplained. If sea.refraction = \"full\", some of the scene's rays are also compared as "
+      "the water bends them (source bent): about 20,000, or one in 10 if that is more; brute_force "
+      "has them only where it traces every ray. Ctrl-C ends the comparison and prints the table so "
+      "far");
   arguments->scene.add_to(command);
   command
       .add_option(

@@ -68,10 +68,11 @@ void add_compare(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<CompareArguments>();
   CLI::App& command = *app.add_subcommand(
       "compare",
-      "Compare how two lines look: recordings (XTF, JSF), folders of runs, or folders of waterfall "
-      "pictures (PNG, JPEG; port left, newest ping on top). One row per statistic, "
-      "with the spread between the halves of A; a ratio is the difference of A and B over that "
-      "spread, 'inf' where the halves are equal and B differs. '-': this line has no such value");
+      "Compare how two lines look. A line is a recording (XTF, JSF), the folder of a run, or a "
+      "folder of waterfall pictures (PNG, JPEG; port left, newest ping on top). Prints one row per "
+      "statistic, with the spread between the halves of A; a ratio is the difference of A and B "
+      "over that spread, 'inf' where the halves are equal and B differs. '-': this line has no such "
+      "value");
   command.add_option("A", arguments->a, "A recording, a run's folder, or a folder of pictures")
       ->required();
   command.add_option("B", arguments->b, "What is compared with it")->required();

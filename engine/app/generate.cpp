@@ -178,7 +178,7 @@ void add_generate(CLI::App& app, Action& action) {
   CLI::App& command =
       *app.add_subcommand("generate", "Make a dataset from its recipe, or continue making it");
   command
-      .add_option("DATASET", arguments->recipe,
+      .add_option("RECIPE", arguments->recipe,
                   "A recipe (`ensonify dump-default generate` prints one)")
       ->required();
   command.add_option("-o,--output", arguments->folder, "The dataset's folder, created if missing")
@@ -187,7 +187,7 @@ void add_generate(CLI::App& app, Action& action) {
       ->check(a_path());
   command
       .add_option("--shard", arguments->shard,
-                  "Make only part I of N (I counts from 0), to share the work between machines")
+                  "Make only share I of N, counting from 0: to divide the samples among machines")
       ->type_name("I/N");
   add_overrides(command, arguments->overrides);
   add_threads(command, arguments->threads);
@@ -195,9 +195,9 @@ void add_generate(CLI::App& app, Action& action) {
   add_data(command, arguments->data_folder);
   add_cache(command, arguments->cache);
   command.add_flag("--dry-run", arguments->dry_run,
-                   "Draw all samples and print what would be made and what is finished; make "
-                   "nothing. It does not make seabeds. It reports invalid scenes, and vehicles "
-                   "above the water (from the mean depth)");
+                   "Draw all samples, print what would be made and what is finished, and make "
+                   "nothing. Reports invalid scenes, and vehicles above the water over a bed at "
+                   "its mean depth");
   command.add_flag("--json", arguments->json, "Print what was made, and the times, on stdout");
   add_quiet(command, arguments->quiet);
   command.callback(

@@ -141,7 +141,7 @@ void add_imitate(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<ImitateArguments>();
   CLI::App& command = *app.add_subcommand(
       "imitate",
-      "Make a scene that looks as a recorded line (XTF, JSF) does: scene.toml with the files it "
+      "Make a scene that looks like a recorded line (XTF, JSF). Writes scene.toml with the files it "
       "needs, and report.html. Prints each key, its value and the evidence");
   command.add_option("RECORDING", arguments->recordings, "The recording's files, in their order")
       ->required();

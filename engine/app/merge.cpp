@@ -107,8 +107,8 @@ void add_merge(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<MergeArguments>();
   CLI::App& command = *app.add_subcommand(
       "merge",
-      "Check every file of a dataset, and write its indexes, splits and card; or check every file "
-      "of a run in parts, and write the files of the whole run");
+      "Check every file of a dataset, or of a run in parts, and complete it. A dataset gets its "
+      "indexes, splits and card, a run the files of the whole run");
   command
       .add_option("DIR", arguments->folder,
                   "A folder made by `ensonify generate`, or by `ensonify run` in parts")

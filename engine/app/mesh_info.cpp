@@ -104,9 +104,10 @@ void add_mesh_info(CLI::App& app, Action& action) {
   const auto cell_m = std::make_shared<double>(0.0);
   CLI::App& command = *app.add_subcommand(
       "mesh-info",
-      "Describe a mesh (PLY, OBJ, STL, OFF), a survey grid, a progressive mesh that `analyse` wrote, "
-      "or the tiles of a bed in the cache: one `name value` per line, in metres. Counts are of the file itself; repairs are the changes that "
-      "a run would make");
+      "Describe a mesh, a survey grid, a progressive mesh, or the tiles of a bed. A mesh is a PLY, "
+      "OBJ, STL or OFF file, a progressive mesh is what `analyse` wrote, and tiles are in the cache. "
+      "Prints one `name value` per line, in metres. Counts are of the file itself; repairs are the "
+      "changes that a run would make");
   command.add_option("FILE", *file, "The mesh or grid")->required();
   add_cell(command, *cell_m);
   command.callback(

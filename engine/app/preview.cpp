@@ -69,9 +69,9 @@ void add_preview(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<PreviewArguments>();
   CLI::App& command = *app.add_subcommand(
       "preview",
-      "Draw a contact sheet of a recipe's samples and their labels. Ctrl-C ends "
-      "it and keeps the samples that are finished");
-  command.add_option("DATASET", arguments->recipe, "A recipe, as for generate")->required();
+      "Draw a contact sheet of a recipe's samples and their labels. Ctrl-C ends it, and the sheet "
+      "then shows the samples that are finished");
+  command.add_option("RECIPE", arguments->recipe, "A recipe, as for generate")->required();
   command.add_option("-o,--output", arguments->file, "The picture")
       ->required()
       ->type_name("FILE.png")

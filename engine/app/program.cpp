@@ -153,6 +153,15 @@ class BrokenLines final : public CLI::Formatter {
     }
     return broken;
   }
+
+  /// A row of the list of subcommands: the first sentence of the description.
+  std::string make_subcommand(const CLI::App* command) const override {
+    const std::string text = command->get_description();
+    std::ostringstream row;
+    CLI::detail::format_help(row, command->get_display_name(true), text.substr(0, text.find(". ")),
+                             get_column_width());
+    return row.str();
+  }
 };
 
 /// Why the command line is refused. Unexpected arguments are listed in the order given, which CLI11
@@ -213,6 +222,10 @@ int run_command_line(int argc, char** argv) {
   app::add_backscatter(program, action);
   app::add_sediments(program, action);
   app::add_presets(program, action);
+  program.footer(
+      "`ensonify COMMAND --help` describes a command and its options. Begin with `ensonify run "
+      "SCENE`.\n" +
+      program.get_footer());
   // `ensonify help`, and `ensonify help run`, as other programs have it.
   std::vector<std::string> words(argv + std::min(1, argc), argv + argc);
   if (!words.empty() && words.front() == "help") {

@@ -104,8 +104,8 @@ void add_ray(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<RayArguments>();
   CLI::App& command = *app.add_subcommand(
       "ray",
-      "Trace a sound ray through a cast (a sound speed profile), either from a launch angle or to "
-      "a target (its eigenray: the first to arrive without touching surface or bottom). Output: "
+      "Trace a sound ray through a cast (a sound speed profile), from a launch angle or to a "
+      "target. The ray to a target is the first to arrive without touching surface or bottom. Output: "
       "range_m,depth_m,time_s,path_m,angle_deg,loss_db along the path; angles are positive "
       "downwards from the horizontal, the loss is spreading loss re 1 m. Straight lines between "
       "the rows stay within 0.1 mm of the ray");

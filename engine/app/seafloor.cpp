@@ -75,10 +75,11 @@ void add_seafloor(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<SeafloorArguments>();
   CLI::App& command = *app.add_subcommand(
       "seafloor",
-      "Write a scene's seafloor with its objects as a mesh in world metres (.ply); or without them "
-      "as heights relative to the sea surface, float64, southern row first, NaN for holes (.npy), "
-      "or as a GeoTIFF of world heights (.tif), in the survey's coordinate reference system, or in one centred at "
-      "track.origin_lat_deg and origin_lon_deg, if the scene has either");
+      "Write a scene's seafloor as a mesh or as heights. .ply: a mesh in world metres, with the "
+      "objects. .npy: heights relative to the sea surface without the objects, float64, southern "
+      "row first, NaN for holes. .tif: a GeoTIFF of world heights without the objects, in the "
+      "survey's coordinate reference system, or in one centred at track.origin_lat_deg and "
+      "origin_lon_deg, if the scene has either");
   arguments->scene.add_to(command);
   command.add_option("-o,--output", arguments->file, "The file to write: .ply, .npy or .tif")
       ->type_name("FILE")

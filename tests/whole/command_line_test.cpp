@@ -90,6 +90,9 @@ TEST_CASE("Help goes to stdout, and a wrong command line gets one message and ex
     CHECK(own.code == 0);
     CHECK(own.out.find(command) != std::string::npos);
   }
+  const std::string further = "Ctrl-C";  // the list has only the first sentence of a description
+  CHECK(help.out.find(further) == std::string::npos);
+  CHECK(run_program(folder.path(), {"check", "--help"}).out.find(further) != std::string::npos);
   const Outcome asked = run_program(folder.path(), {"help"});
   CHECK(asked.code == 0);
   CHECK(asked.out == help.out);
