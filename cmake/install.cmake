@@ -28,6 +28,7 @@ install(FILES cmake/package/completion.bash RENAME ensonify
 file(GLOB example_files CONFIGURE_DEPENDS scenes/*.toml)
 install(FILES ${example_files} DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples COMPONENT program)
 file(GLOB slurm_files CONFIGURE_DEPENDS scenes/slurm/*.sbatch)
+install(FILES CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 install(FILES ${slurm_files} DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples/slurm COMPONENT program)
 
 # A manual page of the program and of each command, from their --help.

@@ -14,7 +14,7 @@ cpack --config "$build_folder/CPackConfig.cmake" -G DEB -B "$work" >"$work/log" 
 for package in "$work"/*.deb; do dpkg-deb -x "$package" "$work/root"; done
 usr=$work/root/usr
 for file in bin/ensonify include/ensonify/engine/simulate.h share/doc/ensonify/copyright \
-  share/doc/libensonify-dev/changelog.gz share/doc/ensonify/examples/ripples.toml \
+  share/doc/libensonify-dev/changelog.gz share/doc/ensonify/CHANGELOG.md share/doc/ensonify/examples/ripples.toml \
   share/doc/ensonify/examples/slurm/generate.sbatch; do
   [[ -s $usr/$file ]] || { echo "no $file in the packages"; exit 1; }
 done
