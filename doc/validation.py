@@ -1,4 +1,4 @@
-"""Draws the validation page: what the program gives, next to what a closed form or a publication says.
+"""Draws the validation page: what the program gives, next to closed forms and published values.
 
 Usage: validation.py PROGRAM FOLDER. Writes validation.md and its pictures into FOLDER; exit code 1 if a
 bound does not hold. Nothing here shares code with the program: the laws are written out again.
@@ -441,10 +441,10 @@ def main():
     for function in laws:
         print(function.__name__, file=sys.stderr)
         results.append(function())
-    page = ["# Validation\n\nWhat the program gives, next to what a closed form or a publication says. The laws are "
+    page = ["# Validation\n\nWhat the program gives, next to closed forms and published values. The laws are "
             "written out again for this page, in `doc/validation.py`, without the program's own code. "
             f"`./dev docs` makes the page again; this is ensonify {ensonify.__version__}. The tests hold more laws: "
-            "`tests/physics`. The pages of the formulas also say what is left out: "
+            "`tests/physics`. The pages of the formulas also have what is left out: "
             "[the sonar](../engine/sonar/README.md#the-expected-echo), [sound](../scatter/README.md).\n\n"
             "| law | largest deviation | bound | |\n|---|---|---|---|\n"]
     for one in results:
