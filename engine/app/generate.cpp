@@ -187,7 +187,7 @@ void add_generate(CLI::App& app, Action& action) {
       ->check(a_path());
   command
       .add_option("--shard", arguments->shard,
-                  "Make only share I of N, counting from 0: to divide the samples among machines")
+                  "Make only shard I of N, counting from 0: to divide the samples among machines")
       ->type_name("I/N");
   add_overrides(command, arguments->overrides);
   add_threads(command, arguments->threads);

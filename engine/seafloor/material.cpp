@@ -261,11 +261,10 @@ Material material_named(std::string_view name, std::span<const Material> own) {
   try {
     scatter::sediment_named(name);
   } catch (const std::invalid_argument&) {
-    throw std::invalid_argument(
-        fmt::format("material '{}' is not known{}; covers are {}; solids are {}; or "
-                    "describe it in a table [material.{}]",
-                    name.substr(0, 64), nearest_materials(name, own), cover_names(),
-                    scatter::solid_names(), name));
+    throw std::invalid_argument(fmt::format(
+        "material '{}' is not known{}; covers are {}; solids are {}; or "
+        "describe one in a table [material.NAME]",
+        name.substr(0, 64), nearest_materials(name, own), cover_names(), scatter::solid_names()));
   }
   return known;
 }

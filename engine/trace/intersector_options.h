@@ -7,8 +7,8 @@ namespace ensonify::engine {
 
 /// How a back-end is made. A back-end ignores options that it does not use.
 struct IntersectorOptions {
-  /// Makes sure that rays through an edge or a corner hit, at some cost in speed (Embree's robust
-  /// mode); the exact back-ends always do.
+  /// Embree's robust mode: far fewer rays slip through an edge or a corner, at some cost in speed
+  /// (embree.h). The other back-ends let none through.
   bool robust = true;
   /// Each tree is for one ping and one thread: built fast rather than traced fast.
   bool for_one_ping = false;

@@ -114,12 +114,12 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::conditions), {"auto", "ideal", "survey"}},
            {"seed", "", {0, largest_seed}, "Seed of all random numbers.", at(&Scene::seed)},
            {"speckle", "", {},
-            "Whether echoes and noise fade; false gives their expectation.",
+            "Whether echoes and noise fluctuate, as interference makes them; false: their means.",
             at(&Scene::speckle)},
            {"texture", "", {},
             "Whether the ground scatters unevenly below the sonar's cell, by the materials' "
-            "texture, glint and variation keys; in the same way in each pass. Not without "
-            "speckle.",
+            "texture, glint and variation keys; in the same way in each pass. It needs speckle = "
+            "true.",
             at(&Scene::texture)},
        }},
       {"sea",
@@ -135,13 +135,13 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::sea, &Sea::water, &SeaWater::ph)},
            {"profile", "", {},
             "A cast: CSV with columns depth_m and soundspeed_mps, or a CastAway's file. The sound "
-            "speed is its mean down to the bed; absorption follows from the temperatures that give "
-            "its speeds at salinity_psu. A path as for seafloor.survey.",
+            "speed is its mean down to the bed; absorption follows from the temperatures at which "
+            "water of salinity_psu has the cast's speeds. A path as for seafloor.survey.",
             at(&Scene::sea, &Sea::profile)},
            {"refraction", "", {},
             "off: rays are straight, at the profile's mean speed; time-only: rays are straight, "
-            "but travel times follow the profile; full: rays are bent by the profile. Range bins "
-            "are time at the mean speed.",
+            "but travel times follow the profile; full: rays are bent by the profile. Ranges "
+            "of bins are travel times, converted by the mean speed.",
             at(&Scene::sea, &Sea::refraction), {"off", "time-only", "full"}},
            {"sound_speed_mps", "m/s", {1000, 2000},
             "Sound speed; unset: from the profile, or the water at half the bed's depth.",
@@ -463,14 +463,14 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"automatic_gain_m", "m", {0.01, 20000}, "Range over which the automatic gain averages.",
             at(&Scene::artefacts, &ArtefactOptions::automatic_gain_m)},
            {"fish_per_hectare", "1/ha", {0, 6000},
-            "Fish over the bed, with shadows apart from them.",
+            "Number of fish per hectare; each swims over the bed, so its shadow lies apart from it.",
             at(&Scene::artefacts, &ArtefactOptions::fish_per_hectare)},
            {"fish_strength_db", "dB re 1 m^2", {-120, 20}, "Target strength of one fish.",
             at(&Scene::artefacts, &ArtefactOptions::fish_strength_db)},
            {"fish_length_m", "m", {0.01, 20}, "Its length.",
             at(&Scene::artefacts, &ArtefactOptions::fish_length_m)},
            {"fish_height_m", "m", {0, 11000},
-            "Greatest height over the bed at which they swim, in water that is as deep.",
+            "Greatest height over the bed at which they swim, where the water is deep enough.",
             at(&Scene::artefacts, &ArtefactOptions::fish_height_m)},
            {"wake_db", "dB", {-80, 40},
             "Backscattering strength of a ship's wake at its middle; unset: no wake.",
@@ -504,14 +504,16 @@ const std::vector<Section<Scene>>& scene_sections() {
             "fastest, and has the same bits on every machine.",
             at(&Scene::run, &RunOptions::intersector), intersector_names()},
            {"robust", "", {},
-            "Whether it is certain that no ray slips between faces, at some cost in speed.",
+            "Whether embree uses its robust mode, in which far fewer rays slip between faces, at "
+            "some cost in speed. The other intersectors let none through.",
             at(&Scene::run, &RunOptions::intersection, &IntersectorOptions::robust)},
            {"instruction_set", "", {},
             "Instruction set that embree uses, on which its last bits depend (sse4.2, avx2, avx512 "
             "...); empty: avx2.",
             at(&Scene::run, &RunOptions::intersection, &IntersectorOptions::instruction_set)},
            {"tree_pings", "", {1, 1000},
-            "For how many pings one tree of the fan's faces is used: more faces, fewer trees.",
+            "For how many pings one tree over the faces in the fan is used. For more pings there "
+            "are fewer trees, each with more faces.",
             at(&Scene::run, &RunOptions::tree_pings)},
            {"block_pings", "", {1, 100000}, "Number of pings in the blocks that threads compute.",
             at(&Scene::run, &RunOptions::block_pings)},

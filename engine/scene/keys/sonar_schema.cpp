@@ -95,7 +95,7 @@ const Section<Sonar>& sonar_section() {
            "Number N of parallel beams that each side receives from one ping, each of which gives a row of the "
            "image, from the rear: so the vehicle can be N times as fast. The receiver is "
            "steered to each of them and focused as focused or focus_zones_m say; the transmitter is "
-           "not focused, and must be short enough to sound them all. The recorder's gain makes the "
+           "not focused, and must be short enough to reach them all. The recorder's gain makes the "
            "beams equally bright on a level bed; the layer intensity is not corrected.",
            at(&Sonar::beams)},
           {"beam_spacing_m", "m", {0.001, 10},
@@ -175,7 +175,7 @@ const Section<Sonar>& sonar_section() {
           {"tvg_absorption", "", {}, "Whether that gain compensates absorption too.",
            at(&Sonar::receiver, &ReceiverOptions::absorption)},
           {"gain_db", "dB re 1/uPa", {-300, 300},
-           "The recorder's gain at 1 m: 0 dB behind it is full scale, and more clips. Unset: the "
+           "The recorder's gain at 1 m: after it 0 dB is full scale, and more clips. Unset: the "
            "gain that records the bed at bed_level_db.",
            at(&Sonar::receiver, &ReceiverOptions::gain_db)},
           {"bed_level_db", "dB re full scale", {-200, 0},

@@ -244,8 +244,8 @@ const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
           {"wavelength_m", "m", 0.01, 10e3, "Distance from crest to crest; four cells or more.",
            &Bedforms::wavelength_m},
           {"height_m", "m", 0, 100,
-           "Height from trough to crest; the median of crests that are not ragged, and the rms of "
-           "those that are, with height_spread = 0.",
+           "Height from trough to crest: the median if raggedness is 0; otherwise the rms, if "
+           "height_spread is 0.",
            &Bedforms::height_m},
           {"across_crests_deg", "degrees", -360, 360,
            "Heading across the crests, clockwise from north; steep sides face that way.",
@@ -255,17 +255,17 @@ const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
           {"asymmetry", "", 0, 0.95, "0: both sides equal; towards 1: a steep lee side.",
            &Bedforms::asymmetry},
           {"bend_deg", "degrees", 0, 45,
-           "How much, rms, the crests turn; their spacing changes by the same share (in radians).",
+           "Rms angle by which the crests turn; their spacing changes by the same share, in radians.",
            &Bedforms::bend_rad},
           {"drift_m", "m", 0, 1e6, "Distance over which bend and height change; 0: 20 wavelengths.",
            &Bedforms::drift_m},
           {"height_spread", "", 0, 2,
-           "How much, rms, the logarithm of the height changes over such distances; no crest "
-           "becomes steeper by that than sand lies, 33 degrees.",
+           "Rms change of the logarithm of the height over drift_m. It makes no crest steeper than "
+           "33 degrees, at which sand slides.",
            &Bedforms::height_spread},
           {"raggedness", "", 0, 0.3,
-           "How much, rms, the crests' lines shift over some two wavelengths, as a share of the "
-           "wavelength; the logarithm of their height changes four times as much.",
+           "Rms shift of the crests' lines over some two wavelengths, as a share of the wavelength; "
+           "the logarithm of their height changes four times as much.",
            &Bedforms::raggedness},
           {"forks", "", 0, 25, "How many crests begin and end in a square of 10 x 10 wavelengths.",
            &Bedforms::forks},

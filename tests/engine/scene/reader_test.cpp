@@ -336,7 +336,7 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "s.toml:3:12: 'seafloor.material': material 'clayey' is not known; the nearest names are "
        "'clayey sand' (a sediment) and 'clayey silt' (a sediment); covers are seagrass, shells; solids are steel, "
        "fouled steel, aluminium, "
-       "concrete, stone, wood, glass fibre, rubber, fouled rubber; or describe it in a table [material.clayey]"},
+       "concrete, stone, wood, glass fibre, rubber, fouled rubber; or describe one in a table [material.NAME]"},
       {head + "[seafloor]\nmaterial = \"x\"\n[material.x]\nlike = \"steel\"",
        "s.toml:3:12: 'seafloor.material': like = \"steel\" is a solid; model = \"tr9407\" is for "
        "sediments, a solid needs model = \"solid\", a cover model = \"lambert\" and "
@@ -412,7 +412,7 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "covers are seagrass, shells; solids are "
        "steel, fouled steel, aluminium, concrete, "
        "stone, "
-       "wood, glass fibre, rubber, fouled rubber; or describe it in a table [material.medium sant]"},
+       "wood, glass fibre, rubber, fouled rubber; or describe one in a table [material.NAME]"},
       {head + "[material.a]\nlike = \"seagrass\"\nmodel = \"solid\"",
        "s.toml:3:8: 'material.a.like': like = \"seagrass\" is a cover; model = \"solid\" is for "
        "solids: steel, fouled steel, aluminium, "

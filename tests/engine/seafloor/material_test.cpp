@@ -35,7 +35,7 @@ TEST_CASE("The scene's own material takes precedence over a sediment or solid of
                     Catch::Contains("material 'stel' is not known") &&
                         Catch::Contains("names are 'steel' (of this scene)") &&
                         Catch::Contains("solids are steel, fouled steel") &&
-                        Catch::Contains("[material.stel]"));
+                        Catch::Contains("[material.NAME]"));
 }
 
 TEST_CASE("an unknown name of a material is answered with the nearest names of all lists") {
