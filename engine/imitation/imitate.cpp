@@ -284,8 +284,8 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
     std::string names;
     for (std::size_t i = 0; i < alike; ++i)
       names += (i == 0 ? "" : i + 1 < alike ? ", " : " and ") + sediments[i].name;
-    made.unknown.push_back(
-        fmt::format("which sediment the bed is: in this recording {} cannot be distinguished", names));
+    made.unknown.push_back(fmt::format(
+        "which sediment the bed is: in this recording {} cannot be distinguished", names));
   }
   constexpr double mostly_clipped = 0.5;
   for (const ComparedStatistic& one : made.statistics)
