@@ -116,13 +116,13 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
   report.prepare_s = seconds_since(start);
   const PreparedSeafloor& prepared = SimulatorInternals::prepared(simulator);
   report.origin = prepared.origin;
-  const std::vector<std::string> cache_warnings = prepared.warnings;
   report.extrapolation = {simulator.sonars(), simulator.materials(), scene.materials};
 
   const TrackPings track(scene, simulator);
-  // Those of the scene's text come first. They name places in it, so the manifest does not have
-  // them: the files do not depend on where and how their scene was written.
-  const auto made = simulator.warnings().subspan(scene.warnings.size());
+  // Those of the scene's text and of the cache come first. They name places, so the manifest does
+  // not have them: the files do not depend on where and how their scene was written, nor on the
+  // cache.
+  const auto made = simulator.warnings().subspan(scene.warnings.size() + prepared.warnings.size());
   run.warnings.assign(made.begin(), made.end());
   run.warnings.insert(run.warnings.end(), track.warnings().begin(), track.warnings().end());
   const RunParts parts = parts_of(run, track.leg_starts(), track.count(), simulator.sonars());
@@ -143,8 +143,7 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
   report.warnings.insert(report.warnings.end(), run.warnings.begin(), run.warnings.end());
   const std::vector<std::string> more = warnings_of(whole, scene.run.intersector);
   report.warnings.insert(report.warnings.end(), more.begin(), more.end());
-  // Not in the manifest: the files do not depend on the cache.
-  report.warnings.insert(report.warnings.end(), cache_warnings.begin(), cache_warnings.end());
+  report.warnings.insert(report.warnings.end(), prepared.warnings.begin(), prepared.warnings.end());
   return std::move(run.report);
 }
 

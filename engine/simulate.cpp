@@ -49,6 +49,7 @@ Simulator Simulator::clone_for_thread() const {
 
 void Simulator::aim(const Pose& pose, Aim& aim) {
   check_pose(pose);
+  own_->follow_objects(*shared_);
   aim.beams.clear();
   aim.fans.clear();
   for (ThreadState::BeamTracer& beam : own_->beams) {
@@ -207,31 +208,25 @@ std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
   require_object_fits(static_cast<double>(object.mesh.faces.size()), 0.0,
                       fmt::format("Simulator: '{}'", object.class_name), {shared_->memory});
   const std::vector<std::string> materials = own.objects.materials_with(object.material);
-  const bool new_material = materials.size() > own.objects.materials().size();
-  PreparedSonars sonars;
-  if (new_material)
+  if (materials.size() > own.objects.materials().size()) {
+    PreparedSonars sonars;
+    std::vector<std::string> warnings = own.warnings;
     for (std::size_t i = 0; i < own.sonars.size(); ++i)
       sonars.push_back(
-          shared_->prepare(i, own.prepared[i]->settings, own.usual_ping, materials, own.warnings));
-  const std::uint32_t instance = own.objects.add(std::move(object), pose);
-  if (new_material)
-    own.use(std::move(sonars), *shared_);
-  else
-    own.follow_objects(*shared_);
-  return instance;
+          shared_->prepare(i, own.prepared[i]->settings, own.usual_ping, materials, warnings));
+    own.use(std::move(sonars), *shared_);  // a table more does not matter if add() throws
+    own.warnings = std::move(warnings);
+  }
+  return own.objects.add(std::move(object), pose, shared_->parts.options.stop_check);
 }
 
 std::uint32_t Simulator::next_instance() const { return own_->objects.next_instance(); }
 
 void Simulator::move(std::uint32_t instance, const Pose& pose) {
   own_->objects.move(instance, pose);
-  own_->follow_objects(*shared_);
 }
 
-void Simulator::remove(std::uint32_t instance) {
-  own_->objects.remove(instance);
-  own_->follow_objects(*shared_);
-}
+void Simulator::remove(std::uint32_t instance) { own_->objects.remove(instance); }
 
 double Simulator::altitude_m(const Eigen::Vector3d& position) const {
   return position.z() - own_->bed.height_m(position.x(), position.y());

@@ -78,7 +78,7 @@ class Simulator {
   /// ignores it. Throws std::invalid_argument for an unknown material, a pose that is not finite or
   /// lies beyond 1e8 m, a mesh without faces, or more objects or class names than there are labels;
   /// refine::MeshError for a face whose vertex is not there, not finite or beyond 1e8 m;
-  /// MemoryError for a mesh that does not fit.
+  /// MemoryError for a mesh that does not fit; and what the stop_check throws.
   std::uint32_t add(MovingObject object, const Pose& pose);
   /// The instance that the next add() returns.
   std::uint32_t next_instance() const;
@@ -97,19 +97,19 @@ class Simulator {
 
   const Seafloor& seafloor() const;  ///< valid while this or a clone of it lives
   /// The sonars with their present settings and the bins of their digitisers. Valid until
-  /// set_sonar().
+  /// set_sonar() or add().
   std::span<const Sonar> sonars() const;
   /// The names that the numbers of the class and sediment layers stand for: the seafloor's, then
   /// those that add() added. Valid until the next add().
   std::span<const std::string> classes() const;
   std::span<const std::string> materials() const;
-  /// The scene's warnings, repairs of meshes, parameters outside their range, a short cast, a ping out of reach of the
-  /// seafloor; valid until the next call. All since the beginning, also those of settings that
-  /// set_sonar() has changed since. What lies outside a model's range is in Extrapolation
-  /// (extrapolation.h).
+  /// The scene's warnings, repairs of meshes, parameters outside their range, a short cast, a ping
+  /// out of reach of the seafloor; valid until the next call. All since the beginning, also those
+  /// of settings that set_sonar() has changed since. What lies outside a model's range is in
+  /// Extrapolation (extrapolation.h).
   std::span<const std::string> warnings() const;
   double sound_speed_mps() const;  ///< that converts time to range
-  /// What a display of the sonar needs; valid until its settings change. Throws std::out_of_range
+  /// What a display of the sonar needs; valid until set_sonar() or add(). Throws std::out_of_range
   /// for a number that no sonar has.
   const Calibration& calibration(std::size_t sonar) const;
 

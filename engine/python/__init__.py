@@ -9,7 +9,7 @@ lists what is known of each sample.
 """
 
 from ._ensonify import (EchoLine, Error, Image, MemoryError, MeshError, Pose, RecordedLine, RecordingError,
-                        SceneError, Simulator, __version__, images, layers, read_recording)
+                        SceneError, Simulator, __version__, _sonars, images, layers, read_recording)
 
 __all__ = ["EchoLine", "Error", "Image", "MemoryError", "MeshError", "Pose", "RecordedLine",
            "RecordingError", "SceneError", "Simulator", "images", "layers", "read_recording", "simulate"]
@@ -28,7 +28,7 @@ def simulate(scene, *, sonar=None, layer="intensity", keys=None, data="", cache=
     layer: which of `layers`; or a list of them, or "all", for a dict of arrays, by name, which share
     the image's memory. keys: changes, as {"track.altitude_m": 4}. data: the folder of `data:` paths
     (default: ENSONIFY_DATA). cache: the folder for analysed seafloors (default: ~/.cache/ensonify).
-    threads: 0 for one per core. progress(stage, done, of) is called now and then.
+    threads: 0 for one per core. progress(stage, done, of) is called now and then, by any thread.
 
     Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files,
     KeyError for an unknown sonar or layer, ValueError for a wrong number of threads, TypeError for a
@@ -39,9 +39,9 @@ def simulate(scene, *, sonar=None, layer="intensity", keys=None, data="", cache=
     for name in wanted:
         if name not in layers:
             raise KeyError(f"there is no layer {name!r}; there are: {', '.join(layers)}")
+    if sonar is not None and sonar not in (names := _sonars(scene, keys, data)):
+        raise KeyError(f"there is no sonar {sonar!r}; there are: {', '.join(names)}")
     made = images(scene, keys=keys, data=data, cache=cache, threads=threads, progress=progress)
-    if sonar is not None and sonar not in made:
-        raise KeyError(f"there is no sonar {sonar!r}; there are: {', '.join(made)}")
 
     def arrays(image):
         return image[layer] if single else {name: image[name] for name in wanted}

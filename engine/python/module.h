@@ -64,6 +64,16 @@ struct Line {
   std::string_view side() const { return name_of(line.side); }
 };
 
+/// Refuses to pickle and to copy objects of a class. (pybind11 ends the program if it is asked for
+/// the oldest of pickle's protocols.)
+template <class T>
+void refuse_pickle(py::class_<T>& type, const char* remedy) {
+  type.def("__reduce_ex__", [remedy](const py::object& self, int) -> py::object {
+    const std::string name = py::str(py::type::of(self).attr("__name__"));
+    throw py::type_error(name + " cannot be pickled or copied; " + remedy);
+  });
+}
+
 std::vector<std::string> layer_names();
 
 void add_ending(py::module_& module);

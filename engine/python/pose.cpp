@@ -1,6 +1,8 @@
 #include "module.h"
 
 #include <array>
+#include <charconv>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -62,21 +64,33 @@ Pose pose_of(const PoseNumbers& n) {
           .heading_rate_radps = n[12]};
 }
 
+/// The shortest number of degrees that a Pose makes this angle of; the nearest, if there is none.
+std::string degrees_text(double angle_rad) {
+  const double nearest_deg = angle_rad / degree;
+  for (int digits = 12; digits <= 17; ++digits)
+    for (const double towards : {nearest_deg, -HUGE_VAL, HUGE_VAL}) {
+      const std::string text = fmt::format("{:.{}g}", std::nextafter(nearest_deg, towards), digits);
+      double angle_deg = 0.0;
+      std::from_chars(text.data(), text.data() + text.size(), angle_deg);
+      if (angle_deg * degree == angle_rad) return text;
+    }
+  return fmt::format("{}", nearest_deg);
+}
+
 /// The Python expression of a pose, without the values that are 0.
 std::string text_of(const Pose& pose) {
-  // Twelve digits hide the rounding between degrees and radians.
-  const auto joined = [](const Triple& t) {
-    return fmt::format("{:.12g}, {:.12g}, {:.12g}", t[0], t[1], t[2]);
-  };
-  std::string text = "Pose(" + joined(triple(pose.position));
-  for (const auto& [name, value] : {std::pair{"t_s", pose.t_s},
-                                    {"roll_deg", pose.roll_rad / degree},
-                                    {"pitch_deg", pose.pitch_rad / degree},
-                                    {"heading_deg", pose.heading_rad / degree}})
-    if (value != 0.0) text += fmt::format(", {}={:.12g}", name, value);
-  for (const auto& [name, value] :
-       {std::pair{"velocity_mps", triple(pose.velocity_mps)}, {"rates_degps", rates_degps(pose)}})
-    if (value != Triple{}) text += fmt::format(", {}=({})", name, joined(value));
+  const auto [x_m, y_m, z_m] = triple(pose.position);
+  std::string text = fmt::format("Pose({}, {}, {}", x_m, y_m, z_m);
+  if (pose.t_s != 0.0) text += fmt::format(", t_s={}", pose.t_s);
+  for (const auto& [name, angle_rad] : {std::pair{"roll_deg", pose.roll_rad},
+                                        {"pitch_deg", pose.pitch_rad},
+                                        {"heading_deg", pose.heading_rad}})
+    if (angle_rad != 0.0) text += fmt::format(", {}={}", name, degrees_text(angle_rad));
+  if (const auto [east, north, up] = triple(pose.velocity_mps); !pose.velocity_mps.isZero(0.0))
+    text += fmt::format(", velocity_mps=({}, {}, {})", east, north, up);
+  if (rates_degps(pose) != Triple{})
+    text += fmt::format(", rates_degps=({}, {}, {})", degrees_text(pose.roll_rate_radps),
+                        degrees_text(pose.pitch_rate_radps), degrees_text(pose.heading_rate_radps));
   return text + ")";
 }
 
@@ -140,7 +154,13 @@ also an attribute that can be set. Poses compare by value, and pickle.)")
       .def(
           "__eq__", [](const Pose& a, const Pose& b) { return numbers_of(a) == numbers_of(b); },
           py::is_operator(), py::arg("other"))
-      .def(py::pickle(&numbers_of, &pose_of));
+      .def(py::pickle(&numbers_of, &pose_of))
+      // Python's own works only for protocols from 2 on.
+      .def("__reduce_ex__", [](const py::object& self, int) {
+        return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"),
+                              py::make_tuple(py::type::of(self)),
+                              numbers_of(self.cast<const Pose&>()));
+      });
 }
 
 }  // namespace ensonify::python

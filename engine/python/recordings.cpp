@@ -27,6 +27,7 @@ void add_recordings(py::module_& module) {
 
 Numbers are NumPy arrays with one value per ping, (pings,): metres, degrees, seconds; NaN where the
 file does not state them.)");
+  refuse_pickle(line, "read the file again, or use its arrays");
   line.def_readonly("format", &RecordedLine::format, "\"XTF\" or \"JSF\".")
       .def_readonly("sonar", &RecordedLine::sonar, "The sonar's name in the file, or \"\".")
       .def_readonly("frequency_hz", &RecordedLine::frequency_hz, "Hertz; 0 if not stated.")

@@ -122,11 +122,12 @@ std::vector<std::string> layer_names() {
 }
 
 void add_results(py::module_& module) {
-  py::class_<Line>(module, "EchoLine", R"(One side of one ping of a sonar, or one of its beams.
+  py::class_<Line> line(module, "EchoLine", R"(One side of one ping of a sonar, or one of its beams.
 
 line["intensity"] is a layer of it: a NumPy array of (bins,), from near to far, over the line's own
-memory, float32 or uint32. `ensonify.layers` lists the names.)")
-      .def_readonly("sonar", &Line::sonar, "The sonar's name.")
+memory, float32 or uint32. `ensonify.layers` lists the names.)");
+  refuse_pickle(line, "use its layers, as line[\"intensity\"]");
+  line.def_readonly("sonar", &Line::sonar, "The sonar's name.")
       .def_property_readonly("side", &Line::side, "\"port\" or \"starboard\".")
       .def_property_readonly(
           "beam", [](const Line& self) { return self.line.beam; },
@@ -146,11 +147,14 @@ A layer, (bins,). Raises KeyError for a name that is no layer's.)")
                            self.line.bins.range_m.size());
       });
 
-  py::class_<Image>(module, "Image", R"(All pings of a sonar.
+  py::class_<Image> image(module, "Image", R"(All pings of a sonar.
 
 image["intensity"] is a layer of it: a NumPy array of (pings, samples) over the image's own memory,
-float32 or uint32. The oldest ping is row 0. Columns are port from far to near, then starboard from
-near to far. `layers` lists the names.)")
+float32 or uint32. The oldest ping is row 0; of a sonar with several `beams` each beam of a ping is
+a row, and counts as a ping here: the rear one first. Columns are port from far to near, then
+starboard from near to far. `layers` lists the names.)");
+  refuse_pickle(image, "use its layers, as image[\"intensity\"]");
+  image
       .def_property_readonly(
           "sonar", [](const Image& self) { return self.waterfall.sonar.name; }, "The sonar's name.")
       .def_property_readonly(
@@ -161,7 +165,7 @@ near to far. `layers` lists the names.)")
           "(pings, samples)")
       .def_property_readonly(
           "poses", [](const Image& self) { return by_ping(self, &PingRow::pose); },
-          "The vehicle's true Pose at each ping.")
+          "The vehicle's true Pose at each ping; of several beams, as far along the array as each.")
       .def_property_readonly(
           "reported_poses", [](const Image& self) { return by_ping(self, &PingRow::reported); },
           "The Pose that the vehicle's navigation reports at each ping.")
@@ -202,6 +206,15 @@ A layer, (pings, samples). Raises KeyError for a name that is no layer's.)")
                            self.waterfall.rows(), self.waterfall.columns());
       });
 
+  module.def(
+      "_sonars",
+      [](const py::object& given, const py::object& keys, const fs::path& data) {
+        std::vector<std::string> names;
+        for (const Sonar& sonar : scene_of(given, keys, data).with().sonars)
+          names.push_back(sonar.name);
+        return names;
+      },
+      "The names of a scene's sonars.");
   module.def("images", &images, py::arg("scene"), py::kw_only(), py::arg("keys") = py::none(),
              py::arg("data") = "", py::arg("cache") = py::none(), py::arg("threads") = 0,
              py::arg("progress") = py::none(),
@@ -213,7 +226,7 @@ Every ping of a scene: a dict of an Image of each sonar, by name, in the scene's
 scene: a scene file's path, or a dict of the same keys. keys: changes, as {"track.altitude_m": 4}.
 data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the folder for analysed seafloors
 (default: ~/.cache/ensonify). threads: 0 for one per core. progress(stage, done, of) is
-called now and then, and what it raises ends the work, as does Ctrl-C.
+called now and then, by any thread, and what it raises ends the work, as does Ctrl-C.
 
 Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files,
 ValueError for a wrong number of threads, TypeError for a value that no scene holds.)");

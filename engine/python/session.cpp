@@ -1,7 +1,10 @@
 #include "module.h"
 
+#include <atomic>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
@@ -47,11 +50,23 @@ class Session {
                                                         .stop_check = interpreter_check()});
   }
 
-  /// Calls f(simulator) with no other thread inside, and the interpreter free.
+  /// Calls f(simulator) with no other thread inside, and the interpreter free. Throws for a thread
+  /// that is inside: a signal's handler, which runs in the midst of a ping.
   template <class F>
   auto alone(F&& f) {
+    if (inside_ == std::this_thread::get_id())
+      throw std::runtime_error(
+          "this Simulator is in the midst of a call, which a signal has interrupted; call it after "
+          "that, not in the signal's handler");
     const FreeInterpreter unlocked;
     const std::lock_guard guard(mutex_);
+    struct Inside {
+      std::atomic<std::thread::id>& id;
+      explicit Inside(std::atomic<std::thread::id>& its) : id(its) {
+        id = std::this_thread::get_id();
+      }
+      ~Inside() { id = std::thread::id(); }
+    } const inside(inside_);
     return f(*simulator_);
   }
 
@@ -136,6 +151,7 @@ class Session {
   std::unique_ptr<Simulator> simulator_;
   std::uint64_t next_ping_ = 0;  // under mutex_
   std::mutex mutex_;
+  std::atomic<std::thread::id> inside_{};  // the thread that has mutex_
 };
 
 std::vector<std::string> copied(std::span<const std::string> names) {
@@ -145,8 +161,8 @@ std::vector<std::string> copied(std::span<const std::string> names) {
 }  // namespace
 
 void add_simulator(py::module_& module) {
-  py::class_<Session>(module, "Simulator",
-                      R"(Simulator(scene, *, keys=None, data='', cache=None, threads=0)
+  py::class_<Session> simulator(module, "Simulator",
+                                R"(Simulator(scene, *, keys=None, data='', cache=None, threads=0)
 --
 
 A scene made ready, to be pinged from any pose.
@@ -156,9 +172,12 @@ scene: a scene file's path, or a dict of the same keys. keys: changes to it, as
 folder for analysed seafloors (default: ~/.cache/ensonify). threads: how many make the scene ready
 (0: one per core).
 
-Any thread may call it; calls run one after another. The interpreter is free meanwhile. Raises
+Any thread may call it; calls run one after another. The interpreter is free meanwhile. A signal's
+handler that calls it in the midst of a call raises RuntimeError. Raises
 SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files, ValueError
-for a wrong number of threads, TypeError for a value that no scene holds.)")
+for a wrong number of threads, TypeError for a value that no scene holds.)");
+  refuse_pickle(simulator, "make one of the same scene");
+  simulator
       .def(py::init<const py::object&, const py::object&, const fs::path&,
                     const std::optional<fs::path>&, int>(),
            py::arg("scene"), py::kw_only(), py::arg("keys") = py::none(), py::arg("data") = "",

@@ -96,29 +96,35 @@ std::vector<std::string> SessionObjects::materials_with(const std::string& mater
   return names;
 }
 
-std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose) {
+std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose,
+                                  const std::function<void()>& stop_check) {
   check(object, pose);
-  refine::TriangleMesh mesh = object.mesh;
-  bool closed = refine::encloses_volume(mesh);
+  bool closed = refine::encloses_volume(object.mesh);
   if (!closed) {  // perhaps because it is inside out, or its faces have no common vertices
-    refine::TriangleMesh repaired = refine::repair(mesh).mesh;
+    refine::TriangleMesh repaired = refine::repair(object.mesh).mesh;
     closed = refine::encloses_volume(repaired);
-    if (closed) object.mesh = mesh = std::move(repaired);
+    if (closed) object.mesh = std::move(repaired);
   }
-  const std::size_t body = faces_.add(std::move(object.mesh), place_of(pose));
-  if (labels_.size() <= body) {
-    labels_.resize(body + 1);
-    made_.resize(body + 1);
-    surfaces_.resize(body + 1);
-  }
-  made_[body] = ObjectSurface(mesh, static_cast<std::uint16_t>(fixed_labels_ + body));
-  made_[body].place_at(place_of(pose), surfaces_[body]);
-  const std::size_t instance = first_instance_ + body;
-  labels_[body] = {
-      .sediment = static_cast<std::uint16_t>(join(materials_, std::move(object.material))),
-      .class_id = static_cast<std::uint16_t>(join(classes_, std::move(object.class_name))),
+  const std::size_t body = faces_.free_body(), instance = first_instance_ + body;
+  ObjectSurface made(object.mesh, static_cast<std::uint16_t>(fixed_labels_ + body), stop_check),
+      surface;
+  made.place_at(place_of(pose), surface);
+  std::vector<std::string> materials = materials_, classes = classes_;
+  const Label label{
+      .sediment = static_cast<std::uint16_t>(join(materials, std::move(object.material))),
+      .class_id = static_cast<std::uint16_t>(join(classes, std::move(object.class_name))),
       .instance = static_cast<std::uint16_t>(instance),
       .two_sided = !closed};
+  labels_.resize(std::max(labels_.size(), body + 1));
+  made_.resize(labels_.size());
+  surfaces_.resize(labels_.size());
+  faces_.add(std::move(object.mesh), place_of(pose));
+  // From here on nothing throws.
+  made_[body] = std::move(made);
+  surfaces_[body] = std::move(surface);
+  labels_[body] = label;
+  materials_ = std::move(materials);
+  classes_ = std::move(classes);
   return static_cast<std::uint32_t>(instance);
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,9 @@ class SessionObjects {
 
   /// The instance that the next add() returns.
   std::uint32_t next_instance() const;
-  /// Returns the object's instance. Does not check the material.
-  std::uint32_t add(MovingObject object, const Pose& pose);
+  /// Returns the object's instance. Does not check the material. What stop_check throws ends it.
+  std::uint32_t add(MovingObject object, const Pose& pose,
+                    const std::function<void()>& stop_check = {});
   void move(std::uint32_t instance, const Pose& pose);
   void remove(std::uint32_t instance);
 

@@ -66,6 +66,7 @@ Simulator::SharedState::SharedState(const Scene& of, const Preparation& how)
       warnings(of.warnings),
       bed_shares(seafloor.material_shares()) {
   parts.options.stop_check = how.stop_check;
+  warnings.insert(warnings.end(), prepared->warnings.begin(), prepared->warnings.end());
   warnings.insert(warnings.end(), seafloor.warnings.begin(), seafloor.warnings.end());
   require_sea_over(bounds, of.seafloor);
   std::mutex reporting;
@@ -168,34 +169,47 @@ Simulator::ThreadState::ThreadState(const SharedState& shared)
   use(shared.sonars, shared);
 }
 
-void Simulator::ThreadState::use(PreparedSonars others, const SharedState& shared) {
-  prepared = std::move(others);
-  heights = shared.heights(objects);
-  sonars.clear();
-  beams.clear();
-  lines.clear();
-  for (const auto& its : prepared) {
-    const Sonar& sonar = its->sonar;
-    for (int beam = 0; beam < sonar.beams; ++beam)
-      beams.push_back({.sonar = sonars.size(),
-                       .mounting = sonar.mounting.ahead(sonar.beam_offset_m(beam)),
-                       .tracer = {sonar, its->medium, shared.seafloor, its->material_tables,
-                                  shared.refraction(*its, heights), &objects.labels(),
-                                  ObjectSurfaces{.fixed = &shared.objects,
-                                                 .moving = &objects.surfaces(),
-                                                 .smooth_specular = its->smooth_specular,
-                                                 .buried = &shared.buried,
-                                                 .sediments = its->sediments,
-                                                 .mirrors = its->mirrors},
-                                  beam}});
-    sonars.push_back(sonar);
+std::vector<Simulator::ThreadState::BeamTracer> Simulator::ThreadState::beams_of(
+    const PreparedSonars& of, const HeightRange& range, const SharedState& shared) const {
+  std::vector<BeamTracer> all;
+  for (std::size_t i = 0; i < of.size(); ++i) {
+    const PreparedSonar& its = *of[i];
+    for (int beam = 0; beam < its.sonar.beams; ++beam)
+      all.push_back({.sonar = i,
+                     .mounting = its.sonar.mounting.ahead(its.sonar.beam_offset_m(beam)),
+                     .tracer = {its.sonar, its.medium, shared.seafloor, its.material_tables,
+                                shared.refraction(its, range), &objects.labels(),
+                                ObjectSurfaces{.fixed = &shared.objects,
+                                               .moving = &objects.surfaces(),
+                                               .smooth_specular = its.smooth_specular,
+                                               .buried = &shared.buried,
+                                               .sediments = its.sediments,
+                                               .mirrors = its.mirrors},
+                                beam}});
   }
+  return all;
+}
+
+void Simulator::ThreadState::use(PreparedSonars others, const SharedState& shared) {
+  const HeightRange range = shared.heights(objects);
+  std::vector<BeamTracer> its_beams = beams_of(others, range, shared);
+  std::vector<Sonar> its_sonars;
+  for (const auto& its : others) its_sonars.push_back(its->sonar);
+  // From here on nothing throws, except that a run's counters, which change no ping, begin again.
+  beams = std::move(its_beams);
+  sonars = std::move(its_sonars);
+  prepared = std::move(others);
+  heights = range;
+  lines.clear();
   if (!visibility_counters.empty()) count_object_visibility(shared);
 }
 
 void Simulator::ThreadState::follow_objects(const SharedState& shared) {
-  const bool bent = shared.scene.sea.refraction == RefractionMode::full;
-  if (bent && heights != shared.heights(objects)) use(PreparedSonars(prepared), shared);
+  if (shared.scene.sea.refraction != RefractionMode::full) return;
+  const HeightRange range = shared.heights(objects);
+  if (heights == range) return;
+  beams = beams_of(prepared, range, shared);
+  heights = range;
 }
 
 void Simulator::ThreadState::count_object_visibility(const SharedState& shared) {

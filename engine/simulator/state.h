@@ -81,7 +81,7 @@ struct Simulator::ThreadState {
 
   /// Pings with these sonars from now on.
   void use(PreparedSonars others, const SharedState& shared);
-  /// Makes ready for the places where the added objects now are.
+  /// Makes ready for the places where the added objects now are; each aim() does.
   void follow_objects(const SharedState& shared);
   void count_object_visibility(const SharedState& shared);
   void make_lines();
@@ -102,6 +102,8 @@ struct Simulator::ThreadState {
     Mounting mounting;
     PingTracer tracer;
   };
+  std::vector<BeamTracer> beams_of(const PreparedSonars& of, const HeightRange& range,
+                                   const SharedState& shared) const;
   std::vector<BeamTracer> beams;                       // of each sonar in turn
   std::vector<VisibilityCounter> visibility_counters;  // one per sonar, or none
   std::vector<EchoLine> lines;                         // of each beam in turn

@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdlib>
 #include <new>
+#include <utility>
 #include <vector>
 
 #include "support/catch.h"
@@ -19,11 +21,12 @@
 namespace {
 std::atomic<std::size_t> allocations = 0;
 std::atomic<std::ptrdiff_t> alive = 0;
+std::atomic<std::size_t> failing = 0;  // the allocation of this count; 0: none
 }  // namespace
 
 // Counts every C++ allocation of this test program.
 void* operator new(std::size_t size) {
-  ++allocations;
+  if (++allocations == failing) throw std::bad_alloc();
   ++alive;
   if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
   throw std::bad_alloc();
@@ -183,4 +186,49 @@ TEST_CASE("a steady refinement allocates nothing, nor does a steady query") {
   }
   CHECK(allocations == before);
   CHECK(faces > 10000);
+}
+
+TEST_CASE("an add() that runs out of memory changes nothing, and can be called again") {
+  Scene scene = small_scene();
+  scene.sonars.front().bins = 50;
+  const Simulator whole(scene);
+  const MovingObject object{.mesh = {.positions = {{-2, -2, 0}, {2, -2, 0}, {0, 2, 0}, {0, 0, 3}},
+                                     .faces = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}},
+                            .material = "steel",
+                            .class_name = "pyramid"};
+  const Pose place{.position = {8, 0, -19}};
+  const auto heard = [](Simulator& session) {
+    const EchoLine& line = session.ping_numbered({.position = {0, 0, -12}}, 0)[1];
+    return std::pair(line.bins.intensity, line.bins.instance);
+  };
+  Simulator session = whole.clone_for_thread();
+  const auto without = heard(session);
+  const std::size_t before = allocations;
+  session.add(object, place);
+  const std::size_t needed = allocations - before;
+  const auto with = heard(session);
+  REQUIRE(with != without);
+  REQUIRE(needed > 40);
+  std::size_t failed = 0;
+  for (std::size_t left = 0; left < 40; ++left) {
+    CAPTURE(left);
+    session = whole.clone_for_thread();
+    failing = allocations + needed - left;
+    bool fails = false;
+    try {
+      session.add(object, place);
+    } catch (const std::bad_alloc&) {
+      fails = true;
+    }
+    failing = 0;
+    if (!fails) continue;  // an allocation that may fail, as of a sort
+    ++failed;
+    CHECK(session.next_instance() == 1);
+    CHECK(session.materials().size() == whole.materials().size());
+    CHECK(session.classes().size() == whole.classes().size());
+    CHECK((heard(session) == without));
+    CHECK(session.add(object, place) == 1);
+    CHECK((heard(session) == with));
+  }
+  CHECK(failed > 30);
 }

@@ -17,6 +17,7 @@
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/mesh_reader.h>
@@ -241,6 +242,20 @@ TEST_CASE("a cache that cannot be written is a warning") {
   REQUIRE(!report.warnings.empty());
   CHECK(report.warnings.back().find("--cache names another folder") != std::string::npos);
   CHECK(report.origin.cache_file.empty());
+  const Simulator session(scene, {.cache = folder / "file/cache"});
+  REQUIRE(!session.warnings().empty());
+  CHECK_THAT(session.warnings().front(), Catch::Contains("--cache names another folder"));
+}
+
+TEST_CASE("values of a scene of which no seafloor can be made are a SceneError") {
+  Scene scene = small_scene();
+  scene.seafloor.fractal.height_at_1m_m = 5.0;
+  scene.seafloor.depth_m = 2.0;
+  for (const char* surface : {"auto", "static", "refined", "footprint"}) {
+    scene.run.surface = surface;
+    CHECK_THROWS_AS(Simulator(scene), SceneError);
+    CHECK_THROWS_WITH(Simulator(scene), Catch::Contains(" m above the sea surface"));
+  }
 }
 
 TEST_CASE("trimming the cache keeps what was just saved") {
@@ -377,7 +392,7 @@ TEST_CASE("a scene may name an analysed seafloor, which has its bed, objects and
     CHECK(found.at("sidescan_pings.csv") == expected.at("sidescan_pings.csv"));
   }
   scene.objects = source.objects;
-  CHECK_THROWS_AS(prepare_seafloor(scene, {}), std::invalid_argument);
+  CHECK_THROWS_AS(prepare_seafloor(scene, {}), SceneError);
 
   write_text(folder / "bed.mesh", read_text(folder / "bed.mesh").substr(0, 5000));
   scene.objects.clear();

@@ -325,6 +325,22 @@ TEST_CASE("an object is seen where it was moved to") {
   CHECK(bins_of(session.ping_numbered(level, 0), cube_of_2m) == 0);
 }
 
+TEST_CASE("bent rays follow the last of several changes of the objects") {
+  const tests::TemporaryFolder folder;
+  const Scene scene = bent_scene(folder);
+  Simulator session(scene), fresh(scene);
+  const MovingObject object{.mesh = cube(1.0f)};
+  const std::uint32_t added = session.add(object, {.position = {10, 0, -100}});
+  session.move(added, {.position = {10, 0, -400}});
+  const std::uint32_t other = session.add(object, {.position = {10, 0, -900}});
+  session.ping_numbered(beside, 0);
+  session.remove(other);
+  session.move(added, {.position = {10, 0, -12}});
+  const std::vector<double> heard = numbers(session.ping_numbered(beside, 0));
+  fresh.add(object, {.position = {10, 0, -12}});
+  CHECK(heard == numbers(fresh.ping_numbered(beside, 0)));
+}
+
 TEST_CASE("an object under the bed is hidden by it") {
   Simulator session(bare_scene());
   const std::vector<double> before = numbers(session.ping_numbered(beside, 0));
@@ -397,6 +413,20 @@ TEST_CASE("invalid calls are refused and change nothing") {
     CHECK_THROWS_AS(session.set_sonar(0, named), SceneError);
   }
   CHECK(session.materials().size() == 2);
+  CHECK(numbers(session.ping_numbered(beside, 0)) == before);
+}
+
+TEST_CASE("an add() that the stop check ends changes nothing") {
+  struct Stop {};
+  bool stop = false;
+  Simulator session(bare_scene(), {.stop_check = [&] {
+                      if (stop) throw Stop();
+                    }});
+  const std::vector<double> before = numbers(session.ping_numbered(beside, 0));
+  stop = true;
+  CHECK_THROWS_AS(session.add({.mesh = cube(1.0f), .material = "wood"}, beside), Stop);
+  stop = false;
+  CHECK(session.next_instance() == 1);
   CHECK(numbers(session.ping_numbered(beside, 0)) == before);
 }
 

@@ -130,7 +130,7 @@ class Images(unittest.TestCase):
         with self.assertRaisesRegex(TypeError, "keys is a list, expected a dict"):
             ensonify.simulate(scene, keys=[])
         with self.assertRaisesRegex(KeyError, "no sonar 'x'"):
-            ensonify.simulate(scene, sonar="x")
+            ensonify.simulate(scene, sonar="x", progress=self.fail_with(AssertionError("it was computed")))
         with self.assertRaisesRegex(KeyError, "no layer 'x'"):
             ensonify.simulate(scene, layer="x")
         with self.assertRaisesRegex(ZeroDivisionError, "mine"):
@@ -212,6 +212,13 @@ class Images(unittest.TestCase):
             self.assertEqual(image.attributes["range_m"], 15.0)
             self.assertEqual(image.attributes["units_range_m"], "m")
 
+    def test_what_cannot_be_pickled_says_what_to_use(self):
+        simulator = ensonify.Simulator(scene)
+        for item in (simulator, simulator.ping(ensonify.Pose(0, 0, -12))[0], ensonify.images(scene)["left-right"]):
+            for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
+                with self.assertRaisesRegex(TypeError, "^(Simulator|EchoLine|Image) cannot be pickled or copied; "):
+                    pickle.dumps(item, protocol)
+
     def test_numbers_and_arrays_of_numpy_are_numbers_and_lists(self):
         square = [[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]]
         def with_patch(polygon, number, whole, truth):
@@ -274,10 +281,15 @@ class Poses(unittest.TestCase):
         self.assertEqual(repr(self.pose), "Pose(1, 2.5, -12, t_s=0.1, roll_deg=-3, pitch_deg=4, heading_deg=10, "
                                           "velocity_mps=(0, 2, 0.1), rates_degps=(1, 2, 3))")
         self.assertEqual(repr(ensonify.Pose(0, 0, -1)), "Pose(0, 0, -1)")
-        self.assertEqual(eval(repr(self.pose), {"Pose": ensonify.Pose}), self.pose)
+        utm = ensonify.Pose(500000.123456, 6200000.123456789, -3.0000000012345, t_s=1700000000.123456,
+                            roll_deg=1 / 3, pitch_deg=-2 / 7, heading_deg=359.99999999999994,
+                            velocity_mps=(1 / 3, 0, 0), rates_degps=(1 / 7, 0, 1e-5))
+        for pose in (self.pose, utm):
+            self.assertEqual(eval(repr(pose), {"Pose": ensonify.Pose}), pose)
 
     def test_poses_compare_pickle_and_copy(self):
-        for again in (pickle.loads(pickle.dumps(self.pose)), copy.deepcopy(self.pose), copy.copy(self.pose)):
+        for again in (*(pickle.loads(pickle.dumps(self.pose, protocol)) for protocol in range(pickle.HIGHEST_PROTOCOL + 1)),
+                      copy.deepcopy(self.pose), copy.copy(self.pose)):
             self.assertIsNot(again, self.pose)
             self.assertEqual(again, self.pose)
         other = copy.copy(self.pose)
@@ -488,6 +500,41 @@ class Sessions(unittest.TestCase):
             signal.signal(signal.SIGALRM, before)
         for line, again in zip(whole, simulator.ping(self.pose, 0)):
             numpy.testing.assert_array_equal(line["intensity"], again["intensity"])
+
+    def test_a_signal_s_handler_cannot_call_a_simulator_in_the_midst_of_a_call(self):
+        simulator = ensonify.Simulator(scene, keys={"sonar.left-right.elevations": 40000, "run.intersector": "pluecker"})
+        before = signal.signal(signal.SIGALRM, lambda *_: simulator.classes)
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0.05)
+            with self.assertRaisesRegex(RuntimeError, "in the midst of a call"):
+                for _ in range(100):
+                    simulator.ping(self.pose, 0)
+        finally:
+            signal.signal(signal.SIGALRM, before)
+        self.assertEqual(len(simulator.ping(self.pose)), 2)
+
+    def test_control_c_ends_an_add_that_changes_nothing(self):
+        def interrupt(*_):
+            raise KeyboardInterrupt
+
+        n = 200
+        x, y = (0.01 * a.ravel() for a in numpy.meshgrid(numpy.arange(n), numpy.arange(n)))
+        corner = (n * numpy.arange(n - 1)[:, None] + numpy.arange(n - 1)).ravel()
+        faces = numpy.concatenate([numpy.stack([corner, corner + 1, corner + n], 1),
+                                   numpy.stack([corner + 1, corner + n + 1, corner + n], 1)])
+        mesh = numpy.stack([x, y, 0.1 * numpy.sin(3 * x) * numpy.cos(5 * y)], 1), faces
+        simulator = ensonify.Simulator(scene)
+        begin = time.monotonic()
+        simulator.remove(simulator.add_mesh(*mesh, self.pose))
+        takes = time.monotonic() - begin
+        before = signal.signal(signal.SIGALRM, interrupt)
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0.3 * takes)
+            with self.assertRaises(KeyboardInterrupt):
+                simulator.add_mesh(*mesh, self.pose)
+        finally:
+            signal.signal(signal.SIGALRM, before)
+        self.assertEqual(simulator.add_mesh(*cube(1), self.pose), 1)
 
     def test_a_sonar_is_set(self):
         simulator = ensonify.Simulator(scene)
