@@ -651,6 +651,23 @@ TEST_CASE("below the mean of the bed, but over none, other paths have a finite l
   }
 }
 
+TEST_CASE("where the water absorbs an echo to nothing, other paths have a finite level") {
+  Scene scene = bare_scene();
+  scene.sonars.front().frequency_hz = 2e6;
+  scene.sonars.front().range_m = 3000.0;
+  scene.speckle = false;
+  using Path = bool OtherPathsOptions::*;
+  for (const Path path : {&OtherPathsOptions::second_time_around, &OtherPathsOptions::surface,
+                          &OtherPathsOptions::volume, &OtherPathsOptions::multiples}) {
+    scene.arrivals = {};
+    scene.arrivals.*path = true;
+    Simulator session(scene);
+    for (const EchoLine& line : session.ping(beside))
+      CHECK(
+          std::ranges::all_of(line.bins.intensity, [](float i) { return i >= 0.0f && i < 1e30f; }));
+  }
+}
+
 TEST_CASE("eight threads, each with a simulator, receive the same as one thread") {
   const Scene scene = bare_scene();
   const auto session = [&] {

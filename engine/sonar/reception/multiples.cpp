@@ -6,6 +6,13 @@
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
+namespace {
+
+/// A direct echo of less than -2900 dB, which the water has absorbed, is none: its quotients would
+/// be no numbers.
+constexpr double least_direct = 1e-290;
+
+}  // namespace
 
 // Sums of the direct energy up to each bin, for a sonar at rest and without the vertical pattern of
 // the direct path. Where that pattern suppresses the bed, the bins hold little more than side lobes
@@ -105,10 +112,12 @@ OtherPaths::MultipleSource OtherPaths::source_of_multiple(const MultiplePath& pa
   if (path.count > 1.0 && !plane.at_rest())
     both = 0.5 * (both + beams(back, back_down, out, out_down));
   // Spreading and absorption of the legs relative to those of the direct path.
+  const double direct = law_.per_m2_at(r);
+  if (!(direct > least_direct)) return {r, 0.0};
   const double strengths = bed_strength(out_sine) * bed_strength(back_sine);
-  double gain =
-      path.count * both * std::sqrt(strengths * law_.per_m2_at(out) * law_.per_m2_at(back)) /
-      (bed_strength(plane.cos_pitch * bed_m / r) * law_.per_m2_at(r)) / beams_->overlap_m(r, r);
+  double gain = path.count * both *
+                std::sqrt(strengths * law_.per_m2_at(out) * law_.per_m2_at(back)) /
+                (bed_strength(plane.cos_pitch * bed_m / r) * direct) / beams_->overlap_m(r, r);
   const auto through_bubbles = [&](double sine) {
     const double grazing_rad = std::asin(std::min(sine, 1.0));
     return scatter::from_db(-scatter::bubble_loss_db(surface_, grazing_rad));
