@@ -64,9 +64,9 @@ std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
 /// ping costs least, because the analysis may not pay off. Not for a bed that is made in tiles.
 Scene with_session_surface(Scene scene);
 
-/// Makes the scene's seafloor. Throws what make_seafloor does; a fault that names a layer or an
-/// object becomes a SceneError with its place in the scene's file; MemoryError for a mesh that does
-/// not fit.
+/// Makes the scene's seafloor. Throws what make_seafloor does, but a SceneError in place of
+/// std::invalid_argument, and for a fault that names a layer or an object, with its place in the
+/// scene's file; MemoryError for a mesh that does not fit.
 Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan = {}, BedForm form = BedForm::mesh,
                      const WorkControl& control = {});
 
