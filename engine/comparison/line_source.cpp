@@ -39,22 +39,6 @@ RecordedLine line_of_recording(const fs::path& file, const std::string& sonar) {
   return std::move(line);
 }
 
-/// Rows of a run's image are port far to near, then starboard near to far.
-void add_rows(const Sonar& sonar, const std::vector<float>& values, std::size_t rows,
-              RecordedLine& line) {
-  const std::size_t bins = line.samples, columns = values.size() / rows;
-  for (std::size_t row = 0; row < rows; ++row) {
-    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(row * columns);
-    const auto half = begin + static_cast<std::ptrdiff_t>(bins);
-    if (sonar.sides != Sides::starboard)
-      line.port.insert(line.port.end(), std::make_reverse_iterator(half),
-                       std::make_reverse_iterator(begin));
-    if (sonar.sides == Sides::starboard) line.starboard.insert(line.starboard.end(), begin, half);
-    if (sonar.sides == Sides::both)
-      line.starboard.insert(line.starboard.end(), half, half + static_cast<std::ptrdiff_t>(bins));
-  }
-}
-
 RecordedLine line_of_run(const fs::path& folder, const std::string& sonar) {
   const RecordedRun run = read_recorded_run(folder, sonar, Positions::navigation);
   RecordedLine line{.format = "run",
@@ -68,7 +52,7 @@ RecordedLine line_of_run(const fs::path& folder, const std::string& sonar) {
   for (const fs::path& file : run.images) {
     ImageReader image(file);
     image.read(0, image.rows(), layers, values);
-    add_rows(run.sonar, values.front(), image.rows(), line);
+    add_image_rows(run.sonar.sides, values.front(), image.rows(), line);
   }
   for (std::size_t i = 0; i < run.pings.size(); ++i)
     line.pings.push_back({.number = i,

@@ -2,9 +2,9 @@
 
 #include <cmath>
 #include <cstdint>
-#include <iterator>
 #include <string>
 
+#include <ensonify/engine/comparison/line_source.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/ping_all.h>
@@ -40,7 +40,7 @@ RecordedLine simulated_line(const LineModel& model, const std::filesystem::path&
                     .sonar = image.sonar.name,
                     .frequency_hz = image.sonar.frequency_hz,
                     .samples = static_cast<std::size_t>(image.sonar.bins)};
-  const std::size_t bins = line.samples, columns = image.columns();
+  add_image_rows(image.sonar.sides, image.pixels.sample, image.rows(), line);
   for (std::size_t row = 0; row < image.rows(); ++row) {
     // The path may leave pings out.
     const double interval_s = model.path.ping_interval_s,
@@ -48,15 +48,7 @@ RecordedLine simulated_line(const LineModel& model, const std::filesystem::path&
     line.pings.push_back({.number = static_cast<std::uint64_t>(std::lround(number)),
                           .altitude_m = model.path.altitude_m[row] + model.altitude_shift_m,
                           .range_m = image.sonar.range_m,
-                          .samples = bins});
-    const auto begin = image.pixels.sample.begin() + static_cast<std::ptrdiff_t>(row * columns);
-    const auto half = begin + static_cast<std::ptrdiff_t>(bins);
-    if (model.port)
-      line.port.insert(line.port.end(), std::make_reverse_iterator(half),
-                       std::make_reverse_iterator(begin));
-    if (model.starboard)
-      line.starboard.insert(line.starboard.end(), model.port ? half : begin,
-                            begin + static_cast<std::ptrdiff_t>(columns));
+                          .samples = line.samples});
   }
   return line;
 }

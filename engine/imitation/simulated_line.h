@@ -13,7 +13,7 @@ namespace ensonify::engine {
 using AfterPings = std::function<void(std::size_t done, std::size_t of)>;
 
 /// Writes the model's scene into the folder and makes its pings, as a recorded line.
-/// `automatic_gain_db` receives the recorder's gain at 1 m. Throws as Simulator.
+/// `gain_db` receives the recorder's gain at 1 m. Throws as Simulator.
 RecordedLine simulated_line(const LineModel& model, const std::filesystem::path& folder,
                             int threads, const AfterPings& after_pings, double* gain_db = nullptr);
 
