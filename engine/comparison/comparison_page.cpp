@@ -42,7 +42,7 @@ std::string html_text(const std::string& text) {
 }
 
 Picture picture_of(const RecordedLine& line) {
-  const std::size_t sides = !line.port.empty() + !line.starboard.empty();
+  const std::size_t sides = line.sides().size();
   const std::size_t per_column = covered(sides * line.samples, max_columns);
   const std::size_t per_row = covered(line.pings.size(), max_rows);
   const std::size_t half = (line.samples + per_column - 1) / per_column;

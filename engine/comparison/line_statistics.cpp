@@ -199,10 +199,9 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
                                            std::size_t end) {
   Samples samples;
   float full_scale = 0.0f;
-  for (const Side side : {Side::port, Side::starboard})
+  for (const Side side : line.sides())
     for (const float value : line.side(side)) full_scale = std::max(full_scale, value);
-  for (const Side side : {Side::port, Side::starboard})
-    if (!line.side(side).empty()) add_side(line, side, first, end, full_scale, samples);
+  for (const Side side : line.sides()) add_side(line, side, first, end, full_scale, samples);
 
   std::vector<LineStatistic> all;
   const auto add = [&](std::string name, double value, CurvePart part = {}) {

@@ -24,11 +24,11 @@ constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 void set_full_scale(const RecordedLine& line, RecorderSigns& signs) {
   float largest = 0.0f;
   std::size_t samples = 0;
-  for (const Side side : {Side::port, Side::starboard})
+  for (const Side side : line.sides())
     for (const float value : line.side(side)) largest = std::max(largest, value);
   std::size_t at_largest = 0;
   bool whole = true;
-  for (const Side side : {Side::port, Side::starboard})
+  for (const Side side : line.sides())
     for (const float value : line.side(side)) {
       at_largest += value == largest;
       whole = whole && value == std::floor(value);
@@ -57,8 +57,7 @@ struct Spread {
 };
 std::vector<Spread> spreads(const RecordedLine& line, double full_scale) {
   std::vector<Spread> all;
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     const std::vector<std::size_t> bed = bed_edge(line, side);
     for (std::size_t ping = 0; ping + block_pings <= line.pings.size(); ping += block_pings) {
       const std::size_t begin =
@@ -222,8 +221,7 @@ void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
   };
   std::vector<Row> rows;
   const std::size_t begin = line.samples / 50;  // beyond the transmitted pulse
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
       const std::span<const float> row = line.row(side, ping).subspan(begin);
       Row& one = rows.emplace_back();
@@ -266,8 +264,7 @@ std::size_t column_begin(const RecordedPing& ping, std::size_t bed) {
 void set_column(const RecordedLine& line, RecorderSigns& signs) {
   constexpr double over_column = 4.0;
   std::vector<double> lengths_m, columns;
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     const std::vector<std::size_t> bed = bed_edge(line, side);
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
       if (bed[ping] < 24 || bed[ping] >= line.samples) continue;
@@ -280,8 +277,7 @@ void set_column(const RecordedLine& line, RecorderSigns& signs) {
       const double threshold = over_column * columns.back();
       std::size_t k = 0;
       while (k < bed[ping] / 3 && row[k] > threshold) ++k;
-      lengths_m.push_back(static_cast<double>(k) * line.pings[ping].range_m /
-                          static_cast<double>(line.samples));
+      lengths_m.push_back(line.sample_range_m(ping, k));
     }
   }
   const double floor = median(std::move(columns)) / signs.full_scale;
@@ -341,8 +337,7 @@ std::array<std::vector<LevelAtRange>, grazing_cells> levels_at_ranges(
     if (recorder.ping_mean > 0.0 && !(floor > 0.0)) continue;
     const double scale_db = recorder.ping_mean > 0.0 ? scatter::amplitude_to_db(floor) : 0.0;
     const GrazingLevels levels = grazing_levels(line, side, recorder, ping, ping + block, 8);
-    const double altitude_m = static_cast<double>(bed[middle]) * line.pings[middle].range_m /
-                              static_cast<double>(line.samples);
+    const double altitude_m = line.sample_range_m(middle, bed[middle]);
     for (std::size_t cell = low_cell; cell < high_cell; ++cell)
       if (std::isfinite(levels[cell]))
         points[cell].push_back({ping / block,
@@ -450,19 +445,17 @@ GrazingLevels grazing_levels(const RecordedLine& line, Side side, const Recorder
 std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
                                                      const RecorderSigns& recorder) {
   std::array<GrazingLevels, 2> levels;
-  for (const Side side : {Side::port, Side::starboard}) {
-    GrazingLevels& its = levels[static_cast<std::size_t>(side)];
-    its.fill(unknown);
-    if (!line.side(side).empty()) its = grazing_levels(line, side, recorder, 0, line.pings.size());
-  }
+  for (GrazingLevels& side : levels) side.fill(unknown);
+  for (const Side side : line.sides())
+    levels[static_cast<std::size_t>(side)] =
+        grazing_levels(line, side, recorder, 0, line.pings.size());
   return levels;
 }
 
 double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder) {
   std::vector<std::vector<LevelAtRange>> cells;  // of both sides
   std::size_t blocks = 0;
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     for (std::vector<LevelAtRange>& cell : levels_at_ranges(line, side, recorder)) {
       if (cell.size() < 4) continue;
       blocks = std::max(blocks, cell.back().block + 1);

@@ -1,7 +1,6 @@
 #include <ensonify/engine/imitation/vehicle_path.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -269,10 +268,9 @@ void set_altitudes(const RecordedLine& line, VehiclePath& path) {
   path.altitude_m.resize(pings);
   for (std::size_t i = 0; i < ranges.size(); ++i)
     path.altitude_m[i] = ranges[i] * (path.pitch_rad.empty() ? 1.0 : std::cos(path.pitch_rad[i]));
-  const bool shown = !ranges.empty() &&
-                     std::ranges::any_of(std::array{Side::port, Side::starboard}, [&](Side side) {
-                       return !line.side(side).empty() && !find_bed(line, side).stated;
-                     });
+  const bool shown = !ranges.empty() && std::ranges::any_of(line.sides(), [&](Side side) {
+    return !find_bed(line, side).stated;
+  });
   path.altitude = shown ? Evidence{Confidence::measured, "bottom line"}
                         : Evidence{Confidence::stated, "altitudes that they state"};
   const Values depths = column(line, [](const RecordedPing& ping) { return ping.depth_m; });
@@ -302,13 +300,10 @@ std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side) {
 Values first_bed_echoes_m(const RecordedLine& line) {
   const std::size_t pings = line.pings.size();
   std::vector<Values> found(pings);
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     const std::vector<std::size_t> bed = bed_edge(line, side);
     for (std::size_t i = 0; i < pings; ++i)
-      if (bed[i] > 0 && bed[i] < line.samples)
-        found[i].push_back(static_cast<double>(bed[i]) * line.pings[i].range_m /
-                           static_cast<double>(line.samples));
+      if (bed[i] > 0 && bed[i] < line.samples) found[i].push_back(line.sample_range_m(i, bed[i]));
   }
   constexpr double unlike_sides = 1.12, far_off = 0.25;
   constexpr std::size_t around = 40;

@@ -55,10 +55,21 @@ struct RecordedLine {
   const std::vector<float>& side(Side which) const {
     return which == Side::port ? port : starboard;
   }
+  /// The sides that the line has.
+  std::vector<Side> sides() const {
+    std::vector<Side> all;
+    if (!port.empty()) all.push_back(Side::port);
+    if (!starboard.empty()) all.push_back(Side::starboard);
+    return all;
+  }
   /// The samples of ping number `ping` (index into `pings`), from near to far. The line must have
   /// that side.
   std::span<const float> row(Side which, std::size_t ping) const {
     return std::span(side(which)).subspan(ping * samples, samples);
+  }
+  /// The slant range of the near edge of a sample of that ping.
+  double sample_range_m(std::size_t ping, std::size_t sample) const {
+    return static_cast<double>(sample) * pings[ping].range_m / static_cast<double>(samples);
   }
 };
 

@@ -15,8 +15,7 @@ RecordedLine some_pings(const RecordedLine& line, const std::vector<std::size_t>
   some.starboard.clear();
   for (const std::size_t i : indices) {
     some.pings.push_back(line.pings[i]);
-    for (const Side side : {Side::port, Side::starboard}) {
-      if (line.side(side).empty()) continue;
+    for (const Side side : line.sides()) {
       const std::span<const float> row = line.row(side, i);
       std::vector<float>& rows = side == Side::port ? some.port : some.starboard;
       rows.insert(rows.end(), row.begin(), row.end());
