@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -16,5 +18,11 @@ inline double quantile(std::vector<double> values, double share) {
 }
 
 inline double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
+
+/// 0 if empty.
+inline double mean_of(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) /
+         static_cast<double>(std::max<std::size_t>(values.size(), 1));
+}
 
 }  // namespace ensonify::engine

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <span>
 
@@ -45,10 +44,6 @@ double level_below(std::span<const double> row, double share) {
   constexpr std::size_t fewest = 10;
   return row.size() < fewest ? std::numeric_limits<double>::quiet_NaN()
                              : quantile({row.begin(), row.end()}, share);
-}
-
-double mean_of(std::span<const double> values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 /// How the water column grows with range, by sample: a time-varied gain amplifies its noise.

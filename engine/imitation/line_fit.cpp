@@ -79,12 +79,6 @@ void fill(std::vector<double>& cells) {
   }
 }
 
-double mean_of(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
-}
-
 class Fit {
  public:
   Fit(LineModel& model, const RecordedLine& line)
