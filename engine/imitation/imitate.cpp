@@ -103,9 +103,7 @@ bool states_frequency(const RecordedLine& line) {
 
 /// The bandwidth and the kind of the pulse, as stated; else one sample's bandwidth.
 void set_pulse(const RecordedLine& line, LineModel& model) {
-  const double bin_m = model.range_m / static_cast<double>(model.samples);
-  const double one_sample_hz = 0.5 * model.sound_speed_mps / bin_m;
-  model.pulse.bandwidth_hz = std::min(one_sample_hz, 0.5 * model.frequency_hz);
+  model.pulse.bandwidth_hz = model.max_bandwidth_hz();
   if (line.bandwidth_hz < 10.0 || !(line.bandwidth_hz < line.frequency_hz)) return;
   const Evidence stated{Confidence::stated, "of the channel"};
   model.pulse.bandwidth_hz = line.bandwidth_hz;
@@ -113,7 +111,7 @@ void set_pulse(const RecordedLine& line, LineModel& model) {
   constexpr double min_sweep = 2.0;  // of bandwidth times length; a CW pulse has 1
   const double longest_s = std::min(1.0, model.range_m / model.sound_speed_mps);
   if (line.pulse_length_s * line.bandwidth_hz > min_sweep && line.pulse_length_s < longest_s &&
-      line.bandwidth_hz > min_bandwidth * one_sample_hz) {
+      line.bandwidth_hz > min_bandwidth * model.one_sample_hz()) {
     model.pulse.kind = PulseKind::lfm;
     model.pulse.length_s = line.pulse_length_s;
     for (const char* key : {"sonar.sidescan.pulse", "sonar.sidescan.pulse_length_s"})
@@ -263,10 +261,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
       "single objects and forms of the bed: only their statistics are imitated");
   made.unknown.emplace_back(
       "source level, bed strength and gain separately; only their sum is known");
-  const auto how = [&](const char* key) {
-    const auto found = model.evidence.find(key);
-    return found == model.evidence.end() ? Confidence::assumed : found->second.how;
-  };
+  const auto how = [&](const char* key) { return model.evidence_of(key).how; };
   if (how("sonar.sidescan.array_length_m") == Confidence::fitted)
     made.unknown.emplace_back("the array's length: texture and relief change the same statistic");
   if (how("sonar.sidescan.bandwidth_hz") == Confidence::stated &&

@@ -113,7 +113,7 @@ class Fit {
           off_m[i] * (model_.path.pitch_rad.empty() ? 1.0 : std::cos(model_.path.pitch_rad[i]));
     constexpr double most_bins = 5.0;
     const double shift_m = model_.altitude_shift_m + median(std::move(off_m));
-    if (std::abs(shift_m) <= most_bins * bin_m()) model_.altitude_shift_m = shift_m;
+    if (std::abs(shift_m) <= most_bins * model_.bin_m()) model_.altitude_shift_m = shift_m;
   }
 
   /// After a simulation with the sonar's plain beam and automatic gain: material, and the beam
@@ -395,14 +395,14 @@ class Fit {
     if (!std::isfinite(over_one + over_two)) return;
     if (stated(bandwidth_key)) {
       if (model_.pulse.kind != PulseKind::lfm) return;
-      model_.pulse.window = likely_window(model_.pulse.bandwidth_hz / one_sample_hz(), over_one);
+      model_.pulse.window =
+          likely_window(model_.pulse.bandwidth_hz / model_.one_sample_hz(), over_one);
       model_.evidence["sonar.sidescan.window"] = {Confidence::fitted, "correlation over 1 sample"};
       return;
     }
     model_.pulse = likely_pulse(over_one, over_two);
     model_.pulse.bandwidth_hz =
-        std::clamp(time_times_bandwidth(model_.pulse, over_one) * one_sample_hz(),
-                   min_bandwidth_hz(), max_bandwidth_hz());
+        clamped_bandwidth_hz(time_times_bandwidth(model_.pulse, over_one) * model_.one_sample_hz());
     for (const char* key : {"sonar.sidescan.pulse", "sonar.sidescan.window"})
       model_.evidence[key] = {Confidence::fitted, "correlation over 1 and 2 samples"};
   }
@@ -414,9 +414,8 @@ class Fit {
     const auto apart = [&](double correlation) {
       return time_times_bandwidth(model_.pulse, std::clamp(correlation, 0.0, 0.9));
     };
-    model_.pulse.bandwidth_hz =
-        std::clamp(model_.pulse.bandwidth_hz * std::clamp(apart(has) / apart(now), 0.6, 1.6),
-                   min_bandwidth_hz(), max_bandwidth_hz());
+    model_.pulse.bandwidth_hz = clamped_bandwidth_hz(model_.pulse.bandwidth_hz *
+                                                     std::clamp(apart(has) / apart(now), 0.6, 1.6));
     model_.evidence[bandwidth_key] = {Confidence::fitted, "correlation of neighbouring samples"};
   }
 
@@ -453,16 +452,14 @@ class Fit {
     model_.array_length_m = length_m;
   }
 
-  double one_sample_hz() const { return 0.5 * model_.sound_speed_mps / bin_m(); }
-  double max_bandwidth_hz() const { return std::min(one_sample_hz(), 0.5 * model_.frequency_hz); }
-  double min_bandwidth_hz() const {
-    return std::min(min_bandwidth * one_sample_hz(), max_bandwidth_hz());
+  double clamped_bandwidth_hz(double bandwidth_hz) const {
+    const double max_hz = model_.max_bandwidth_hz();
+    return std::clamp(bandwidth_hz, std::min(min_bandwidth * model_.one_sample_hz(), max_hz),
+                      max_hz);
   }
-  double bin_m() const { return model_.range_m / static_cast<double>(model_.samples); }
 
   bool stated(const std::string& key) const {
-    const auto found = model_.evidence.find(key);
-    return found != model_.evidence.end() && found->second.how == Confidence::stated;
+    return model_.evidence_of(key).how == Confidence::stated;
   }
 
   LineModel& model_;

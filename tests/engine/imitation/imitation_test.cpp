@@ -631,14 +631,15 @@ TEST_CASE("a model's scene and recipe are read without a fault, and each key has
   model.gain_db = -100.0;
   refine::write_file(folder / "tones.png", tones_png(model));
   for (std::vector<double>& side : model.vertical_db)
-    for (std::size_t i = 0; i < grazing_cells; ++i) side.push_back(-0.5 * static_cast<double>(i));
+    for (std::size_t i = 0; i < grazing_cells; ++i)
+      side.push_back(0.0 - 0.5 * static_cast<double>(i));
   tests::write_text(folder / "navigation.csv", navigation_csv(model));
   tests::write_text(folder / "beam.csv", beam_csv(model));
   const Scene scene =
       parse_scene(scene_text(model), "scene.toml", {}, ScenePaths{folder.path(), {}});
   CHECK(scene.sonars.front().bins == 500);
   CHECK(scene.sonars.front().range_m == range_m);
-  // One way, and 0 dB at its peak.
+  // One way.
   CHECK(beam_csv(model).find("\n1,0.000,0.000\n") != std::string::npos);
   CHECK(beam_csv(model).find("\n9,-1.000,-1.000\n") != std::string::npos);
   CHECK(scene.track.kind == TrackKind::file);
