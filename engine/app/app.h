@@ -4,8 +4,6 @@
 // command line.
 
 #include <atomic>
-#include <csignal>
-#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <limits>

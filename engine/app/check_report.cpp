@@ -2,7 +2,6 @@
 #include "app.h"
 
 #include <cmath>
-#include <cstdio>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -7,7 +7,6 @@
 
 #include <sys/utsname.h>
 
-#include <algorithm>
 #include <memory>
 #include <optional>
 #include <thread>

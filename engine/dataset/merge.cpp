@@ -1,7 +1,6 @@
 #include <ensonify/engine/dataset/merge.h>
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <set>
 #include <span>

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <mutex>
-#include <set>
 #include <vector>
 
 #include <fmt/format.h>

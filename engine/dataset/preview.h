@@ -3,9 +3,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
-#include <span>
-#include <string>
-#include <vector>
 
 #include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/image/display.h>

@@ -7,7 +7,6 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include <ensonify/engine/dataset/distribution.h>
 #include <ensonify/engine/dataset/recipe_reader.h>

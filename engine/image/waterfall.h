@@ -2,7 +2,6 @@
 
 #include <array>
 #include <span>
-#include <string>
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/echo.h>

@@ -10,7 +10,6 @@
 
 #include <ensonify/engine/comparison/bed_drift.h>
 #include <ensonify/engine/comparison/find_bed.h>
-#include <ensonify/engine/comparison/line_statistics.h>
 #include <ensonify/engine/quantile.h>
 #include <ensonify/engine/units.h>
 

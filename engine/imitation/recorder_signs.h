@@ -2,8 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <optional>
-#include <vector>
 
 #include <ensonify/engine/imitation/evidence.h>
 #include <ensonify/engine/recording/recorded_line.h>

@@ -7,7 +7,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include <ensonify/engine/mosaic/canvas.h>
 #include <ensonify/engine/mosaic/recorded_run.h>

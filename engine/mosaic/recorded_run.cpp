@@ -5,7 +5,6 @@
 #include <cmath>
 #include <fstream>
 #include <numbers>
-#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

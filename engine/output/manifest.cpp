@@ -1,7 +1,6 @@
 #include <ensonify/engine/output/manifest.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <fstream>
 #include <memory>

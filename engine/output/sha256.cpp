@@ -1,7 +1,6 @@
 #include <ensonify/engine/output/sha256.h>
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -1,11 +1,7 @@
 #include <ensonify/engine/scene/reader.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <fstream>
 #include <map>
-#include <sstream>
 #include <utility>
 
 #include <fmt/format.h>
@@ -23,7 +19,6 @@
 #include <ensonify/engine/scene/keys/toml_value.h>
 #include <ensonify/engine/scene/tables/strength_table_reader.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/nearest_names.h>

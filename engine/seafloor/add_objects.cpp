@@ -1,11 +1,9 @@
 #include <ensonify/engine/seafloor/add_objects.h>
 
 #include <cstddef>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <stdexcept>
-#include <string>
 #include <string_view>
 
 #include <fmt/format.h>

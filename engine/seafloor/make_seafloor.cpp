@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -21,7 +19,6 @@
 #include <ensonify/engine/seafloor/objects/scour.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/refine/height_grid.h>
-#include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::engine {

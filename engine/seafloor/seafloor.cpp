@@ -6,7 +6,6 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/refine/height_grid.h>
-#include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::engine {

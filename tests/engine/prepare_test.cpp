@@ -1,6 +1,5 @@
 #include <ensonify/engine/simulator/prepare.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <set>

@@ -1,7 +1,6 @@
 #include <ensonify/engine/session_keys.h>
 
 #include <algorithm>
-#include <stdexcept>
 #include <string>
 #include <vector>
 

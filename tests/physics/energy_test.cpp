@@ -7,7 +7,6 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/seafloor/make_seafloor.h>
-#include <ensonify/scatter/decibel.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

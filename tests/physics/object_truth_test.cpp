@@ -2,7 +2,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <string>
 
 #include <Eigen/Geometry>
@@ -16,7 +15,6 @@
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/simulator/ping_all.h>
-#include <ensonify/engine/sonar/echo/visibility_counter.h>
 #include <ensonify/engine/trace/intersector.h>
 
 using namespace ensonify;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <fstream>
 #include <numbers>
-#include <optional>
 
 #include "support/beds.h"
 #include "support/catch.h"

@@ -19,7 +19,6 @@
 
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/objects/object_surface.h>
-#include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/sonar/echo/plane_spacing.h>

@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <ctime>
 #include <fstream>
-#include <iterator>
 #include <map>
-#include <numbers>
-#include <random>
 #include <string>
 #include <vector>
 

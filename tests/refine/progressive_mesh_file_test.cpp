@@ -6,7 +6,6 @@
 #include <csignal>
 #include <cstdint>
 #include <fstream>
-#include <iterator>
 #include <set>
 #include <string>
 #include <system_error>

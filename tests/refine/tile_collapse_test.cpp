@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <numbers>
 #include <set>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <set>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include <ensonify/refine/edge_collapse.h>

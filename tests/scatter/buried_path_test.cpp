@@ -1,11 +1,9 @@
 #include <cmath>
-#include <numbers>
 
 #include "support/catch.h"
 
 #include <ensonify/scatter/buried_path.h>
 #include <ensonify/scatter/eigenray.h>
-#include <ensonify/scatter/reflection.h>
 
 using namespace ensonify::scatter;
 

@@ -1,6 +1,5 @@
 #include <cmath>
 #include <numbers>
-#include <string_view>
 
 #include "support/catch.h"
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <vector>
 
 #include <ensonify/engine/sonar/reception/signal_chain.h>
 

@@ -2,7 +2,6 @@
 
 #include <clocale>
 #include <cstdlib>
-#include <ctime>
 #include <locale>
 #include <string>
 

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>

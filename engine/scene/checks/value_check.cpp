@@ -1,7 +1,6 @@
 #include <ensonify/engine/scene/checks/value_check.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include <fmt/format.h>
 

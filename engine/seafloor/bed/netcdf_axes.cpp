@@ -1,6 +1,5 @@
 #include <ensonify/engine/seafloor/bed/netcdf_axes.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>

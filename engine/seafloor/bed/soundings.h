@@ -1,8 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <span>
-#include <string>
 #include <vector>
 
 namespace ensonify::engine {

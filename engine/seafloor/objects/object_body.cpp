@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -20,7 +19,6 @@
 #include <ensonify/engine/seafloor/objects/path_reader.h>
 #include <ensonify/engine/seafloor/objects/set_down.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
-#include <ensonify/refine/mesh_reader.h>
 
 namespace ensonify::engine {
 namespace {

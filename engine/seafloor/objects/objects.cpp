@@ -4,10 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <numbers>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 

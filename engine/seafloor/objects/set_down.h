@@ -1,12 +1,9 @@
 #pragma once
 
-#include <optional>
 #include <string>
-#include <vector>
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/input_file.h>
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/refine/triangle_mesh.h>

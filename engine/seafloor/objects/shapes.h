@@ -10,7 +10,6 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/objects/shape_size.h>
-#include <ensonify/engine/seafloor/objects/solids.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {

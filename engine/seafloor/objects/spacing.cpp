@@ -1,7 +1,6 @@
 #include <ensonify/engine/seafloor/objects/spacing.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 

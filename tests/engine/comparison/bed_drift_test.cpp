@@ -7,7 +7,6 @@
 
 #include <ensonify/engine/comparison/bed_drift.h>
 #include <ensonify/engine/comparison/find_bed.h>
-#include <ensonify/engine/comparison/line_statistics.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

@@ -11,7 +11,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/scene.h>

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <random>
-#include <stdexcept>
 #include <vector>
 
 #include "support/catch.h"

@@ -1,6 +1,5 @@
 #include <ensonify/engine/image/truth.h>
 
-#include <cstdlib>
 #include <random>
 #include <set>
 #include <string>

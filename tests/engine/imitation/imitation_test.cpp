@@ -16,7 +16,7 @@
 
 #include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/imitation/imitate.h>
-#include <ensonify/engine/imitation/line_fit.h>
+#include <ensonify/engine/imitation/near_sediments.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/xtf.h>

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <random>
-#include <utility>
 #include <vector>
 
 #include <ensonify/engine/mosaic/canvas.h>

@@ -1,11 +1,7 @@
 #include <ensonify/engine/output/npz.h>
 
-#include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <iterator>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 

@@ -1,6 +1,5 @@
 #include <ensonify/engine/output/pings_csv.h>
 
-#include <cmath>
 #include <limits>
 #include <numbers>
 #include <sstream>

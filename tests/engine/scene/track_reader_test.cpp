@@ -1,7 +1,6 @@
 #include <ensonify/engine/scene/tables/track_reader.h>
 
 #include <cstring>
-#include <numbers>
 
 #include <fmt/format.h>
 

@@ -1,6 +1,5 @@
 #include <ensonify/engine/seafloor/bed_height.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 

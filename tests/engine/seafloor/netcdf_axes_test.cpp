@@ -1,4 +1,3 @@
-#include <ensonify/engine/seafloor/bed/netcdf_axes.h>
 
 #include <array>
 #include <bit>
@@ -6,8 +5,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <ensonify/engine/seafloor/bed/survey.h>
 
 #include "support/catch.h"
 #include "support/surveys.h"

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <fstream>
-#include <numbers>
 
 #include "support/beds.h"
 #include "support/catch.h"

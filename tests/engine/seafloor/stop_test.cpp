@@ -2,7 +2,6 @@
 
 #include <functional>
 
-#include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/fractal.h>
 #include <ensonify/engine/seafloor/bed/ripples.h>
 #include <ensonify/engine/seafloor/bed/tessellate.h>

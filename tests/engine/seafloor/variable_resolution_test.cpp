@@ -18,7 +18,6 @@
 #include <ogr_spatialref.h>
 
 #include <ensonify/engine/seafloor/bed/survey.h>
-#include <ensonify/refine/error.h>
 
 #include "support/catch.h"
 #include "support/files.h"

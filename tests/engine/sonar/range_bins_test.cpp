@@ -1,7 +1,6 @@
 #include <ensonify/engine/sonar/echo/range_bins.h>
 
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include <hwy/targets.h>

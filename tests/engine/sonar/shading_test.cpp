@@ -10,7 +10,6 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/sonar/echo/beam.h>
-#include <ensonify/engine/sonar/echo/ray_layout.h>
 #include <ensonify/engine/sonar/instrument/beam_pattern.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/scatter/decibel.h>
