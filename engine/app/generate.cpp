@@ -4,6 +4,7 @@
 #include <ensonify/refine/parallel_for.h>
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 
 #include <fmt/format.h>
@@ -141,25 +142,17 @@ void generate_dataset(const GenerateArguments& arguments) {
   if (arguments.dry_run) return rehearse(recipe, arguments, shard);
   print_warnings(recipe.warnings());
   const int threads = refine::thread_count(arguments.threads);
-  GenerateReport report;
-  {
-    const SignalWatch signals;
-    Progress progress(arguments.quiet);
-    report = generate(recipe, arguments.folder,
-                      {.threads = threads,
-                       .shard = shard,
-                       .cache = arguments.cache,
-                       .memory = arguments.memory,
-                       .progress =
-                           [&](std::size_t done, std::size_t of) {
-                             progress.report("samples", done, of);
-                             return SignalWatch::caught() == 0;
-                           },
-                       .failed =
-                           [](std::size_t sample, std::string_view why) {
-                             print_note("ensonify: sample {} failed: {}\n", sample, why);
-                           }});
-  }
+  const GenerateReport report = watched(arguments.quiet, [&](const auto& progress) {
+    return generate(recipe, arguments.folder,
+                    {.threads = threads,
+                     .shard = shard,
+                     .cache = arguments.cache,
+                     .memory = arguments.memory,
+                     .progress = std::bind_front(progress, "samples"),
+                     .failed = [](std::size_t sample, std::string_view why) {
+                       print_note("ensonify: sample {} failed: {}\n", sample, why);
+                     }});
+  });
   print_warnings(report.extrapolation.appended_to(report.warnings));
   if (!arguments.quiet) print_report(report, arguments.folder, threads);
   if (arguments.json) print_json(recipe, report, arguments.folder, threads);

@@ -107,17 +107,9 @@ void make_imitation(const ImitateArguments& arguments) {
   if (folder.filename().empty()) folder = folder.parent_path();  // a slash at the end
   const NewFolders above{refine::make_folder(folder.parent_path())};
   StagingFolder staging(folder);
-  Imitation made;
-  {
-    const SignalWatch signals;
-    Progress progress(arguments.quiet);
-    made = imitate(line, staging.path(),
-                   {.threads = arguments.threads,
-                    .progress = [&](std::string_view stage, std::size_t done, std::size_t of) {
-                      progress.report(stage, done, of);
-                      return SignalWatch::caught() == 0;
-                    }});
-  }
+  const Imitation made = watched(arguments.quiet, [&](const auto& progress) {
+    return imitate(line, staging.path(), {.threads = arguments.threads, .progress = progress});
+  });
   const std::string name = arguments.recordings.front().filename().string();
   refine::write_file(staging.path() / "report.html", imitation_page(name, made));
   if (arguments.recipe) refine::write_file(staging.path() / "recipe.toml", recipe_text(made.model));

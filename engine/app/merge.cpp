@@ -31,17 +31,6 @@ std::string intervals(const std::vector<std::size_t>& numbers) {
   return text;
 }
 
-/// Calls a merge with its progress, which a signal stops.
-template <class Merge>
-auto watched(const MergeArguments& arguments, const Merge& merge) {
-  const SignalWatch signals;
-  Progress progress(arguments.quiet);
-  return merge([&](std::string_view stage, std::size_t done, std::size_t of) {
-    progress.report(stage, done, of);
-    return SignalWatch::caught() == 0;
-  });
-}
-
 /// Throws std::runtime_error if pieces are missing or damaged, after it listed the damage.
 /// `command` makes missing pieces, but not damaged ones. `holders`: what holds the pieces.
 void require_whole(const MergeArguments& arguments, std::string_view pieces,
@@ -66,7 +55,7 @@ void require_whole(const MergeArguments& arguments, std::string_view pieces,
 }
 
 void merge_parts(const MergeArguments& arguments) {
-  const RunMergeReport report = watched(arguments, [&](const auto& progress) {
+  const RunMergeReport report = watched(arguments.quiet, [&](const auto& progress) {
     return merge_run(arguments.folder,
                      [&](std::size_t done, std::size_t of) { return progress("parts", done, of); });
   });
@@ -82,7 +71,7 @@ void merge_parts(const MergeArguments& arguments) {
 }
 
 void merge_dataset(const MergeArguments& arguments) {
-  const MergeReport report = watched(arguments, [&](const auto& progress) {
+  const MergeReport report = watched(arguments.quiet, [&](const auto& progress) {
     return merge(arguments.folder, progress, {.webdataset = arguments.webdataset});
   });
   if (arguments.json)

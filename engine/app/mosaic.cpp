@@ -26,17 +26,11 @@ void write_mosaic(const MosaicArguments& arguments) {
                                  arguments.file.string(), kind.string()));
   for (const std::filesystem::path& run : arguments.runs)
     require_not_read(arguments.file, files_of_run(run));
-  MosaicReport report;
-  {
-    const SignalWatch signals;
-    Progress progress(arguments.quiet);
+  const MosaicReport report = watched(arguments.quiet, [&](const auto& progress) {
     MosaicOptions options = arguments.options;
-    options.progress = [&](std::string_view stage, std::size_t done, std::size_t of) {
-      progress.report(stage, done, of);
-      return SignalWatch::caught() == 0;
-    };
-    report = make_mosaic(arguments.runs, arguments.file, options);
-  }
+    options.progress = progress;
+    return make_mosaic(arguments.runs, arguments.file, options);
+  });
   if (!arguments.quiet)
     print_note("{}: {} x {} pixels of {:g} m from {} pings; {}\n", arguments.file.string(),
                report.columns, report.rows, report.pixel_m, report.pings,

@@ -6,6 +6,7 @@
 #include <ensonify/refine/atomic_file.h>
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -43,20 +44,14 @@ void make_preview(const PreviewArguments& arguments) {
   const StagingFolder scratch(place);
   const std::size_t wanted =
       std::min(static_cast<std::size_t>(arguments.samples), recipe.samples());
-  ContactSheet sheet;
-  {
-    const SignalWatch signals;
-    Progress progress(arguments.quiet);
-    sheet = preview(recipe, wanted,
-                    {.threads = arguments.threads,
-                     .cache = arguments.cache,
-                     .memory = arguments.memory,
-                     .scratch = scratch.path(),
-                     .progress = [&](std::size_t done, std::size_t of) {
-                       progress.report("samples", done, of);
-                       return SignalWatch::caught() == 0;
-                     }});
-  }
+  const ContactSheet sheet = watched(arguments.quiet, [&](const auto& progress) {
+    return preview(recipe, wanted,
+                   {.threads = arguments.threads,
+                    .cache = arguments.cache,
+                    .memory = arguments.memory,
+                    .scratch = scratch.path(),
+                    .progress = std::bind_front(progress, "samples")});
+  });
   refine::write_file(arguments.file, encode_png(sheet.picture));
   if (sheet.samples < wanted)
     throw Stopped(fmt::format("stopped after {} of {} samples, which are in {}", sheet.samples,

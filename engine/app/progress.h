@@ -1,9 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
 #include <ensonify/engine/clock.h>
+
+#include "app.h"
 
 namespace ensonify::engine::app {
 
@@ -26,5 +29,17 @@ class Progress {
   Clock::time_point stage_began_;
   Clock::time_point shown_;
 };
+
+/// Calls work(progress), where progress(stage, done, of) shows what is done and returns false after
+/// a signal.
+template <class Work>
+auto watched(bool quiet, const Work& work) {
+  const SignalWatch signals;
+  Progress progress(quiet);
+  return work([&](std::string_view stage, std::size_t done, std::size_t of) {
+    progress.report(stage, done, of);
+    return SignalWatch::caught() == 0;
+  });
+}
 
 }  // namespace ensonify::engine::app

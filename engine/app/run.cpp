@@ -146,23 +146,18 @@ void run_scene(RunArguments arguments) {
   set_exr_threads(threads);
   RunReport report;
   try {
-    const SignalWatch signals;
-    Progress progress(arguments.quiet);
-    report = run(scene, arguments.folder,
+    report = watched(arguments.quiet, [&](const auto& progress) {
+      return run(scene, arguments.folder,
                  {.threads = threads,
-                  .progress =
-                      [&](auto stage, auto done, auto of) {
-                        progress.report(stage, done, of);
-                        return SignalWatch::caught() == 0;
-                      },
+                  .progress = progress,
                   .cache = arguments.cache,
                   .memory = arguments.memory,
                   .verify_pings = arguments.verify,
                   .shard = parse_shard("--part", arguments.part),
-                  .on_parts =
-                      [&](const RunSize& size) {
-                        if (!arguments.quiet) print_size(size);
-                      }});
+                  .on_parts = [&](const RunSize& size) {
+                    if (!arguments.quiet) print_size(size);
+                  }});
+    });
   } catch (const Stopped&) {
     if (arguments.json) print_object({{"folder", arguments.folder.string()}, {"stopped", true}});
     throw;
