@@ -10,7 +10,7 @@
 
 #include <ensonify/engine/seafloor/bed/detail_in_windows.h>
 #include <ensonify/engine/seafloor/bed/generated_tiles.h>
-#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/refine/height_grid.h>
 
 namespace ensonify::engine {
 namespace {
@@ -136,6 +136,17 @@ SurveySample sample_base(const SeafloorOptions& options) {
   SurveySample sample = sample_survey(survey_of(options), options.water_level_m);
   refuse_all_land(options, sample.lowest_m, sample.highest_m, 1.0);
   return sample;
+}
+
+void take_grid(std::shared_ptr<const refine::HeightGrid> grid, const Heightfield& base,
+               Seafloor& seafloor) {
+  seafloor.mesh.world_origin = grid->world_origin();
+  seafloor.utm_zone = base.utm_zone;
+  seafloor.reference = base.reference;
+  seafloor.vertices = grid->vertices();
+  seafloor.faces = seafloor.bed_faces = grid->faces();
+  seafloor.mean_bed_m = grid->mean_height_m();
+  seafloor.grid = std::move(grid);
 }
 
 void refuse_land(std::span<const double> z_m, double depth_m) {

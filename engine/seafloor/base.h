@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
 #include <ensonify/engine/work_control.h>
 #include <ensonify/refine/height_tiles.h>
@@ -32,6 +34,10 @@ refine::HeightTiles::Heights base_in_windows(const SeafloorOptions& options, std
 /// An estimate of the heights without making them: from the options, or from a sample of the
 /// survey. Throws as make_base().
 SurveySample sample_base(const SeafloorOptions& options);
+
+/// Gives the seafloor this bed, which has the origin and the reference system of `base`.
+void take_grid(std::shared_ptr<const refine::HeightGrid> grid, const Heightfield& base,
+               Seafloor& seafloor);
 
 /// Throws std::invalid_argument if a generated bed at this mean depth rises above the sea surface.
 void refuse_land(std::span<const double> z_m, double depth_m);

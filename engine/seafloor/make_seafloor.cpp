@@ -75,14 +75,9 @@ double mean_height_m(refine::Triangles triangles) {
 /// A bed that was made at once, before its objects.
 void take_bed(const Ground& ground, std::size_t objects, const WorkControl& control,
               Seafloor& seafloor) {
-  seafloor.grid =
-      std::make_shared<const refine::HeightGrid>(height_grid(ground.field, control.stop_check));
-  seafloor.mesh.world_origin = ground.field.world_origin;
-  seafloor.utm_zone = ground.field.utm_zone;
-  seafloor.reference = ground.field.reference;
-  seafloor.vertices = seafloor.grid->vertices();
-  seafloor.faces = seafloor.bed_faces = seafloor.grid->faces();
-  seafloor.mean_bed_m = seafloor.grid->mean_height_m();
+  take_grid(
+      std::make_shared<const refine::HeightGrid>(height_grid(ground.field, control.stop_check)),
+      ground.field, seafloor);
   label_bed(ground.field, *seafloor.grid, ground.map, objects, seafloor);
 }
 
@@ -120,9 +115,8 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
     seafloor.vertices = seafloor.mesh.positions.size();
     seafloor.faces = seafloor.bed_faces = seafloor.mesh.faces.size();
     seafloor.mean_bed_m = mean_height_m(seafloor.mesh);
-    seafloor.labels = {{.sediment = number_in(seafloor.materials, options.material),
-                        .class_id = number_in(seafloor.classes, "seabed"),
-                        .two_sided = true}};
+    seafloor.labels = {make_label(options.material, "seabed", seafloor)};
+    seafloor.labels.front().two_sided = true;
   } else {
     require_at_once(options);
     require_bed_fits(options, plan, form);

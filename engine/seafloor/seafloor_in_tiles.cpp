@@ -51,8 +51,7 @@ refine::HeightTiles::Heights heights_of_tiles(const SeafloorOptions& options,
 void label_tiles(const SeabedOptions& seabed, std::span<const SeabedMap::Kind> kinds,
                  Seafloor& seafloor) {
   for (const SeabedMap::Kind& kind : kinds)
-    seafloor.labels.push_back({.sediment = number_in(seafloor.materials, kind.material),
-                               .class_id = number_in(seafloor.classes, kind.class_name)});
+    seafloor.labels.push_back(make_label(kind.material, kind.class_name, seafloor));
   seafloor.labels_in_grid = kinds.size() > 1;
   for_each_relief_list(seabed, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
     const ReliefKind<Relief>& kind = kind_of(Relief{});
@@ -80,15 +79,10 @@ void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const
   auto [x_m, y_m] = places(grid);
   Eigen::Vector3d world_origin = grid.world_origin;
   if (options.kind == SeafloorKind::survey) world_origin.z() = options.water_level_m;
-  seafloor.grid = std::make_shared<const refine::HeightGrid>(std::make_shared<refine::HeightTiles>(
-      std::move(x_m), std::move(y_m), world_origin, describe, heights_of_tiles(options, grid, seed),
-      tiles.file, tiles.key, kinds.size() > 1));
-  seafloor.mesh.world_origin = world_origin;
-  seafloor.utm_zone = grid.utm_zone;
-  seafloor.reference = grid.reference;
-  seafloor.vertices = seafloor.grid->vertices();
-  seafloor.faces = seafloor.bed_faces = seafloor.grid->faces();
-  seafloor.mean_bed_m = seafloor.grid->mean_height_m();
+  take_grid(std::make_shared<const refine::HeightGrid>(std::make_shared<refine::HeightTiles>(
+                std::move(x_m), std::move(y_m), world_origin, describe,
+                heights_of_tiles(options, grid, seed), tiles.file, tiles.key, kinds.size() > 1)),
+            grid, seafloor);
   seafloor.warnings = coarse_cell_warnings(grid, options.seabed);
   for (std::string& warning :
        unfound_area_warnings(grid, options.seabed, [&] { return base_in_windows(options, seed); }))

@@ -94,6 +94,11 @@ std::uint16_t number_in(std::vector<std::string>& names, const std::string& name
   return number;
 }
 
+Label make_label(const std::string& material, const std::string& class_name, Seafloor& seafloor) {
+  return {.sediment = number_in(seafloor.materials, material),
+          .class_id = number_in(seafloor.classes, class_name)};
+}
+
 void label_bed(const Heightfield& field, const refine::HeightGrid& grid, const SeabedMap& map,
                std::size_t objects, Seafloor& seafloor) {
   const auto refuse_more = [&] {
@@ -104,8 +109,7 @@ void label_bed(const Heightfield& field, const refine::HeightGrid& grid, const S
                       max_labels, objects));
   };
   for (const SeabedMap::Kind& kind : map.kinds) {
-    seafloor.labels.push_back({.sediment = number_in(seafloor.materials, kind.material),
-                               .class_id = number_in(seafloor.classes, kind.class_name)});
+    seafloor.labels.push_back(make_label(kind.material, kind.class_name, seafloor));
     refuse_more();
   }
   if (map.kinds.size() == 1 && map.feature_layer.empty()) return;

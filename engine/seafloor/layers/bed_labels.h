@@ -16,6 +16,9 @@ namespace ensonify::engine {
 /// even for the name "none".
 std::uint16_t number_in(std::vector<std::string>& names, const std::string& name);
 
+/// A label of this material and class, whose names the seafloor gets if it lacks them.
+Label make_label(const std::string& material, const std::string& class_name, Seafloor& seafloor);
+
 /// Labels the faces of a bed, the grid over these heights: a face gets the label that most of its
 /// corners have on the map. The map's features get the instance numbers that follow those of the
 /// objects, of which there are `objects`; a layer with more features than numbers are left gets
