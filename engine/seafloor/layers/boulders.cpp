@@ -35,9 +35,8 @@ double mean_square_of_median(double spread) {
 class Boulder {
  public:
   Boulder(const BoulderField& field, const auto& u) {
-    const double normal = std::sqrt(-2.0 * std::log(u[2])) * std::cos(2.0 * pi * u[3]);
-    diameter_m_ = field.diameter_m *
-                  std::min(largest_boulder_of_median, std::exp(field.diameter_spread * normal));
+    diameter_m_ = random_diameter_m(field.diameter_m, field.diameter_spread,
+                                    largest_boulder_of_median, u[2], u[3]);
     height_m_ = field.height_ratio * diameter_m_ * (0.5 + u[4]);
     heading_ = 2.0 * pi * u[5];
     stretch_ = std::sqrt(1.0 + 0.7 * u[6]);

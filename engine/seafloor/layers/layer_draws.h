@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
@@ -43,6 +45,13 @@ struct LayerDraws {
                              (static_cast<std::uint64_t>(row) & 0xffffffffu)});
   }
 };
+
+/// A log-normal diameter up to largest_of_median times the median, from two uniform numbers.
+inline double random_diameter_m(double median_m, double spread, double largest_of_median, double u,
+                                double v) {
+  const double normal = std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
+  return median_m * std::min(largest_of_median, std::exp(spread * normal));
+}
 
 /// Number of random numbers of each scattered feature.
 inline constexpr std::size_t feature_draws = 10;

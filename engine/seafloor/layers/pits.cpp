@@ -35,10 +35,8 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
   const auto dig = [&](double x, double y, const auto& u) {
     if (!allowed(x, y)) return;
     ++number;
-    const double normal = std::sqrt(-2.0 * std::log(u[2])) * std::cos(2.0 * pi * u[3]);
-    const double diameter_m =
-        relief.diameter_m *
-        std::min(largest_pit_of_median, std::exp(relief.diameter_spread * normal));
+    const double diameter_m = random_diameter_m(relief.diameter_m, relief.diameter_spread,
+                                                largest_pit_of_median, u[2], u[3]);
     const double depth_m = relief.depth_ratio * diameter_m * (0.7 + 0.6 * u[4]);
     // Round ones have a random axis.
     const double heading =
