@@ -102,8 +102,7 @@ class Aircraft {
   void add_wing(const Wing& wing) {
     const Vector3d along = Vector3d::UnitY(), up = wing.out.cross(along).normalized();
     const double sag = worn_ * draws_.between(-0.07, 0.02);  // of the tip, over the span
-    PlateGrid grid{
-        .rows = wing_cells + 1, .columns = chord_cells + 1, .front = {}, .back = {}, .cut = {}};
+    PlateGrid grid{.rows = wing_cells + 1, .columns = chord_cells + 1};
     for (int i = 0; i <= wing_cells; ++i)
       for (int k = 0; k <= chord_cells; ++k) {
         const double u = wing.from + (wing.to - wing.from) * i / wing_cells;

@@ -45,7 +45,7 @@ void foredeck_and_cabin(FamilyForm& form, const HullLines& lines, double plank_m
   Solids& solids = form.solids;
   solids.begin_part(boat_deck);
   constexpr int rows = 8;
-  PlateGrid grid{.rows = rows + 1, .columns = 3, .front = {}, .back = {}, .cut = {}};
+  PlateGrid grid{.rows = rows + 1, .columns = 3};
   for (int r = 0; r <= rows; ++r) {
     const double s = 0.5 + 0.46 * r / rows;
     for (const double across : {1.0, 0.0, -1.0}) {

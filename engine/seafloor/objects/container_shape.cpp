@@ -17,7 +17,7 @@ void corrugated(Solids& solids, double width_m, double length_m, double dent_m, 
   const double across_m = along_y ? length_m : width_m;
   const int waves = std::max(4, static_cast<int>(across_m / 0.28)), fine = 2 * waves + 1;
   const int rows = along_y ? fine : 4, columns = along_y ? 4 : fine;
-  PlateGrid grid{.rows = rows, .columns = columns, .front = {}, .back = {}, .cut = {}};
+  PlateGrid grid{.rows = rows, .columns = columns};
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
       const double v = double(r) / (rows - 1), u = double(c) / (columns - 1);

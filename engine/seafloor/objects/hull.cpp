@@ -58,7 +58,7 @@ void add_plating(Solids& solids, const HullLines& lines, const HullPlating& plat
   constexpr int half = 8, columns = 2 * half + 1;
   const int rows = plating.stations + 1;
   const double step = (plating.to - plating.from) / plating.stations;
-  PlateGrid grid{.rows = rows, .columns = columns, .front = {}, .back = {}, .cut = {}};
+  PlateGrid grid{.rows = rows, .columns = columns};
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
       const double t = double(c - half) / half;

@@ -43,7 +43,7 @@ void turned(Solids& solids, std::span<const Vector2d> profile, int sides) {
 void bent_plate(Solids& solids, double width_m, double length_m, double thick_m, double bend_m,
                 double twist_m, bool torn, Draws& draws) {
   constexpr int cells = 5;
-  PlateGrid grid{.rows = cells + 1, .columns = cells + 1, .front = {}, .back = {}, .cut = {}};
+  PlateGrid grid{.rows = cells + 1, .columns = cells + 1};
   for (int r = 0; r <= cells; ++r)
     for (int c = 0; c <= cells; ++c) {
       const double u = double(c) / cells - 0.5, v = double(r) / cells - 0.5;

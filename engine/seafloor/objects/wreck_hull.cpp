@@ -73,7 +73,7 @@ void Wreck::infill(double from, double to) {
   const int rows = 3 * stations(from, to);
   const double level = open_ ? draws_.between(0.35, 0.85) : draws_.between(0.25, 0.6);
   const double first = std::max(from, 0.02), last = std::min(to, 0.97);
-  PlateGrid grid{.rows = rows + 1, .columns = across_cells + 1, .front = {}, .back = {}, .cut = {}};
+  PlateGrid grid{.rows = rows + 1, .columns = across_cells + 1};
   for (int r = 0; r <= rows; ++r)
     for (int c = 0; c <= across_cells; ++c) {
       // Random shifts, because regular rows would be visible.

@@ -24,7 +24,7 @@ void Wreck::deck_of(double from, double to) {
   constexpr int across_cells = 8;
   const int rows = 2 * stations(from, to);
   const double rot = 1.3 - 1.1 * wear_;
-  PlateGrid grid{.rows = rows + 1, .columns = across_cells + 1, .front = {}, .back = {}, .cut = {}};
+  PlateGrid grid{.rows = rows + 1, .columns = across_cells + 1};
   for (int r = 0; r <= rows; ++r)
     for (int c = 0; c <= across_cells; ++c) {
       const double s = std::clamp(from + (to - from) * r / rows, 0.01, 0.97);
@@ -68,7 +68,7 @@ void Wreck::coamings(double from, double to) {
 void Wreck::submarine_deck(double from, double to) {
   solids_.begin_part(deck);
   constexpr int rows = 12, columns = 4;
-  PlateGrid grid{.rows = rows + 1, .columns = columns + 1, .front = {}, .back = {}, .cut = {}};
+  PlateGrid grid{.rows = rows + 1, .columns = columns + 1};
   const double low = std::max(from, 0.06), high = std::min(to, 0.95);
   for (int r = 0; r <= rows; ++r)
     for (int c = 0; c <= columns; ++c) {
@@ -139,7 +139,7 @@ void Wreck::tower(const Vector3d& foot, double half_wide_m, double long_m, doubl
 
 void Wreck::forecastle() {
   constexpr int rows = 6;
-  PlateGrid grid{.rows = rows + 1, .columns = 3, .front = {}, .back = {}, .cut = {}};
+  PlateGrid grid{.rows = rows + 1, .columns = 3};
   const double from = 0.86;
   for (int r = 0; r <= rows; ++r) {
     const double s = from + (0.985 - from) * r / rows;
