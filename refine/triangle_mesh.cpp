@@ -9,6 +9,13 @@
 
 namespace ensonify::refine {
 
+void append(TriangleMesh& mesh, Triangles more) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), more.positions.begin(), more.positions.end());
+  for (const Face& face : more.faces)
+    mesh.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+}
+
 Bounds bounds(Triangles triangles) {
   Bounds box;
   if (triangles.faces.empty()) return box;

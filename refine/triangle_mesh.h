@@ -45,10 +45,15 @@ struct TriangleMesh {
   operator Triangles() const { return {positions, faces, {}}; }
 };
 
+/// Adds all vertices and faces of another mesh; its world origin does not count.
+void append(TriangleMesh& mesh, Triangles more);
+
 /// The box around the vertices that faces use, local metres; both corners are zero without faces.
 struct Bounds {
   Eigen::Vector3f lowest = Eigen::Vector3f::Zero();
   Eigen::Vector3f highest = Eigen::Vector3f::Zero();
+
+  Eigen::Vector3d middle() const { return 0.5 * (lowest.cast<double>() + highest.cast<double>()); }
 };
 /// The vertices of all faces must be there.
 Bounds bounds(Triangles triangles);

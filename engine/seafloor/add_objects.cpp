@@ -19,12 +19,7 @@ namespace ensonify::engine {
 namespace {
 
 void add_object(PlacedObjects::One& object, Seafloor& seafloor) {
-  refine::TriangleMesh& whole = seafloor.mesh;
-  const auto first = static_cast<std::uint32_t>(whole.positions.size());
-  whole.positions.insert(whole.positions.end(), object.mesh.positions.begin(),
-                         object.mesh.positions.end());
-  for (const refine::Face& face : object.mesh.faces)
-    whole.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+  append(seafloor.mesh, object.mesh);
   const std::size_t label = seafloor.labels.size();
   for (const ObjectPart& part : object.parts)
     seafloor.labels.push_back({.sediment = number_in(seafloor.materials, part.material),

@@ -57,12 +57,9 @@ refine::TriangleMesh Seafloor::whole_mesh(const std::function<void()>& stop_chec
 }
 
 refine::TriangleMesh Seafloor::with_objects(refine::TriangleMesh bed) const {
-  const auto first = static_cast<std::uint32_t>(bed.positions.size());
   bed.positions.reserve(bed.positions.size() + mesh.positions.size());
-  bed.positions.insert(bed.positions.end(), mesh.positions.begin(), mesh.positions.end());
   bed.faces.reserve(bed.faces.size() + mesh.faces.size());
-  for (const refine::Face& face : mesh.faces)
-    bed.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+  append(bed, mesh);
   return bed;
 }
 

@@ -18,10 +18,7 @@ namespace {
 /// The grid's faces, then the bodies'.
 TriangleMesh together(const HeightGrid& grid, const TriangleMesh& bodies) {
   TriangleMesh all = grid.mesh();
-  const auto first = static_cast<std::uint32_t>(all.positions.size());
-  all.positions.insert(all.positions.end(), bodies.positions.begin(), bodies.positions.end());
-  for (const Face& face : bodies.faces)
-    all.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+  append(all, bodies);
   return all;
 }
 

@@ -65,10 +65,7 @@ TEST_CASE("Faces enclose a volume if no edge is open and each body's volume is p
     return mesh;
   };
   const auto both = [](TriangleMesh mesh, const TriangleMesh& other) {
-    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
-    for (const Face& face : other.faces)
-      mesh.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+    append(mesh, other);
     return mesh;
   };
   CHECK(encloses_volume(body));

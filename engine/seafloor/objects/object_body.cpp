@@ -157,12 +157,9 @@ void add_member(ObjectBody& base, ObjectBody member, const ObjectOptions& option
   const Eigen::Vector3f shift(
       static_cast<float>(options.east_m), static_cast<float>(options.north_m),
       static_cast<float>(options.height_m.value_or(0.0) - sunk_m - lowest_m));
-  const auto vertices = static_cast<std::uint32_t>(base.mesh.positions.size());
   const auto parts = static_cast<std::uint16_t>(base.parts.size());
-  for (const Eigen::Vector3f& p : member.mesh.positions)
-    base.mesh.positions.emplace_back(p + shift);
-  for (const refine::Face& face : member.mesh.faces)
-    base.mesh.faces.push_back({face[0] + vertices, face[1] + vertices, face[2] + vertices});
+  for (Eigen::Vector3f& p : member.mesh.positions) p += shift;
+  append(base.mesh, member.mesh);
   base.parts.insert(base.parts.end(), member.parts.begin(), member.parts.end());
   for (const std::uint16_t part : member.face_part)
     base.face_part.push_back(static_cast<std::uint16_t>(part + parts));

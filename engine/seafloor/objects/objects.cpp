@@ -183,11 +183,8 @@ class Table {
     const Eigen::Rotation2Dd turn(-spot.heading_rad);
     const Vector2d place(spot.east_m, spot.north_m);
     if (is_line()) return discs_of_path(turn, place, spot.scale);
-    const refine::Bounds own = refine::bounds(mesh);
-    const Vector3d middle = 0.5 * (own.lowest.cast<double>() + own.highest.cast<double>());
-    const Eigen::Matrix3d tilt = (Eigen::AngleAxisd(options_.pitch_rad, Vector3d::UnitX()) *
-                                  Eigen::AngleAxisd(options_.roll_rad, Vector3d::UnitY()))
-                                     .toRotationMatrix();
+    const Vector3d middle = refine::bounds(mesh).middle();
+    const Eigen::Matrix3d tilt = attitude(options_, 0.0);
     Eigen::AlignedBox2d box;
     for (const Eigen::Vector3f& p : mesh.positions)
       box.extend((tilt * (p.cast<double>() - middle)).head<2>().eval());

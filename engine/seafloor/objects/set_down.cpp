@@ -163,8 +163,7 @@ Eigen::Matrix3d attitude(const ObjectOptions& object, double heading_rad) {
 SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, const Spot& spot,
                  const BedGrid& bed, const std::string& what, double sunk_m) {
   SetDown placed{.mesh = {.positions = mesh.positions, .faces = mesh.faces}};
-  const refine::Bounds own = refine::bounds(mesh);
-  const Vector3d middle = 0.5 * (own.lowest.cast<double>() + own.highest.cast<double>());
+  const Vector3d middle = refine::bounds(mesh).middle();
   const auto put = [&](const Eigen::Matrix3d& turn, double z_m) {
     const Vector3d place(spot.east_m, spot.north_m, z_m);
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
