@@ -20,9 +20,7 @@ constexpr double inaudible = 14.0;     // nepers of energy that sound loses in t
 void ObjectEchoes::look_into_bed(const BuriedGroup& group) {
   if (!may_see(group.middle, group.radius_m)) return;
   const Label& label = (*labels_)[group.label];
-  const double specular = label.sediment < surfaces_.smooth_specular.size()
-                              ? surfaces_.smooth_specular[label.sediment]
-                              : 0.0;
+  const double specular = surfaces_.specular_of(label);
   for (std::size_t i = 0, end; i < group.parts.size(); i = end) {
     const FlatPart& flat_part = *group.parts[i].whole;
     const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();

@@ -98,9 +98,7 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
     small = step_m > apart_m && is_short(object, upwards, few_planes * step_m);
   }
   const Label& label = (*labels_)[object.label];
-  const double specular = label.sediment < surfaces_.smooth_specular.size()
-                              ? surfaces_.smooth_specular[label.sediment]
-                              : 0.0;
+  const double specular = surfaces_.specular_of(label);
   if (small) {
     if (small_.size() <= object.label) small_.resize(object.label + std::size_t{1}, 0);
     small_[object.label] = 1;

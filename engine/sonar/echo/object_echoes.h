@@ -40,6 +40,9 @@ struct ObjectSurfaces {
   const std::vector<ObjectSurface>* moving = nullptr;  ///< may change between pings
   /// By Label::sediment: scatter::Solid::smooth_specular(), 0 where it is not a solid.
   std::span<const double> smooth_specular = {};
+  double specular_of(const Label& label) const {
+    return label.sediment < smooth_specular.size() ? smooth_specular[label.sediment] : 0.0;
+  }
   const std::vector<BuriedGroup>* buried = nullptr;  ///< which the sound reaches through the bed
   /// By Label::sediment; none where it is not a sediment.
   std::span<const std::optional<scatter::Sediment>> sediments = {};
