@@ -147,8 +147,7 @@ class Chooser {
     };
     for (std::size_t row = part.row; row < part.row + part.rows; ++row)
       for (std::size_t column = part.column; column < part.column + part.columns; ++column) {
-        // Picture and layers count rows from opposite ends.
-        const std::size_t i = (rows_ - 1 - row) * columns_ + column;
+        const std::size_t i = line_.flipped(row, column);
         if (matters(layers.instance[i]) || matters(layers.shadow_instance[i])) return false;
       }
     return true;
@@ -234,9 +233,8 @@ class Chooser {
   std::vector<std::pair<std::string, Lookalike>> groups_of_bed() const {
     const BinLayers& layers = line_.labels.pixels;
     constexpr std::uint32_t nothing = ~0u, shadow = ~0u - 1;
-    // Picture and layers count rows from opposite ends.
     const auto what = [&](std::size_t pixel) {
-      const std::size_t i = (rows_ - 1 - pixel / columns_) * columns_ + pixel % columns_;
+      const std::size_t i = line_.flipped(pixel / columns_, pixel % columns_);
       if (static_cast<Region>(layers.region[i]) == Region::shadow)
         return layers.shadow_instance[i] == 0 ? shadow : nothing;
       const bool is_bed =

@@ -78,7 +78,7 @@ void gather(const LabelledImage& from, const PixelMap& map, LabelledImage& to) {
   gather_labels(from, map, to);
   const auto in_picture = [](std::size_t pixel, const LabelledImage& image) {
     const std::size_t columns = image.labels.columns();
-    return (image.labels.rows() - 1 - pixel / columns) * columns + pixel % columns;
+    return image.flipped(pixel / columns, pixel % columns);
   };
   for (const Picture& source : from.pictures) {
     const auto channels = static_cast<std::size_t>(source.channels);
@@ -285,13 +285,10 @@ std::size_t pixels_of(double length_m, double pixel_m) {
 }
 
 double bed_share(const LabelledImage& view, const Rectangle& part) {
-  const Waterfall& labels = view.labels;
   std::size_t bed = 0;
   for (std::size_t row = part.row; row < part.row + part.rows; ++row)
     for (std::size_t column = part.column; column < part.column + part.columns; ++column) {
-      // Picture and layers count rows from opposite ends.
-      const std::size_t i = (labels.rows() - 1 - row) * labels.columns() + column;
-      const auto region = static_cast<Region>(labels.pixels.region[i]);
+      const auto region = static_cast<Region>(view.labels.pixels.region[view.flipped(row, column)]);
       bed += region == Region::seabed || region == Region::object || region == Region::shadow;
     }
   return static_cast<double>(bed) / static_cast<double>(part.columns * part.rows);

@@ -33,6 +33,11 @@ struct LabelledImage {
 
   ViewSize size() const { return {name, labels.columns(), labels.rows(), across_m, along_m}; }
   Rectangle whole() const { return {0, 0, labels.columns(), labels.rows()}; }
+  /// The pixel of a picture that lies at this place in the layers, and the other way round: they
+  /// count rows from opposite ends.
+  std::size_t flipped(std::size_t row, std::size_t column) const {
+    return (labels.rows() - 1 - row) * labels.columns() + column;
+  }
 };
 
 /// How far along the track each row of a line lies: the vehicle's way over ground from the first
