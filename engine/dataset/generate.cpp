@@ -21,6 +21,7 @@
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/scene_paths.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
@@ -108,7 +109,7 @@ void require_read_with(const std::vector<fs::path>& copies, const fs::path& copy
 /// them in its own folder.
 void stage_files(const Scene& scene, const fs::path& folder) {
   for_each_file(scene, [&](std::string_view key, const InputFile& file) {
-    if (file.name.empty() || file.name.starts_with("data:")) return;
+    if (file.name.empty() || file.name.starts_with(data_prefix)) return;
     const fs::path copy = fs::absolute(folder / file.name).lexically_normal();
     stage_copy(file.path, copy);
     const fs::path its_folder = fs::absolute(file.path).lexically_normal().parent_path();

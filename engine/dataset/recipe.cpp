@@ -328,10 +328,7 @@ Scene Recipe::with_every_table() const {
   });
 }
 
-ScenePaths Recipe::paths() const {
-  const std::filesystem::path folder = std::filesystem::path(name_).parent_path();
-  return {folder.empty() ? "." : folder, data_folder_};
-}
+ScenePaths Recipe::paths() const { return scene_paths(name_, data_folder_); }
 
 std::size_t Recipe::seafloors() const {
   return options_.seafloors > 0 ? static_cast<std::size_t>(options_.seafloors) : samples();
@@ -429,7 +426,8 @@ std::vector<std::string> Recipe::assets() const {
 }
 std::filesystem::path Recipe::path_of(const std::string& asset) const {
   const ScenePaths all = paths();
-  return asset.starts_with("data:") ? all.data_folder / asset.substr(5) : all.scene_folder / asset;
+  return asset.starts_with(data_prefix) ? all.data_folder / asset.substr(data_prefix.size())
+                                        : all.scene_folder / asset;
 }
 
 }  // namespace ensonify::engine

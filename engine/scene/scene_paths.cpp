@@ -21,11 +21,10 @@ fs::path resolve(std::string_view key, const std::string& text, const ScenePaths
   const auto refuse = [&](std::string_view why) {
     return SceneError(fmt::format("'{}' names {}: {}", key, printable(text), why));
   };
-  constexpr std::string_view data = "data:";
-  const bool in_data = text.starts_with(data);
+  const bool in_data = text.starts_with(data_prefix);
   if (in_data && paths.data_folder.empty())
     throw refuse("no data folder is known: give --data DIR or set ENSONIFY_DATA");
-  const fs::path inside = in_data ? text.substr(data.size()) : text;
+  const fs::path inside = in_data ? text.substr(data_prefix.size()) : text;
   if (text.find('\0') != std::string::npos) throw refuse("a path holds no NUL character");
   if (inside.is_absolute() || std::ranges::count(inside, fs::path("..")) > 0)
     throw refuse("expected a path under the scene's own folder, without '..', or data:path");

@@ -8,6 +8,9 @@
 
 namespace ensonify::engine {
 
+/// Begins the name of a file in the data folder.
+inline constexpr std::string_view data_prefix = "data:";
+
 /// Where a scene's files may lie: a relative path under the scene's folder, or `data:path` under
 /// the data folder. Absolute paths, `..`, links that lead out and files that are not regular are
 /// refused.
