@@ -9,6 +9,7 @@
 
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/scene_paths.h>
 #include <ensonify/scatter/nearest_names.h>
 
 namespace ensonify::engine {
@@ -68,6 +69,10 @@ class RecipeReader {
   SceneError fault(const toml::node& node, std::string_view message) const {
     return SceneError(fmt::format("{}: {}", place(node.source()), message));
   }
+  SceneError fault(const toml::node& node, const std::string& path,
+                   std::string_view message) const {
+    return fault(node, fmt::format("'{}': {}", path, message));
+  }
 
   void read_table(const toml::table& table, const std::string& path) {
     for (const auto& [key, node] : table) {
@@ -88,8 +93,8 @@ class RecipeReader {
         const std::string near =
             scatter::suggestion(word, std::vector<std::string>(words.begin(), words.end()));
         if (!near.empty())
-          throw fault(
-              node, fmt::format("'{}': unknown distribution {}{}", path, toml_string(word), near));
+          throw fault(node, path,
+                      fmt::format("unknown distribution {}{}", toml_string(word), near));
       }
       if (drawn)
         draw(path, distribution(*table, path));
@@ -105,8 +110,7 @@ class RecipeReader {
       result_.values[path] = text_of(node);
     } else if (std::vector<std::string> values = values_of(node);
                !override_.empty() || values.size() > 1 || values.front() != text_of(node)) {
-      if (values.front().empty())
-        throw fault(node, fmt::format("'{}': expected a value or a distribution", path));
+      if (values.front().empty()) throw fault(node, path, "expected a value or a distribution");
       Distribution d;
       d.place = place(node.source());
       d.kind = Distribution::Kind::choice;
@@ -176,14 +180,14 @@ class RecipeReader {
       } else if (word == "log_uniform") {
         ++kinds, ends(node, path, word, d, Distribution::Kind::log_uniform);
         if (!(d.a > 0.0))
-          throw fault(
-              node, fmt::format("'{}': log_uniform begins at {}, expected more than 0", path, d.a));
+          throw fault(node, path,
+                      fmt::format("log_uniform begins at {}, expected more than 0", d.a));
       } else if (word == "normal") {
         ++kinds, ends(node, path, word, d, Distribution::Kind::normal);
       } else if (word == "int") {
         ++kinds, ends(node, path, word, d, Distribution::Kind::whole);
         if (d.a != std::floor(d.a) || d.b != std::floor(d.b))
-          throw fault(node, fmt::format("'{}': expected whole numbers, int = [2, 5]", path));
+          throw fault(node, path, "expected whole numbers, int = [2, 5]");
       } else if (word == "choice") {
         ++kinds, choices(node, path, d);
       } else if (word == "table") {
@@ -192,24 +196,23 @@ class RecipeReader {
         ++kinds;
         d.kind = Distribution::Kind::unset;
         if (!node.is_boolean() || !node.as_boolean()->get())
-          throw fault(node, fmt::format("'{}': expected unset = true", path));
+          throw fault(node, path, "expected unset = true");
       } else if (word == "weights") {
         for (const double weight : numbers(node, path, word)) d.weights.push_back(weight);
       } else if (word == "between") {
         const auto both = numbers(node, path, word);
         if (both.size() != 2 || !(both[0] < both[1]))
-          throw fault(node, fmt::format("'{}': expected between = [least, most]", path));
+          throw fault(node, path, "expected between = [least, most]");
         d.between = {both[0], both[1]};
       } else if (word == "times") {
         d.times = keys(node, path, word);
       } else if (word == "plus") {
         d.plus = keys(node, path, word);
       } else if (word == "by") {
-        if (!node.is_string()) throw fault(node, fmt::format("'{}': expected by = \"KEY\"", path));
+        if (!node.is_string()) throw fault(node, path, "expected by = \"KEY\"");
         d.by = node.as_string()->get();
       } else if (word == "stratified") {
-        if (!node.is_boolean())
-          throw fault(node, fmt::format("'{}': expected stratified = true", path));
+        if (!node.is_boolean()) throw fault(node, path, "expected stratified = true");
         d.stratified = node.as_boolean()->get();
       }
     }
@@ -220,7 +223,7 @@ class RecipeReader {
   void check(const Distribution& d, int kinds, const toml::table& table, const std::string& path) {
     using Kind = Distribution::Kind;
     const auto require = [&](bool holds, std::string_view message) {
-      if (!holds) throw fault(table, fmt::format("'{}': {}", path, message));
+      if (!holds) throw fault(table, path, message);
     };
     require(
         kinds <= 1,
@@ -242,10 +245,10 @@ class RecipeReader {
     require(d.weights.empty() || sum > 0.0, "expected at least one weight above 0");
     require(!d.between || d.kind == Kind::normal, "between belongs to normal");
     if (d.between && d.share_between() < least_share_between)
-      throw fault(table,
-                  fmt::format("'{}': hardly any draw lies between {} and {}, expected a share "
+      throw fault(table, path,
+                  fmt::format("hardly any draw lies between {} and {}, expected a share "
                               "of {} or more; widen this range",
-                              path, d.between->first, d.between->second, least_share_between));
+                              d.between->first, d.between->second, least_share_between));
     require(!d.stratified || (d.kind != Kind::normal && d.kind != Kind::table &&
                               d.kind != Kind::unset && d.kind != Kind::constant),
             "stratified belongs to uniform, log_uniform, int or choice");
@@ -261,7 +264,7 @@ class RecipeReader {
         all.push_back(*element.value<double>());
       }
     if (!array || all.size() != array->size())
-      throw fault(node, fmt::format("'{}': expected numbers, {} = [1, 2]", path, word));
+      throw fault(node, path, fmt::format("expected numbers, {} = [1, 2]", word));
     return all;
   }
 
@@ -271,12 +274,13 @@ class RecipeReader {
     const bool fit = both.size() == 2 &&
                      (kind == Distribution::Kind::normal ? both[1] >= 0.0 : both[0] <= both[1]);
     if (both.size() == 2 && !fit && kind != Distribution::Kind::normal)
-      throw fault(node, fmt::format("'{}': {} begins at {}, above its end at {}", path, word,
-                                    both[0], both[1]));
+      throw fault(node, path,
+                  fmt::format("{} begins at {}, above its end at {}", word, both[0], both[1]));
     if (!fit)
-      throw fault(node, fmt::format("'{}': expected {} = [{}]", path, word,
-                                    kind == Distribution::Kind::normal ? "mean, deviation"
-                                                                       : "least, most"));
+      throw fault(
+          node, path,
+          fmt::format("expected {} = [{}]", word,
+                      kind == Distribution::Kind::normal ? "mean, deviation" : "least, most"));
     d.kind = kind;
     d.a = both[0];
     d.b = both[1];
@@ -288,37 +292,34 @@ class RecipeReader {
       for (const toml::node& element : *array) {
         const std::vector<std::string> values = values_of(element);
         if (values.size() > 1 && array->size() > 1)
-          throw fault(element, fmt::format("'{}': a * that matches several files is a choice by "
-                                           "itself: it expects no others next to it",
-                                           path));
+          throw fault(element, path,
+                      "a * that matches several files is a choice by "
+                      "itself: it expects no others next to it");
         d.choices.insert(d.choices.end(), values.begin(), values.end());
       }
     if (d.choices.empty() || std::ranges::count(d.choices, "") > 0)
-      throw fault(node, fmt::format("'{}': expected values, choice = [\"a\", \"b\"]", path));
+      throw fault(node, path, "expected values, choice = [\"a\", \"b\"]");
   }
 
   void entries(const toml::node& node, const std::string& path, Distribution& d) {
     d.kind = Distribution::Kind::table;
     const toml::table* table = node.as_table();
     if (!table || table->empty())
-      throw fault(
-          node,
-          fmt::format(
-              "'{}': expected a value for each of the other key's, table = {{ a = 1, b = 2 }}",
-              path));
+      throw fault(node, path,
+                  "expected a value for each of the other key's, table = { a = 1, b = 2 }");
     for (const auto& [key, entry] : *table) {
       const std::string value(key.str());
       if (const toml::table* inner = entry.as_table()) {
         d.table.emplace(value, distribution(*inner, path));
         if (d.table[value].stratified)
-          throw fault(entry, fmt::format("'{}': a table's entries cannot be stratified", path));
+          throw fault(entry, path, "a table's entries cannot be stratified");
         continue;
       }
       Distribution& one = d.table[value];
       one.kind = Distribution::Kind::choice;
       one.choices = values_of(entry);
       if (one.choices.front().empty())
-        throw fault(entry, fmt::format("'{}': expected a value or a distribution", path));
+        throw fault(entry, path, "expected a value or a distribution");
     }
   }
 
@@ -330,12 +331,10 @@ class RecipeReader {
       for (const toml::node& element : *array)
         if (const auto* one = element.as_string()) all.push_back(one->get());
     if (all.empty() || (node.is_array() && all.size() != node.as_array()->size()))
-      throw fault(
-          node, fmt::format("'{}': expected another key, {} = \"sonar.NAME.range_m\"", path, word));
+      throw fault(node, path,
+                  fmt::format("expected another key, {} = \"sonar.NAME.range_m\"", word));
     return all;
   }
-
-  static constexpr std::string_view data_prefix = "data:";
 
   std::string name_;
   const std::filesystem::path& data_folder_;
