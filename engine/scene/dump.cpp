@@ -10,11 +10,6 @@ namespace ensonify::engine {
 namespace {
 
 template <class Owner>
-std::string help_text(const Key<Owner>& key) {
-  return fmt::format("{} ({})", key.help, expectation(key));
-}
-
-template <class Owner>
 void dump(std::string& out, const Section<Owner>& section, std::string_view heading,
           const Owner& owner, bool with_comments) {
   if (with_comments && !heading.empty()) out += fmt::format("\n# {}\n", section.help);

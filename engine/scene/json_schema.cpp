@@ -118,7 +118,7 @@ class SchemaWriter {
     for (const Key<Owner>& key : section.keys) {
       json value = value_schema(key.option(owner), key.range, key.choices);
       if (drawn) value = {{"anyOf", json::array({value, {{"type", "object"}}})}};
-      value["description"] = fmt::format("{} ({})", key.help, expectation(key));
+      value["description"] = help_text(key);
       to["properties"][key.name] = std::move(value);
     }
   }

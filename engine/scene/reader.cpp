@@ -34,6 +34,14 @@ std::string joined(std::string_view section, std::string_view name) {
   return section.empty() ? std::string(name) : fmt::format("{}.{}", section, name);
 }
 
+/// The names of keys or owners.
+template <class Named>
+std::vector<std::string> names_of(const std::vector<Named>& all) {
+  std::vector<std::string> names;
+  for (const Named& one : all) names.emplace_back(one.name);
+  return names;
+}
+
 /// Fills a scene from TOML tables, and keeps the place of each key.
 class Reader {
  public:
@@ -192,13 +200,10 @@ class Reader {
       } else if (section(path) != dataset_sections().end()) {
         read_dataset(expect_table(node, path), path, options);
       } else {
-        std::vector<std::string> here;
+        std::vector<std::string> here = names_of(keys);
         for (const auto& s : dataset_sections())
-          if (s.name == name)
-            for (const auto& k : s.keys) here.emplace_back(k.name);
-          else if (s.name.starts_with(name + "."))
-            here.emplace_back(s.name.substr(name.size() + 1));
-        throw unknown(key, name, here);
+          if (s.name.starts_with(name + ".")) here.emplace_back(s.name.substr(name.size() + 1));
+        throw unknown(key, name, std::move(here));
       }
     }
   }
@@ -237,8 +242,7 @@ class Reader {
       }
       const auto owner = std::ranges::find(owners, name.str(), &Owner::name);
       if (owner == owners.end()) {  // only an override can name one that the file does not have
-        std::vector<std::string> names;
-        for (const Owner& o : owners) names.push_back(o.name);
+        const std::vector<std::string> names = names_of(owners);
         throw fault(
             name, fmt::format("the scene has no {} {}", kind, printable(name.str())) +
                       (names.empty() ? fmt::format("; define it in the file, as [{}.NAME]", kind)
@@ -325,11 +329,7 @@ class Reader {
     for (const auto& [key, value] : table) {
       if (drawn_ && key.str() == "present") continue;
       const auto row = std::ranges::find(section.keys, key.str(), &Key<Owner>::name);
-      if (row == section.keys.end()) {
-        std::vector<std::string> known;
-        for (const auto& k : section.keys) known.emplace_back(k.name);
-        throw unknown(key, path, std::move(known));
-      }
+      if (row == section.keys.end()) throw unknown(key, path, names_of(section.keys));
       set(*row, owner, value, joined(path, key.str()));
     }
   }

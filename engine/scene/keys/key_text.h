@@ -6,6 +6,8 @@
 #include <string_view>
 #include <variant>
 
+#include <fmt/format.h>
+
 #include <ensonify/engine/scene/keys/key.h>
 
 namespace ensonify::engine {
@@ -19,6 +21,12 @@ std::string expectation(const Key<Owner>& key) {
   if (!key.expected.empty()) return std::string(key.expected);
   const Owner owner{};
   return expectation(key.unit, key.range, key.choices, key.option(owner));
+}
+
+/// What a key is, and what it accepts.
+template <class Owner>
+std::string help_text(const Key<Owner>& key) {
+  return fmt::format("{} ({})", key.help, expectation(key));
 }
 
 /// An option's value as TOML, the shortest text that reads back to it; none for an unset one. Empty
