@@ -4,20 +4,14 @@
 #include <stdexcept>
 #include <vector>
 
-#include <ensonify/scatter/sound_ray.h>
-
+#include "scatter/absorbing_water.h"
 #include "support/catch.h"
 
 using namespace ensonify::scatter;
+using ensonify::tests::absorbing;
+using ensonify::tests::arc;
 
 namespace {
-
-/// The same water with some absorption.
-SoundSpeedProfile absorbing(std::vector<SoundSpeedSample> samples) {
-  return SoundSpeedProfile(std::move(samples)).with_absorption([](double depth_m, double mps) {
-    return 1e-3 * (mps - 1400.0) + 1e-4 * depth_m;
-  });
-}
 
 const std::vector<SoundSpeedProfile>& profiles() {
   static const std::vector<SoundSpeedProfile> all = {
@@ -40,8 +34,7 @@ TEST_CASE("A direct ray reaches the place and time of its arcs, and no other ray
       for (double cotangent = 0.0; cotangent < rays.flattest(); cotangent += 0.0371)
         for (const double depth_m : {14.0, 17.3, 22.0}) {
           const double hypotenuse = std::hypot(1.0, cotangent);
-          SoundRay ray(profile, source_m, cotangent / hypotenuse, 1.0 / hypotenuse, -1e9, depth_m);
-          while (ray.reflections() == 0) ray.advance(ray.path_to_edge_m());
+          const SoundRay ray = arc(profile, source_m, cotangent, depth_m);
           const SoundRayPoint& there = ray.point();
           DirectRays::Eigenray way{.cotangent = 0.3 * cotangent + 1.0};
           REQUIRE(rays.find(there.range_m, depth_m, way));

@@ -4,20 +4,14 @@
 #include <random>
 #include <vector>
 
-#include <ensonify/scatter/sound_ray.h>
-
+#include "scatter/absorbing_water.h"
 #include "support/catch.h"
 
 using namespace ensonify::scatter;
+using ensonify::tests::absorbing;
+using ensonify::tests::arc;
 
 namespace {
-
-/// The same water with some absorption.
-SoundSpeedProfile absorbing(std::vector<SoundSpeedSample> samples) {
-  return SoundSpeedProfile(std::move(samples)).with_absorption([](double depth_m, double mps) {
-    return 1e-3 * (mps - 1400.0) + 1e-4 * depth_m;
-  });
-}
 
 const std::vector<SoundSpeedProfile>& profiles() {
   static const std::vector<SoundSpeedProfile> all = {
@@ -27,14 +21,6 @@ const std::vector<SoundSpeedProfile>& profiles() {
       absorbing({{1.81, 1481.35}, {3.35, 1476.16}, {5, 1475.21}, {9.76, 1478.1}, {30, 1482}}),
   };
   return all;
-}
-
-/// The exact arc of a launch down to a depth.
-SoundRay arc(const SoundSpeedProfile& profile, double source_m, double cotangent, double depth_m) {
-  const double hypotenuse = std::hypot(1.0, cotangent);
-  SoundRay ray(profile, source_m, cotangent / hypotenuse, 1.0 / hypotenuse, -1e9, depth_m);
-  while (ray.reflections() == 0) ray.advance(ray.path_to_edge_m());
-  return ray;
 }
 
 }  // namespace
