@@ -26,18 +26,41 @@ using namespace ensonify;
 using namespace ensonify::engine;
 using namespace ensonify::tests;
 
-TEST_CASE("multiples have the ranges of image sources, from below and from the side") {
+namespace {
+
+/// A sonar whose range has the multiples.
+Sonar long_sonar() {
   Sonar sonar = open_sonar();
   sonar.bins = 3000;
+  return sonar;
+}
+
+/// An echo from this range alone, in `reach` bins on either side.
+std::vector<float> echo_from(double range_m, const Sonar& sonar, std::size_t reach = 4) {
+  std::vector<float> echo(static_cast<std::size_t>(sonar.bins), 0.0f);
+  const auto lit = static_cast<std::size_t>(range_m / sonar.bin_m());
+  std::fill_n(echo.begin() + static_cast<std::ptrdiff_t>(lit - reach), 2 * reach + 1, 1e9f);
+  return echo;
+}
+
+/// What was received within `reach` bins of a range.
+double energy_about(double range_m, const std::vector<double>& received, const Sonar& sonar,
+                    std::ptrdiff_t reach = 20) {
+  const auto bin = static_cast<std::ptrdiff_t>(range_m / sonar.bin_m());
+  return std::accumulate(received.begin() + bin - reach, received.begin() + bin + reach + 1, 0.0);
+}
+
+}  // namespace
+
+TEST_CASE("multiples have the ranges of image sources, from below and from the side") {
+  const Sonar sonar = long_sonar();
   // One place of the bed has an echo: straight below, or 20 m to the side.
   for (const double over_m : {0.5, 20.0}) {
     const double r = std::hypot(over_m, altitude_m);
-    std::vector<float> direct(3000, 0.0f);
-    const auto lit = static_cast<std::size_t>(r / sonar.bin_m());
-    for (std::size_t i = lit - 2; i <= lit + 2; ++i) direct[i] = 1e9f;
+    const std::vector<float> direct = echo_from(r, sonar, 2);
     std::vector<double> all =
         received(sonar, {.multiples = true, .bottom_loss_db = 0.0}, direct, {.wind_mps = 0.0});
-    for (std::size_t i = lit - 2; i <= lit + 2; ++i) all[i] -= 1e9;
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] -= direct[i];
     // The place is mirrored at the surface, and that image at the bed.
     const double by_surface = std::hypot(over_m, altitude_m + 2.0 * depth_m);
     const double by_bed = std::hypot(over_m, 3.0 * altitude_m + 2.0 * depth_m);
@@ -55,31 +78,24 @@ TEST_CASE("multiples have the ranges of image sources, from below and from the s
 }
 
 TEST_CASE("a multiple by the surface keeps the energy of its legs' spreading") {
-  Sonar sonar = open_sonar();
-  sonar.bins = 3000;
-  std::vector<float> direct(3000, 0.0f);
+  const Sonar sonar = long_sonar();
   const double over_m = 15.0, r = std::hypot(over_m, altitude_m);
-  const auto lit = static_cast<std::size_t>(r / sonar.bin_m());
-  for (std::size_t i = lit - 4; i <= lit + 4; ++i) direct[i] = 1e9f;
+  const std::vector<float> direct = echo_from(r, sonar);
   const SeaState calm{.wind_mps = 0.0};
   const std::vector<double> with =
       received(sonar, {.multiples = true, .bottom_loss_db = 200.0}, direct, calm);
   const double back_m = std::hypot(over_m, altitude_m + 2.0 * depth_m);
-  const auto sum_about = [&](double range_m) {
-    const auto bin = static_cast<std::ptrdiff_t>(range_m / sonar.bin_m());
-    return std::accumulate(with.begin() + bin - 20, with.begin() + bin + 21, 0.0);
-  };
   // Two directions, each with r^2 r'^2 instead of r^4, and absorption over the longer leg. Along
   // the track sinc^2(L y / lambda r) sinc^2(L y / lambda r') has the integral
   // lambda r / L (1 - r / (3 r')), which for equal legs is 2/3 lambda r / L.
   const double wider = 1.5 * (1.0 - r / (3.0 * back_m));
   const double expected =
       9e9 * 2.0 * std::pow(r / back_m, 2) * wider * scatter::from_db(-0.03 * (back_m - r));
-  CHECK(sum_about(0.5 * (r + back_m)) == Approx(expected).epsilon(0.02));
+  CHECK(energy_about(0.5 * (r + back_m), with, sonar) == Approx(expected).epsilon(0.02));
   // That of an image of the sonar at the range r': both legs are its own.
   const double as_image =
       9e9 * std::pow(r / back_m, 4) * (back_m / r) * scatter::from_db(-0.06 * (back_m - r));
-  CHECK(sum_about(back_m) == Approx(as_image).epsilon(0.02));
+  CHECK(energy_about(back_m, with, sonar) == Approx(as_image).epsilon(0.02));
 }
 
 TEST_CASE("multiples of an array that is not focused have the level of image sources") {
@@ -166,8 +182,7 @@ TEST_CASE("multiples of a pitched or moving array have the level of image source
   // astern where the array's own meets it ahead. The bed is level, of even strength, cut into
   // squares; far away an array has the pattern sinc^2(L u / lambda). It is sent from the pose at
   // transmission and received at the pose when the echo is back.
-  Sonar sonar = open_sonar();
-  sonar.bins = 3000;
+  const Sonar sonar = long_sonar();
   const double wavelength_m = 1500.0 / sonar.frequency_hz, up_m = altitude_m + 2.0 * depth_m;
   struct Case {
     double pitch_deg;
@@ -272,12 +287,9 @@ TEST_CASE("a multiple loses the bubble loss of the wind, and what waves reflect 
   // APL-UW TR 9407: 15 dB per reflection at 400 kHz, 30 degrees, 10 m/s; slopes by its eq. 12.
   CHECK(scatter::bubble_loss_db({.wind_mps = 10.0, .frequency_hz = 400e3},
                                 std::numbers::pi / 6.0) == Approx(15.2).margin(0.1));
-  Sonar sonar = open_sonar();
-  sonar.bins = 3000;
+  const Sonar sonar = long_sonar();
   const double over_m = 10.0, r = std::hypot(over_m, altitude_m);
-  std::vector<float> direct(3000, 0.0f);
-  const auto lit = static_cast<std::size_t>(r / sonar.bin_m());
-  for (std::size_t i = lit - 4; i <= lit + 4; ++i) direct[i] = 1e9f;
+  const std::vector<float> direct = echo_from(r, sonar);
   const double up_m = altitude_m + 2.0 * depth_m, around_m = 3.0 * altitude_m + 2.0 * depth_m;
   const double by_surface = std::hypot(over_m, up_m), by_bed = std::hypot(over_m, around_m);
   const auto energies = [&](double wind_mps) {
@@ -285,10 +297,7 @@ TEST_CASE("a multiple loses the bubble loss of the wind, and what waves reflect 
         received(sonar, {.multiples = true, .bottom_loss_db = 0.0}, direct, {.wind_mps = wind_mps});
     std::array<double, 3> sums{};
     const double ranges[] = {0.5 * (r + by_surface), by_surface, 0.5 * (r + by_bed)};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto bin = static_cast<std::ptrdiff_t>(ranges[i] / sonar.bin_m());
-      sums[i] = std::accumulate(all.begin() + bin - 25, all.begin() + bin + 26, 0.0);
-    }
+    for (std::size_t i = 0; i < 3; ++i) sums[i] = energy_about(ranges[i], all, sonar, 25);
     return sums;
   };
   const auto calm = energies(0.0);
@@ -316,18 +325,14 @@ TEST_CASE("a multiple loses the bubble loss of the wind, and what waves reflect 
 
 TEST_CASE("a bed with relief reflects most of a multiple past the beam") {
   // The bed alone spreads it: the surface is calm.
-  Sonar sonar = open_sonar();
-  sonar.bins = 3000;
+  const Sonar sonar = long_sonar();
   const double over_m = 20.0, r = std::hypot(over_m, altitude_m);
-  std::vector<float> direct(3000, 0.0f);
-  const auto lit = static_cast<std::size_t>(r / sonar.bin_m());
-  for (std::size_t i = lit - 4; i <= lit + 4; ++i) direct[i] = 1e9f;
+  const std::vector<float> direct = echo_from(r, sonar);
   const double around_m = 3.0 * altitude_m + 2.0 * depth_m, by_bed = std::hypot(over_m, around_m);
   const auto energy = [&](std::optional<scatter::Sediment> bed) {
     const std::vector<double> all = received(sonar, {.multiples = true, .bottom_loss_db = 0.0},
                                              direct, {.wind_mps = 0.0}, {.bed = bed});
-    const auto bin = static_cast<std::ptrdiff_t>(0.5 * (r + by_bed) / sonar.bin_m());
-    return std::accumulate(all.begin() + bin - 20, all.begin() + bin + 21, 0.0);
+    return energy_about(0.5 * (r + by_bed), all, sonar);
   };
   for (const char* name : {"medium sand", "gravel"}) {
     const scatter::Sediment bed = scatter::sediment_named(name);
@@ -342,21 +347,17 @@ TEST_CASE("a bed with relief reflects most of a multiple past the beam") {
 }
 
 TEST_CASE("a multiple by the bed loses the sediment's reflection loss at that angle") {
-  Sonar sonar = open_sonar();
-  sonar.bins = 3000;
+  const Sonar sonar = long_sonar();
   const SeaState calm{.wind_mps = 0.0};
   const scatter::Sediment sand = scatter::sediment_named("medium sand");
   for (const double over_m : {0.5, 20.0}) {
-    std::vector<float> direct(3000, 0.0f);
     const double r = std::hypot(over_m, altitude_m);
-    const auto lit = static_cast<std::size_t>(r / sonar.bin_m());
-    for (std::size_t i = lit - 4; i <= lit + 4; ++i) direct[i] = 1e9f;
+    const std::vector<float> direct = echo_from(r, sonar);
     const double down_m = 3.0 * altitude_m + 2.0 * depth_m, back_m = std::hypot(over_m, down_m);
     const auto energy = [&](std::optional<double> loss_db, std::optional<scatter::Sediment> bed) {
       const std::vector<double> all = received(
           sonar, {.multiples = true, .bottom_loss_db = loss_db}, direct, calm, {.bed = bed});
-      const auto bin = static_cast<std::ptrdiff_t>(0.5 * (r + back_m) / sonar.bin_m());
-      return std::accumulate(all.begin() + bin - 20, all.begin() + bin + 21, 0.0);
+      return energy_about(0.5 * (r + back_m), all, sonar);
     };
     const double whole = energy(0.0, sand);
     const double loss_db = scatter::reflection_loss_db(sand, std::asin(down_m / back_m));
@@ -370,21 +371,17 @@ TEST_CASE("a multiple by the bed loses the sediment's reflection loss at that an
 }
 
 TEST_CASE("a multiple has the bed's strength at both of its legs' grazing angles") {
-  Sonar sonar = open_sonar();
-  sonar.bins = 3000;
+  const Sonar sonar = long_sonar();
   const SeaState calm{.wind_mps = 0.0};
   const auto lambert = [](double sine) { return 2e-3 * sine * sine; };
   for (const double over_m : {5.0, 28.0, 60.0}) {
     const double r = std::hypot(over_m, altitude_m);
-    std::vector<float> direct(3000, 0.0f);
-    const auto lit = static_cast<std::size_t>(r / sonar.bin_m());
-    for (std::size_t i = lit - 4; i <= lit + 4; ++i) direct[i] = 1e9f;
+    const std::vector<float> direct = echo_from(r, sonar);
     const double up_m = altitude_m + 2.0 * depth_m, back_m = std::hypot(over_m, up_m);
     const auto energy = [&](const std::function<double(double)>& strength) {
       const std::vector<double> all = received(sonar, {.multiples = true, .bottom_loss_db = 200.0},
                                                direct, calm, {.strength = strength});
-      const auto bin = static_cast<std::ptrdiff_t>(0.5 * (r + back_m) / sonar.bin_m());
-      return std::accumulate(all.begin() + bin - 20, all.begin() + bin + 21, 0.0);
+      return energy_about(0.5 * (r + back_m), all, sonar);
     };
     // Lambert's law: mu sin g sin g' over mu sin^2 g.
     const double expected_db = scatter::to_db((up_m / back_m) / (altitude_m / r));
@@ -398,8 +395,7 @@ TEST_CASE("multiples do not follow from side lobes where a measured pattern hide
   // The direct echo there is all side lobes; the multiples come from directions that are not
   // hidden.
   const auto loudest = [](double hidden_db) {
-    Sonar sonar = open_sonar();
-    sonar.bins = 3000;
+    Sonar sonar = long_sonar();
     for (auto& side : sonar.vertical.measured)
       side = {{-180.0 * degree, 0.0},
               {60.0 * degree, 0.0},
