@@ -4,11 +4,15 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <algorithm>
+#include <array>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "support/files.h"
@@ -22,6 +26,30 @@ struct Outcome {
   int code = -1;  ///< the exit code, or minus the signal that ended it
   std::string out, err;
 };
+
+/// A line of /proc/PID/status, such as "VmRSS:", in MB, about every 20 ms until the process ends.
+inline std::vector<double> memory_mb(pid_t process, const std::string& line) {
+  const std::filesystem::path status =
+      std::filesystem::path("/proc") / std::to_string(process) / "status";
+  std::vector<double> memory;
+  for (;;) {
+    const std::string text = read_text(status);
+    const std::size_t at = text.find(line);
+    if (at == std::string::npos) return memory;
+    memory.push_back(std::stod(text.substr(at + line.size())) / 1024.0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+}
+
+/// The largest value of each quarter of a series.
+inline std::array<double, 4> largest_of_quarters(const std::vector<double>& values) {
+  std::array<double, 4> largest{};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    double& one = largest[4 * i / values.size()];
+    one = std::max(one, values[i]);
+  }
+  return largest;
+}
 
 /// Runs the program in a folder and waits for it. `environment` is added to this process's, and a
 /// separate cache unless it sets one; `meanwhile` is called with the process id once it runs;

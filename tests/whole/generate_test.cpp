@@ -532,24 +532,13 @@ TEST_CASE("memory does not grow over two hundred samples", "[.soak]") {
                                              "seafloors = 4", "seafloors = 100"));
   std::vector<double> resident_mb;
   const Outcome outcome = generate(folder.path(), "set", {"--threads", "2"}, [&](pid_t process) {
-    const fs::path status = fs::path("/proc") / std::to_string(process) / "status";
-    while (true) {
-      const std::string text = read_text(status);
-      const std::size_t at = text.find("VmRSS:");
-      if (at == std::string::npos) return;  // it has ended
-      resident_mb.push_back(std::stod(text.substr(at + 6)) / 1024.0);
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+    resident_mb = memory_mb(process, "VmRSS:");
   });
   REQUIRE(outcome.code == 0);
   REQUIRE(resident_mb.size() > 40);
-  const auto most = [&](std::size_t begin, std::size_t end) {
-    return *std::max_element(resident_mb.begin() + std::ptrdiff_t(begin),
-                             resident_mb.begin() + std::ptrdiff_t(end));
-  };
-  const std::size_t quarter = resident_mb.size() / 4;
-  CAPTURE(most(0, quarter), most(3 * quarter, resident_mb.size()));
-  CHECK(most(3 * quarter, resident_mb.size()) < most(quarter, 2 * quarter) + 8.0);
+  const std::array<double, 4> largest_mb = largest_of_quarters(resident_mb);
+  CAPTURE(largest_mb[0], largest_mb[3]);
+  CHECK(largest_mb[3] < largest_mb[1] + 8.0);
 }
 
 TEST_CASE("extrapolated levels give one warning per dataset, for any values drawn") {

@@ -218,25 +218,13 @@ pings_per_file = 500
   const Outcome outcome =
       run_program(folder.path(), {"run", "scene.toml", "-o", "out", "--quiet", "--threads", "2"},
                   {}, [&](pid_t process) {
-                    const fs::path status = fs::path("/proc") / std::to_string(process) / "status";
-                    while (true) {
-                      const std::string text = read_text(status);
-                      const std::size_t at = text.find("RssAnon:");  // without the mapped file
-                      if (at == std::string::npos) return;           // it has ended
-                      resident_mb.push_back(std::stod(text.substr(at + 8)) / 1024.0);
-                      std::this_thread::sleep_for(50ms);
-                    }
+                    resident_mb = memory_mb(process, "RssAnon:");  // without the mapped file
                   });
   INFO(outcome.err);
   REQUIRE(outcome.code == 0);
   REQUIRE(resident_mb.size() > 40);
-  const auto most = [&](std::size_t begin, std::size_t end) {
-    return *std::max_element(resident_mb.begin() + std::ptrdiff_t(begin),
-                             resident_mb.begin() + std::ptrdiff_t(end));
-  };
-  const std::size_t quarter = resident_mb.size() / 4;
-  const double in_third = most(2 * quarter, 3 * quarter);
-  const double in_last = most(3 * quarter, resident_mb.size());
+  const std::array<double, 4> largest_mb = largest_of_quarters(resident_mb);
+  const double in_third = largest_mb[2], in_last = largest_mb[3];
   CAPTURE(in_third, in_last);
   CHECK(in_last < in_third + 16.0);  // measured: 170 and 175
   CHECK(in_last < 300.0);
