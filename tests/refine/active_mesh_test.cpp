@@ -51,21 +51,7 @@ struct Built {
 const std::vector<Built>& small_meshes() {
   static const std::vector<Built> all = [] {
     std::vector<NamedMesh> meshes = ensonify::tests::manifold_meshes(false);
-    const auto add = [&](const char* name, std::vector<Face> faces, std::size_t vertices) {
-      TriangleMesh mesh{.faces = std::move(faces)};
-      Random random(vertices);
-      for (std::size_t v = 0; v < vertices; ++v)
-        mesh.positions.push_back((10.0 * ensonify::tests::direction(random)).cast<float>());
-      meshes.push_back({name, std::move(mesh)});
-    };
-    add("nothing", {}, 0);
-    add("lone vertices", {}, 3);
-    add("one face", {{0, 1, 2}}, 3);
-    add("two faces", {{0, 1, 2}, {2, 1, 3}}, 4);
-    add("a closed fan", {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}}, 5);
-    add("a tetrahedron", {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, 4);
-    add("two tetrahedra as one", {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {1, 0, 4}, {2, 1, 4}, {0, 2, 4}},
-        5);
+    for (NamedMesh& mesh : ensonify::tests::smallest_meshes()) meshes.push_back(std::move(mesh));
     std::vector<Built> out;
     for (auto& [name, mesh] : meshes) {
       out.push_back({name, mesh, build_by_edge_collapse(mesh)});
@@ -283,14 +269,7 @@ TEST_CASE("full refinement gives back every face, and full coarsening in any ord
         mesh.vsplit(any_of(from, random));
       CHECK(broken_invariants(mesh) == Lines{});
       CHECK(mesh.vertex_count() == source.positions.size());
-      const ExactFaces exact = mesh.exact_faces();
-      REQUIRE(exact.faces.size() == source.faces.size());
-      std::size_t wrong = 0;
-      for (std::size_t f = 0; f < source.faces.size(); ++f)
-        for (std::size_t k = 0; k < 3; ++k)
-          wrong += exact.source_faces[f] != f ||
-                   exact.points[exact.faces[f][k]] != source.positions[source.faces[f][k]];
-      CHECK(wrong == 0);
+      CHECK(ensonify::tests::has_all_faces(mesh, source));
 
       for (auto from = collapsible(mesh); !from.empty(); from = collapsible(mesh)) {
         bool moved = false;

@@ -345,4 +345,15 @@ std::vector<std::string> broken_invariants(const ProgressiveMesh& mesh) {
   return found.lines();
 }
 
+bool has_all_faces(const refine::ActiveMesh& mesh, const refine::TriangleMesh& source) {
+  const refine::ExactFaces exact = mesh.exact_faces();
+  if (exact.faces.size() != source.faces.size()) return false;
+  for (std::size_t f = 0; f < source.faces.size(); ++f)
+    for (std::size_t k = 0; k < 3; ++k)
+      if (exact.source_faces[f] != f ||
+          exact.points[exact.faces[f][k]] != source.positions[source.faces[f][k]])
+        return false;
+  return true;
+}
+
 }  // namespace ensonify::tests

@@ -30,4 +30,7 @@ std::vector<std::string> broken_invariants(const refine::ActiveMesh& mesh,
 /// touches a leaf of its node.
 std::vector<std::string> broken_invariants(const refine::ProgressiveMesh& mesh);
 
+/// Whether a mesh at full refinement has each face of its source, unchanged.
+bool has_all_faces(const refine::ActiveMesh& mesh, const refine::TriangleMesh& source);
+
 }  // namespace ensonify::tests

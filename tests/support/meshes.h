@@ -296,4 +296,30 @@ inline std::vector<NamedMesh> manifold_meshes(bool big = true) {
           {"several components", shuffled(several, 16)}};
 }
 
+/// A mesh of these faces, with its vertices in random directions.
+inline refine::TriangleMesh random_vertices(std::vector<refine::Face> faces, std::size_t vertices) {
+  refine::TriangleMesh mesh{.faces = std::move(faces)};
+  Random random(vertices);
+  for (std::size_t v = 0; v < vertices; ++v)
+    mesh.positions.push_back((10.0 * direction(random)).cast<float>());
+  return mesh;
+}
+
+/// The smallest meshes of every kind.
+inline std::vector<NamedMesh> smallest_meshes() {
+  std::vector<NamedMesh> meshes;
+  const auto add = [&](const char* name, std::vector<refine::Face> faces, std::size_t vertices) {
+    meshes.push_back({name, random_vertices(std::move(faces), vertices)});
+  };
+  add("nothing", {}, 0);
+  add("lone vertices", {}, 3);
+  add("one face", {{0, 1, 2}}, 3);
+  add("two faces", {{0, 1, 2}, {2, 1, 3}}, 4);
+  add("a closed fan", {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}}, 5);
+  add("a tetrahedron", {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, 4);
+  add("two tetrahedra as one", {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {1, 0, 4}, {2, 1, 4}, {0, 2, 4}},
+      5);
+  return meshes;
+}
+
 }  // namespace ensonify::tests
