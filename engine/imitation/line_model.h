@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <ensonify/engine/imitation/bed_levels.h>
 #include <ensonify/engine/imitation/evidence.h>
 #include <ensonify/engine/imitation/recorder_signs.h>
 #include <ensonify/engine/imitation/tone_map.h>

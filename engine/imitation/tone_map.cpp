@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <ensonify/engine/comparison/tone_change.h>
+#include <ensonify/engine/imitation/bed_levels.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
