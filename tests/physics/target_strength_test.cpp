@@ -20,6 +20,7 @@
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
+#include <ensonify/engine/seafloor/objects/solids.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/sonar/echo/plane_spacing.h>
 #include <ensonify/engine/units.h>
@@ -316,15 +317,21 @@ TEST_CASE("a smooth sphere has a^2 / 4 at every frequency, from every side, by c
 }
 
 TEST_CASE("a smooth sphere has a^2 / 4 also in a beam that is narrower than its facets") {
-  ShapeSize size;
-  size.diameter_m = 2.0;
-  Sonar sonar = wide_sonar(13.0, 900e3);
-  sonar.array_length_m = 0.3;  // 3 cm at the front of the sphere, whose facets are of 13 cm
-  for (const double heading_deg : {0.0, 11.0, 37.0, 60.0}) {
-    const Body ball{body("sphere", size), nothing, 1.0, heading_deg * degree};
-    CAPTURE(heading_deg);
-    CHECK(target_strength_db(echo_of(ball, sonar, 11.0), sonar) ==
-          Approx(scatter::to_db(std::pow(0.5 * 10.0 / 11.0, 2.0))).margin(0.7));
+  // 3 cm at the front of the sphere, whose facets are of 13 and of 65 cm.
+  for (const auto& [radius_m, range_m] : {std::pair{1.0, 10.0}, {10.0, 20.0}}) {
+    Solids ball;
+    ball.ball(Eigen::Vector3d::Zero(), radius_m, radius_m == 1.0 ? 3 : 4);
+    Sonar sonar = wide_sonar(range_m + 3.0, 900e3);
+    sonar.array_length_m = 0.03 * range_m;
+    for (int i = 0; i < 24; ++i) {
+      const double heading_deg = 2.9 * i;
+      CAPTURE(radius_m, heading_deg);
+      CHECK(target_strength_db(
+                echo_of({ball.mesh, nothing, 1.0, heading_deg * degree}, sonar, range_m + radius_m),
+                sonar) ==
+            Approx(scatter::to_db(std::pow(0.5 * radius_m * range_m / (radius_m + range_m), 2.0)))
+                .margin(0.2));
+    }
   }
 }
 

@@ -56,12 +56,12 @@ std::vector<BuriedGroup> buried_surfaces(const std::vector<ObjectSurface>& objec
   std::vector<BuriedGroup> groups;
   if (!(thickness_m > 0.0)) return groups;
   for (const ObjectSurface& object : objects) {
-    BuriedGroup group{.label = object.label};
+    BuriedGroup group{.label = object.label, .curved = &object.curved};
     const auto finish = [&] {
       if (group.parts.empty()) return;
       enclose(group);
       groups.push_back(std::move(group));
-      group = {.label = object.label};
+      group = {.label = object.label, .curved = &object.curved};
     };
     for (const FlatPart& flat_part : object.flat_parts) {
       const int along = cuts(flat_part.along, flat_part.length_m),

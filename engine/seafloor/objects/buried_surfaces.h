@@ -23,7 +23,8 @@ struct BuriedPart {
 
 /// Some neighbouring buried parts of one object. All parts of a flat part are in one group.
 struct BuriedGroup {
-  std::uint16_t label = 0;  ///< of the object, as in FaceLabels
+  std::uint16_t label = 0;               ///< of the object, as in FaceLabels
+  const CurvedFacets* curved = nullptr;  ///< of the object
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   double radius_m = 0.0;  ///< of a ball about the middle that contains the parts
   std::vector<BuriedPart> parts;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <compare>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -12,13 +11,14 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/engine/seafloor/objects/curved_facets.h>
 #include <ensonify/engine/seafloor/objects/facets.h>
 #include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 namespace {
 
-using Eigen::Matrix3d, Eigen::Matrix3f, Eigen::Vector3d;
+using Eigen::Matrix3d, Eigen::Vector3d;
 using std::numbers::pi;
 
 /// Sets that grow together; each is named by its lowest member.
@@ -84,12 +84,6 @@ struct Sum {
   Vector3d first = Vector3d::Zero();   // integral of the place
   Matrix3d second = Matrix3d::Zero();  // integral of place times place, about the first corner
   Vector3d origin = Vector3d::Zero();  // the first corner
-  // Over the places where it meets other parts of its smooth surface, the second moments about
-  // their means there: of normals, of middles, and of normals with middles. The last two are
-  // in float, because a mesh may have millions of flat parts.
-  Matrix3d normals = Matrix3d::Zero();
-  Matrix3f middles = Matrix3f::Zero(), turns = Matrix3f::Zero();
-  int meetings = 0;
 
   void add(const Corners& corners, double its_area_m2) {
     if (area_m2 == 0.0) origin = corners[0];
@@ -103,20 +97,6 @@ struct Sum {
     }
     area_m2 += its_area_m2;
   }
-  float bend_rad(const Vector3d& axis) const {
-    const double bend_rad = 2.0 * std::sqrt(axis.dot(normals * axis) / std::max(meetings, 1));
-    return bend_rad < flattest_rad ? 0.0f : static_cast<float>(bend_rad);
-  }
-  /// The bend over the mean curvature between the middles; at most twice the length.
-  float arc_m(const Vector3d& axis, float bend_rad, double length_m) const {
-    if (bend_rad == 0.0f) return 0.0f;
-    const double turn_m = axis.dot(turns.cast<double>() * axis),
-                 middles_m2 = axis.dot(middles.cast<double>() * axis);
-    const double most_m = 2.0 * length_m, arc_m = double(bend_rad) * middles_m2;  // times turn_m
-    if (!(arc_m < most_m * std::abs(turn_m)))
-      return static_cast<float>(std::copysign(most_m, turn_m));
-    return static_cast<float>(arc_m / turn_m);
-  }
   Vector3d middle() const { return origin + first / area_m2; }
   Matrix3d spread() const {
     const Vector3d off_m = first / area_m2;
@@ -129,11 +109,11 @@ struct Sum {
   }
   /// Whether it has a hole or a bay that neither a rectangle nor an ellipse can stand for. Among
   /// convex shapes of one area a triangle has the largest product of the moments, (A / 6 sqrt 3)^2:
-  /// what has more is not convex. Facets of a curved surface are left as they are.
+  /// what has more is not convex.
   bool is_hollow(const Vector3d& normal) const {
     constexpr double rounding = 1.01;
     const double most_convex_m2 = area_m2 / (6.0 * std::numbers::sqrt3);
-    return meetings == 0 && moments(normal).root_m2() > rounding * most_convex_m2;
+    return moments(normal).root_m2() > rounding * most_convex_m2;
   }
   FlatPart flat_part(const Vector3d& normal, std::uint32_t surface) const {
     const Matrix3d spread = this->spread();
@@ -146,7 +126,6 @@ struct Sum {
     const double ratio = std::sqrt(std::max(along.dot(spread * along), shortest) /
                                    std::max(across.dot(spread * across), shortest));
     const double length_m = std::sqrt(area_m2 * ratio), width_m = area_m2 / length_m;
-    const float bend_along_rad = bend_rad(along), bend_across_rad = bend_rad(across);
     // Among shapes of one area, an ellipse has the smallest product of the moments, (A / 4 pi)^2; a
     // rectangle has (A / 12)^2. The limit is halfway between them.
     const bool round = moments.root_m2() < 0.5 * (0.25 / pi + 1.0 / 12.0) * area_m2;
@@ -156,10 +135,10 @@ struct Sum {
             .across = across.cast<float>(),
             .length_m = static_cast<float>(length_m),
             .width_m = static_cast<float>(width_m),
-            .bend_along_rad = bend_along_rad,
-            .bend_across_rad = bend_across_rad,
-            .arc_along_m = arc_m(along, bend_along_rad, length_m),
-            .arc_across_m = arc_m(across, bend_across_rad, width_m),
+            .bend_along_rad = 0.0f,
+            .bend_across_rad = 0.0f,
+            .first_facet = 0,
+            .facets = 0,
             .round = round,
             .piece = false,
             .surface = surface};
@@ -223,15 +202,6 @@ struct Edge {
   std::uint32_t face() const { return static_cast<std::uint32_t>(side / 3); }
 };
 
-/// A flat part at a place where it meets others of its smooth surface.
-struct Meeting {
-  std::uint32_t place, surface, flat_part;
-  auto operator<=>(const Meeting&) const = default;
-  bool together(const Meeting& other) const {
-    return place == other.place && surface == other.surface;
-  }
-};
-
 /// The edges of all faces that have an area; those at one place are neighbours.
 std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const double> areas_m2,
                                std::span<const std::uint32_t> place) {
@@ -245,44 +215,6 @@ std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const doub
     }
   std::ranges::sort(edges, {}, [](const Edge& e) { return std::tuple(e.from, e.to, e.side); });
   return edges;
-}
-
-/// Adds to each flat part how far the normals spread where it meets others, and how they turn from
-/// middle to middle. Lobes of this width overlap alike wherever facets stand for a curved surface,
-/// however many meet at a place; those of the angles across a facet's own edges leave a hole where
-/// five triangles meet among sixes.
-void add_meetings(std::vector<Meeting> meetings, std::span<const Vector3d> normals,
-                  std::span<Sum> sums, const std::function<void()>& stop_check) {
-  RareStopCheck check_stop(stop_check);
-  std::ranges::sort(meetings);
-  meetings.erase(std::unique(meetings.begin(), meetings.end()), meetings.end());
-  for (std::size_t i = 0, end; i < meetings.size(); i = end) {
-    check_stop();
-    for (end = i + 1; end < meetings.size() && meetings[end].together(meetings[i]);) ++end;
-    const std::span<const Meeting> here(&meetings[i], end - i);
-    if (here.size() == 1) continue;
-    const auto count = static_cast<double>(here.size());
-    Vector3d normal = Vector3d::Zero(), middle = Vector3d::Zero();
-    for (const Meeting& one : here) {
-      normal += normals[one.flat_part] / count;
-      middle += sums[one.flat_part].middle() / count;
-    }
-    Sum moments;
-    for (const Meeting& one : here) {
-      const Vector3d turn = normals[one.flat_part] - normal;
-      const Vector3d off_m = sums[one.flat_part].middle() - middle;
-      moments.normals += turn * turn.transpose() / count;
-      moments.middles += (off_m * off_m.transpose() / count).cast<float>();
-      moments.turns += (turn * off_m.transpose() / count).cast<float>();
-    }
-    for (const Meeting& one : here) {
-      Sum& sum = sums[one.flat_part];
-      sum.normals += moments.normals;
-      sum.middles += moments.middles;
-      sum.turns += moments.turns;
-      ++sum.meetings;
-    }
-  }
 }
 
 }  // namespace
@@ -313,7 +245,7 @@ FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>
   const std::vector<std::uint32_t> place = places_of(triangles, stop_check);
   if (stop_check) stop_check();
   std::vector<Edge> edges = sorted_edges(triangles, areas_m2, place);
-  std::vector<std::uint64_t> bent;  // sides, as in Edge, where the surface is smooth but not flat
+  std::vector<BentEdge> bent;
   Sets flat(faces), smooth(faces);
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
     check_stop();
@@ -327,50 +259,41 @@ FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>
     if (angle_rad < flattest_rad && first.cross(second).norm() < flattest_rad)
       flat.join(a.face(), b.face());
     else
-      bent.insert(bent.end(), {a.side, b.side});
+      bent.push_back({triangles.faces[a.face()][a.side % 3],
+                      triangles.faces[a.face()][(a.side % 3 + 1) % 3], a.face(), b.face()});
   }
-  edges = {};                                // large
-  std::vector<std::uint32_t> first_faces;    // of the flat parts
-  std::vector<std::uint32_t> number(faces);  // of the flat part that begins with a face
-  for (std::uint32_t f = 0; f < faces; ++f)
-    if (areas_m2[f] > 0.0 && flat.of(f) == f) {
-      number[f] = static_cast<std::uint32_t>(first_faces.size());
-      first_faces.push_back(f);
-    }
-  std::vector<Sum> sums(first_faces.size());
-  const auto number_of = [&](std::uint32_t face) { return number[flat.of(face)]; };
-  const auto corners_of = [&](std::uint32_t f) {
-    return Corners{triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)};
-  };
+  edges = {};                              // large
+  std::vector<std::uint32_t> first_faces;  // of the flat parts
+  std::vector<std::uint32_t> part(faces, FacesInParts::none), surface(faces);
+  std::vector<Sum> sums;
   for (std::uint32_t f = 0; f < faces; ++f) {
     check_stop();
-    if (areas_m2[f] > 0.0) sums[number_of(f)].add(corners_of(f), areas_m2[f]);
+    if (!(areas_m2[f] > 0.0)) continue;
+    const std::uint32_t first = flat.of(f);  // of the flat part: the lowest
+    if (first == f) {
+      part[f] = static_cast<std::uint32_t>(sums.size());
+      first_faces.push_back(f);
+      sums.emplace_back();
+    }
+    part[f] = part[first];
+    surface[f] = smooth.of(f);
+    sums[part[f]].add({triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)},
+                      areas_m2[f]);
   }
-  std::vector<Meeting> meetings;
-  meetings.reserve(2 * bent.size());
-  for (const std::uint64_t side : bent) {
-    const auto f = static_cast<std::uint32_t>(side / 3);
-    for (const std::uint64_t corner : {side % 3, (side + 1) % 3})
-      meetings.push_back({place[triangles.faces[f][corner]], smooth.of(f), number_of(f)});
-  }
-  bent = {};  // large
-  std::vector<Vector3d> part_normals;
-  for (const std::uint32_t f : first_faces) part_normals.push_back(normals[f]);
-  add_meetings(std::move(meetings), part_normals, sums, stop_check);
   FlatParts flat_parts;
   flat_parts.whole.reserve(sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    flat_parts.whole.push_back(sums[i].flat_part(normals[first_faces[i]], surface[first_faces[i]]));
+  flat_parts.curved = curved_facets({triangles, place, part, surface}, std::move(bent),
+                                    flat_parts.whole, stop_check);
   std::map<std::uint32_t, std::vector<Corners>> hollow;  // the faces of such flat parts
-  for (std::uint32_t i = 0; i < sums.size(); ++i) {
-    check_stop();
-    const std::uint32_t face = first_faces[i];
-    flat_parts.whole.push_back(sums[i].flat_part(normals[face], smooth.of(face)));
-    if (sums[i].is_hollow(normals[face])) hollow[i];
-  }
+  for (std::uint32_t i = 0; i < sums.size(); ++i)
+    if (flat_parts.whole[i].facets == 0 && sums[i].is_hollow(normals[first_faces[i]])) hollow[i];
   for (std::uint32_t f = 0; f < faces && !hollow.empty(); ++f) {
     check_stop();
-    if (!(areas_m2[f] > 0.0)) continue;
-    if (const auto its = hollow.find(number_of(f)); its != hollow.end())
-      its->second.push_back(corners_of(f));
+    if (const auto its = hollow.find(part[f]); its != hollow.end())
+      its->second.push_back(
+          {triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)});
   }
   for (auto& [i, its_faces] : hollow) {
     const FlatPart& whole = flat_parts.whole[i];

@@ -16,8 +16,8 @@ using std::numbers::pi;
 
 }  // namespace
 
-FlatPartBlock::FlatPartBlock(std::span<const FlatPart> flat_parts, std::size_t its_first,
-                             std::size_t its_count)
+FlatPartBlock::FlatPartBlock(std::span<const FlatPart> flat_parts, const CurvedFacets& curved,
+                             std::size_t its_first, std::size_t its_count)
     : first(its_first), count(its_count) {
   constexpr double rounding = 1e-5;  // more than that of the normals and axes
   const std::span<const FlatPart> own = flat_parts.subspan(first, count);
@@ -26,22 +26,40 @@ FlatPartBlock::FlatPartBlock(std::span<const FlatPart> flat_parts, std::size_t i
     axis += flat_part.normal.cast<double>();
   }
   axis = axis.norm() > 0.0 ? axis.normalized() : Vector3d::UnitZ();
+  double bulge_m = 0.0;  // of the surface beyond its facets, at most
+  const auto turn_rad = [&](const Eigen::Vector3f& normal) {
+    const double cosine = axis.dot(normal.cast<double>().normalized());
+    return std::acos(std::clamp(cosine, -1.0, 1.0)) + rounding;
+  };
   for (const FlatPart& flat_part : own) {
     const double half_diagonal_m =
         0.5 * std::hypot(double(flat_part.length_m), double(flat_part.width_m));
     radius_m =
         std::max(radius_m, (flat_part.middle - middle).norm() + half_diagonal_m * (1.0 + rounding));
-    const double cosine = axis.dot(flat_part.normal.cast<double>().normalized());
-    cone_rad = std::max(cone_rad, std::acos(std::clamp(cosine, -1.0, 1.0)) + rounding);
-    max_bend_rad = std::max(max_bend_rad, std::hypot(double(flat_part.bend_along_rad),
-                                                     double(flat_part.bend_across_rad)));
-    max_arc_m = std::max(max_arc_m,
-                         std::hypot(double(flat_part.arc_along_m), double(flat_part.arc_across_m)));
-    if (flat_part.bend_along_rad == 0.0f)
-      shortest_plane_m = std::min(shortest_plane_m, double(flat_part.length_m));
-    if (flat_part.bend_across_rad == 0.0f)
-      shortest_plane_m = std::min(shortest_plane_m, double(flat_part.width_m));
+    cone_rad = std::max(cone_rad, turn_rad(flat_part.normal));
+    if (flat_part.facets == 0)
+      shortest_straight_m =
+          std::min({shortest_straight_m, double(flat_part.length_m), double(flat_part.width_m)});
+    for (const CurvedFacet& facet : curved.of(flat_part)) {
+      double reach_m = 0.0, turn = 0.0;
+      for (const std::uint32_t number : facet.corners) {
+        const FacetCorner& corner = curved.corners[number];
+        const Vector3d place = corner.place.cast<double>();
+        radius_m = std::max(radius_m, (place - middle).norm());
+        cone_rad = std::max(cone_rad, turn_rad(corner.normal));
+        reach_m = std::max(reach_m, (place - flat_part.middle).norm());
+        turn = std::max(turn, double((corner.normal - flat_part.normal).norm()));
+      }
+      bulge_m = std::max(bulge_m, reach_m * turn);
+      if (facet.strip)
+        for (const std::size_t side : {0, 2})
+          shortest_straight_m =
+              std::min(shortest_straight_m, double((curved.corners[facet.corners[side + 1]].place -
+                                                    curved.corners[facet.corners[side]].place)
+                                                       .norm()));
+    }
   }
+  radius_m += bulge_m;
 }
 
 bool FlatPartBlock::may_face(const Vector3d& from, double reach, bool two_sided) const {
@@ -61,13 +79,14 @@ ObjectSurface::ObjectSurface(refine::Triangles triangles, std::uint16_t its_labe
     : label(its_label) {
   FlatParts found = flat_parts_of(triangles, stop_check);
   corners = right_corners(found.whole, stop_check);  // a piece shows less of an edge than the whole
+  curved = std::move(found.curved);
   flat_parts = std::move(found).in_pieces();
   const refine::Bounds box = refine::bounds(triangles);
   middle = 0.5 * (box.lowest + box.highest).cast<double>();
   radius_m = 0.5 * double((box.highest - box.lowest).norm());
   constexpr std::size_t per_block = 16;
   for (std::size_t first = 0; first < flat_parts.size(); first += per_block)
-    blocks.emplace_back(flat_parts, first, std::min(per_block, flat_parts.size() - first));
+    blocks.emplace_back(flat_parts, curved, first, std::min(per_block, flat_parts.size() - first));
 }
 
 void ObjectSurface::place_at(const Eigen::Isometry3d& place, ObjectSurface& there) const {
@@ -78,6 +97,10 @@ void ObjectSurface::place_at(const Eigen::Isometry3d& place, ObjectSurface& ther
     flat_part.middle = place * flat_part.middle;
     for (Eigen::Vector3f* axis : {&flat_part.normal, &flat_part.along, &flat_part.across})
       *axis = turn * *axis;
+  }
+  for (FacetCorner& corner : there.curved.corners) {
+    corner.place = (place * corner.place.cast<double>()).cast<float>();
+    corner.normal = turn * corner.normal;
   }
   for (FlatPartBlock& block : there.blocks) {
     block.middle = place * block.middle;

@@ -20,15 +20,15 @@ namespace ensonify::engine {
 struct FlatPartBlock {
   std::size_t first, count;  ///< these of the body's flat parts
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  double radius_m = 0.0;  ///< of a ball about the middle that contains the flat parts
+  double radius_m = 0.0;  ///< of a ball about the middle that contains them and their surface
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< unit, the mean of their normals
-  double cone_rad = 0.0;                           ///< no normal is further from the axis
-  double max_bend_rad = 0.0;                       ///< of a flat part, both directions together
-  double max_arc_m = 0.0;                          ///< the same of its arcs
-  /// Length in a direction without a bend; infinity if there is none.
-  double shortest_plane_m = std::numeric_limits<double>::infinity();
+  double cone_rad = 0.0;  ///< no normal, of them or of their surface, is further from the axis
+  /// Length in a direction in which a flat part or its surface is straight; infinity if there is
+  /// none.
+  double shortest_straight_m = std::numeric_limits<double>::infinity();
 
-  FlatPartBlock(std::span<const FlatPart> flat_parts, std::size_t its_first, std::size_t its_count);
+  FlatPartBlock(std::span<const FlatPart> flat_parts, const CurvedFacets& curved,
+                std::size_t its_first, std::size_t its_count);
   /// Whether a flat part may have a place whose normal (for a two-sided part also its opposite) is
   /// within the angle with the sine `reach` of the direction to `from`. False is certain; true is
   /// not.
@@ -41,6 +41,7 @@ struct ObjectSurface {
   double radius_m = 0.0;    ///< of a ball about the middle that contains it
   std::uint16_t label = 0;  ///< as in FaceLabels
   std::vector<FlatPart> flat_parts;
+  CurvedFacets curved;
   std::vector<FlatPartBlock> blocks;  ///< of the flat parts, in their order
   std::vector<RightCorner> corners;   ///< of the flat parts
 

@@ -126,8 +126,7 @@ std::vector<RightCorner> right_corners(std::span<const FlatPart> flat_parts,
   std::uint32_t surface = 0;
   for (const FlatPart& flat_part : flat_parts) {
     surface = std::max(surface, flat_part.surface);
-    if (flat_part.bend_along_rad == 0.0f && flat_part.bend_across_rad == 0.0f)
-      planes.emplace_back(flat_part);
+    if (flat_part.facets == 0) planes.emplace_back(flat_part);
   }
   std::vector<RightCorner> corners;
   for (const auto& [one, other] : square_pairs(planes, stop_check))

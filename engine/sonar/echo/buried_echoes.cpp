@@ -153,11 +153,24 @@ void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& g
   const FlatPart& flat_part = *part.whole;
   const Vector3d to = part.flat.middle - view_->fan->origin;
   const auto to_part = way_into_bed(to, part.depth_m, part);
-  if (!to_part || !(to_part->arrival.dot(flat_part.normal.cast<double>()) < 0.0)) return;
+  if (!to_part) return;
+  const double facing = -to_part->arrival.dot(flat_part.normal.cast<double>());
+  // The normals of a curved surface are not farther from the flat part's.
+  const double turn = double(flat_part.bend_along_rad) + double(flat_part.bend_across_rad);
+  if (!(facing > 0.0) || (flat_part.facets > 0 && facing < 0.9 - turn)) return;
   const Vector3d off = flat_part.middle - part.flat.middle;
   const double wavelength_m = wavelength_m_ * to_part->sediment->sound_speed_ratio;
-  const auto mirror = mirror_of(
-      flat_part, off + std::sqrt(to_part->path.spreading_m2) * to_part->arrival, wavelength_m);
+  const Vector3d apparent = std::sqrt(to_part->path.spreading_m2) * to_part->arrival;
+  // Its direction changes over a facet by more or less than that of a sonar at one place: from each
+  // corner its own counts, so that neighbours agree which of them has the glint.
+  const auto sonar_from = [&](const Vector3d& place) {
+    const Vector3d from_part = place - part.flat.middle;
+    const auto way =
+        way_into_bed(to + from_part, part.depth_m - from_part.dot(part.bed_normal), part);
+    return way ? Vector3d(place - std::sqrt(way->path.spreading_m2) * way->arrival)
+               : Vector3d(part.flat.middle - apparent);
+  };
+  const auto mirror = mirror_of(flat_part, *group.curved, off + apparent, wavelength_m, sonar_from);
   if (!mirror) return;
   const Vector3d from_part = off + mirror->offset;
   const auto way =
@@ -166,7 +179,7 @@ void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& g
   const BuriedSight sight = see_buried(*way);
   if (!(sight.energy > 0.0)) return;
   add_mirror_at(to + from_part, sight.time_range_m, sight.energy * specular, group.label, flat_part,
-                *mirror, wavelength_m);
+                *mirror);
 }
 
 }  // namespace ensonify::engine

@@ -1,9 +1,11 @@
 #include <ensonify/engine/sonar/echo/glint.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <span>
 
 #include <ensonify/engine/sonar/instrument/sinc.h>
 
@@ -13,8 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using std::numbers::inv_sqrtpi, std::numbers::pi;
 
-constexpr double lobe_reach = 3.0;   // half widths of a lobe that count
-constexpr double side_lobes = 10.0;  // of a flat part that count
+constexpr double side_lobes = 10.0;  // of a straight line that count
 constexpr double rounding_margin = 1.001;
 
 /// C(t) + i S(t): the integral of exp(i pi u^2 / 2) from 0 to t. Near 0 by its power series (7.3.11
@@ -38,10 +39,9 @@ std::complex<double> fresnel(double t) {
   return t < 0.0 ? -value : value;
 }
 
-/// How far a direction of a flat part may be inclined, beyond what its length spans, to have a
-/// glint.
-double reach_of(double length_m, double bend_rad, double wavelength_m) {
-  return bend_rad > 0.0 ? lobe_reach * bend_rad : 0.5 * side_lobes * wavelength_m / length_m;
+/// How far a straight line may be inclined, beyond what its length spans, to have a glint.
+double reach_of(double length_m, double wavelength_m) {
+  return 0.5 * side_lobes * wavelength_m / length_m;
 }
 
 /// I_1 I_2 for an ellipse with the half axes a and b, whose normal is inclined by t and by s in
@@ -73,44 +73,158 @@ double ellipse_power_m4(const MirrorExtent& one, const MirrorExtent& other, doub
 
 /// Whether a direction is inclined too far for a glint at that range, by products only. foot_m:
 /// from the flat part's middle to the foot of the line of sight.
-bool beyond_reach(double foot_m, double length_m, double bend_rad, double range_m2,
-                  double wavelength_m) {
+bool beyond_reach(double foot_m, double length_m, double range_m2, double wavelength_m) {
   const double off_m = std::abs(foot_m) - 0.5 * length_m;
-  const double reach = rounding_margin * reach_of(length_m, bend_rad, wavelength_m);
+  const double reach = rounding_margin * reach_of(length_m, wavelength_m);
   return off_m > 0.0 && off_m * off_m > reach * reach * range_m2;
 }
 
-/// Where a flat part, or the curved surface that it stands for, faces a sonar, in one direction.
-struct Foot {
-  double from_middle_m;
-  double out_m;  ///< along the normal: facets of a curved surface are chords
+std::optional<Mirror> flat_mirror(const FlatPart& flat_part, const Vector3d& away,
+                                  double wavelength_m) {
+  const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
+  const double length_m = double(flat_part.length_m), width_m = double(flat_part.width_m);
+  // The foot of the line of sight, and the place that is most nearly a mirror. Its range counts,
+  // which on a long flat part is not that of the middle.
+  const double along_m = -away.dot(along), across_m = -away.dot(across);
+  // Most are inclined too far even at the range of the middle, which is not nearer.
+  const double middle_m2 = away.squaredNorm();
+  if (beyond_reach(along_m, length_m, middle_m2, wavelength_m) ||
+      beyond_reach(across_m, width_m, middle_m2, wavelength_m))
+    return std::nullopt;
+  const Vector3d offset = std::clamp(along_m, -0.5 * length_m, 0.5 * length_m) * along +
+                          std::clamp(across_m, -0.5 * width_m, 0.5 * width_m) * across;
+  const double range_m = (away + offset).norm();
+  const MirrorExtent one{length_m, along_m / range_m, range_m};
+  const MirrorExtent other{width_m, across_m / range_m, range_m};
+  if (!one.reaches(wavelength_m) || !other.reaches(wavelength_m)) return std::nullopt;
+  const double power_m4 = flat_part.round
+                              ? ellipse_power_m4(one, other, wavelength_m)
+                              : one.power_m2(wavelength_m) * other.power_m2(wavelength_m);
+  return Mirror{.offset = offset,
+                .cross_section_m2 = power_m4 / (wavelength_m * wavelength_m),
+                .phase_rad = flat_part.piece
+                                 ? one.phase_rad(wavelength_m) + other.phase_rad(wavelength_m)
+                                 : 0.0};
+}
 
-  /// foot_m: the foot of the line of sight; distance_m: to the sonar, negative if it sees the back.
-  Foot(double foot_m, double length_m, double bend_rad, double arc_m, double distance_m)
-      : from_middle_m(std::clamp(foot_m, -0.5 * length_m, 0.5 * length_m)), out_m(0.0) {
-    if (bend_rad == 0.0) return;
-    // At u the surface is turned by bend u / arc, and the sonar is (foot - u) / distance off the
-    // normal of the middle. So facets that share a glint have it at one place. A concave surface
-    // may face the sonar nowhere near.
-    const double there_m = foot_m * arc_m / (arc_m + bend_rad * distance_m);
-    const double most_m = 0.5 * length_m + lobe_reach * std::abs(arc_m);
-    from_middle_m = std::isfinite(there_m) ? std::clamp(there_m, -most_m, most_m) : 0.0;
-    out_m = bend_rad / arc_m * (0.125 * length_m * length_m - 0.5 * from_middle_m * from_middle_m);
-  }
+/// A corner of a facet, with the normal on the side that the sonar sees, and the sonar from there.
+struct Corner {
+  Vector3d place, normal, sonar;
+  double per_m2;  // Gaussian curvature
 };
+using Corners = std::array<Corner, 4>;
+
+/// A place of the surface that a facet stands for, by the shares of corners in it.
+Vector3d place_on(std::span<const Corner> corners, std::span<const double> shares) {
+  Vector3d place = Vector3d::Zero(), normal = Vector3d::Zero();
+  double out_m = 0.0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    place += shares[i] * corners[i].place;
+    normal += shares[i] * corners[i].normal;
+    for (std::size_t k = 0; k < i; ++k)
+      out_m += 0.5 * shares[i] * shares[k] *
+               (corners[i].normal - corners[k].normal).dot(corners[i].place - corners[k].place);
+  }
+  return place + out_m * normal.normalized();
+}
+
+std::optional<Mirror> triangle_mirror(std::span<const Corner, 3> corners, const Vector3d& middle) {
+  std::array<Vector3d, 3> to_sonar, turned;
+  for (std::size_t i = 0; i < 3; ++i) {
+    to_sonar[i] = (corners[i].sonar - corners[i].place).normalized();
+    turned[i] = corners[i].normal - to_sonar[i];
+  }
+  // Of the sides, with the same bits, but for the sign, in the facet behind.
+  std::array<double, 3> shares;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+    shares[i] = turned[j].cross(turned[k]).dot(to_sonar[j] + to_sonar[k]);
+  }
+  const double sum = shares[0] + shares[1] + shares[2];  // four times the solid angle
+  for (double& share : shares) {
+    share /= sum;
+    if (!(share >= 0.0)) return std::nullopt;
+  }
+  const Vector3d place = place_on(corners, shares), back = corners[0].sonar - place;
+  const double range_m = back.norm();
+  const auto of = [&](Vector3d Corner::*what) {
+    return (corners[1].*what - corners[0].*what).cross(corners[2].*what - corners[0].*what).eval();
+  };
+  const Vector3d area = of(&Corner::place);  // twice
+  // W / A, and by how much the curvature is more at the place than in the mean of the facet.
+  const double mean_per_m2 = 0.5 * range_m * sum / area.dot(back);
+  double more_per_m2 = -of(&Corner::normal).dot(area) / area.squaredNorm();
+  for (std::size_t i = 0; i < 3; ++i) more_per_m2 += shares[i] * corners[i].per_m2;
+  const double per_m2 =
+      std::clamp(1.0 + more_per_m2 / mean_per_m2, 0.5, 2.0) * std::abs(mean_per_m2);
+  return Mirror{.offset = place - middle,
+                .cross_section_m2 = 0.25 / std::max(per_m2, 1.0 / (range_m * range_m)),
+                .phase_rad = 0.0};
+}
+
+/// |integral of the root of the width exp(i k (z - r t)^2 / r) dz|^2 where the width is not the
+/// same all over a line, m^3: by the midpoint rule.
+double tapered_power_m3(const MirrorExtent& line, double width_m, double other_width_m,
+                        double wavelength_m) {
+  const double k = 2.0 * pi / wavelength_m, half_m = 0.5 * line.length_m;
+  const double foot_m = line.range_m * line.tilt;
+  const double phase_rad = k / line.range_m * 2.0 * half_m * (half_m + std::abs(foot_m));
+  const int steps = 32 + static_cast<int>(2.0 * phase_rad);
+  std::complex<double> sum = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double share = (i + 0.5) / steps;
+    const double off_m = line.length_m * (share - 0.5) - foot_m;
+    sum += std::polar(std::sqrt(width_m + share * (other_width_m - width_m)),
+                      k / line.range_m * off_m * off_m);
+  }
+  return std::norm(line.length_m / steps * sum);
+}
+
+std::optional<Mirror> strip_mirror(const Corners& corners, const Vector3d& middle,
+                                   double wavelength_m) {
+  // From the sonar to the planes of its sides, positive if the strip is on that side of it.
+  const auto from_plane_m = [&](std::size_t side) {
+    const Vector3d& begin = corners[side].place;
+    const Vector3d normal =
+        (corners[side + 1].place - begin).cross(corners[side].normal).normalized();
+    const double inwards =
+        normal.dot(corners[2 - side].place + corners[3 - side].place - 2.0 * begin);
+    return std::copysign(1.0, inwards) * normal.dot(corners[side].sonar - begin);
+  };
+  const double one_m = from_plane_m(0), other_m = from_plane_m(2), both_m = one_m + other_m;
+  const double share = one_m / both_m;
+  if (!(share >= 0.0 && share <= 1.0)) return std::nullopt;
+  const auto on_line = [&](std::size_t end) {
+    return place_on(std::array{corners[end], corners[2 + end]}, std::array{1.0 - share, share});
+  };
+  const Vector3d& sonar = corners[0].sonar;
+  const Vector3d begin = on_line(0), end = on_line(1);
+  const double length_m = (end - begin).norm();
+  const Vector3d along = (end - begin) / length_m;
+  const double foot_m = (sonar - begin).dot(along);
+  const Vector3d place = begin + std::clamp(foot_m, 0.0, length_m) * along;
+  const double range_m = (sonar - place).norm();
+  const MirrorExtent line{length_m, (foot_m - 0.5 * length_m) / range_m, range_m};
+  if (!line.reaches(wavelength_m)) return std::nullopt;
+  const auto width_m = [&](std::size_t at) {
+    return (corners[2 + at].place - corners[at].place).cross(along).norm();
+  };
+  const double first_m = width_m(0), last_m = width_m(1);
+  constexpr double same = 1e-3;
+  const double power_m3 = std::abs(first_m - last_m) < same * std::max(first_m, last_m)
+                              ? 0.5 * (first_m + last_m) * line.power_m2(wavelength_m)
+                              : tapered_power_m3(line, first_m, last_m, wavelength_m);
+  const double most_m = std::max(std::abs(both_m), std::max(first_m, last_m));
+  return Mirror{.offset = place - middle,
+                .cross_section_m2 = range_m / (2.0 * wavelength_m * most_m) * power_m3,
+                .phase_rad = 0.0};
+}
 
 }  // namespace
 
-MirrorExtent::MirrorExtent(double its_length_m, double bend_rad, double its_tilt,
-                           double its_range_m, double wavelength_m)
-    : length_m(its_length_m),
-      lobe(bend_rad > 0.0 ? bend_rad : 0.5 * inv_sqrtpi * wavelength_m / its_length_m),
-      reach(reach_of(its_length_m, bend_rad, wavelength_m)),
-      tilt(its_tilt),
-      range_m(its_range_m),
-      curved(bend_rad > 0.0) {}
-
-bool MirrorExtent::reaches() const { return std::abs(tilt) < 0.5 * length_m / range_m + reach; }
+bool MirrorExtent::reaches(double wavelength_m) const {
+  return std::abs(tilt) < 0.5 * length_m / range_m + reach_of(length_m, wavelength_m);
+}
 
 bool MirrorExtent::is_far(double wavelength_m) const {
   return length_m * length_m < 0.09 * (wavelength_m * range_m);
@@ -118,10 +232,6 @@ bool MirrorExtent::is_far(double wavelength_m) const {
 
 double MirrorExtent::power_m2(double wavelength_m) const {
   const double zone_m2 = wavelength_m * range_m;
-  if (curved) {
-    const double half = 0.5 * length_m / range_m;
-    return 0.25 * zone_m2 * (std::erf((tilt + half) / lobe) - std::erf((tilt - half) / lobe));
-  }
   if (is_far(wavelength_m)) {
     const double field_m = length_m * sinc(2.0 * length_m * tilt / wavelength_m);
     return field_m * field_m;
@@ -145,54 +255,41 @@ double MirrorExtent::phase_rad(double wavelength_m) const {
          per_m2 * off_m * off_m;
 }
 
-double Mirror::cross_section_m2(double wavelength_m) const {
-  const double power_m4 = round ? ellipse_power_m4(one, other, wavelength_m)
-                                : one.power_m2(wavelength_m) * other.power_m2(wavelength_m);
-  return power_m4 / (wavelength_m * wavelength_m);
-}
-
-double Mirror::phase_rad(double wavelength_m) const {
-  return one.phase_rad(wavelength_m) + other.phase_rad(wavelength_m);
-}
-
-std::optional<Mirror> mirror_of(const FlatPart& flat_part, const Vector3d& away,
-                                double wavelength_m) {
-  const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
-  const double length_m = double(flat_part.length_m), width_m = double(flat_part.width_m);
-  // The foot of the line of sight, and the place that is most nearly a mirror. Its range counts,
-  // which on a long flat part is not that of the middle.
-  const double along_m = -away.dot(along), across_m = -away.dot(across);
-  const double bend_along_rad = double(flat_part.bend_along_rad);
-  const double bend_across_rad = double(flat_part.bend_across_rad);
-  // Most are inclined too far even at the range of the middle, which is not nearer.
-  const double middle_m2 = away.squaredNorm();
-  if (beyond_reach(along_m, length_m, bend_along_rad, middle_m2, wavelength_m) ||
-      beyond_reach(across_m, width_m, bend_across_rad, middle_m2, wavelength_m))
-    return std::nullopt;
-  const Vector3d normal = flat_part.normal.cast<double>();
-  const double distance_m = std::copysign(std::sqrt(middle_m2), -away.dot(normal));
-  const Foot along_foot(along_m, length_m, bend_along_rad, double(flat_part.arc_along_m),
-                        distance_m);
-  const Foot across_foot(across_m, width_m, bend_across_rad, double(flat_part.arc_across_m),
-                         distance_m);
-  const Vector3d offset = along_foot.from_middle_m * along + across_foot.from_middle_m * across +
-                          (along_foot.out_m + across_foot.out_m) * normal;
-  const double range_m = (away + offset).norm();
-  const MirrorExtent one(length_m, bend_along_rad, along_m / range_m, range_m, wavelength_m);
-  if (!one.reaches()) return std::nullopt;
-  const MirrorExtent other(width_m, bend_across_rad, across_m / range_m, range_m, wavelength_m);
-  if (!other.reaches()) return std::nullopt;
-  return Mirror{offset, one, other, flat_part.round && !one.curved && !other.curved};
-}
-
-double glint_radius_m(const FlatPartBlock& block) {
-  return block.radius_m + lobe_reach * block.max_arc_m;
+std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& curved,
+                                const Vector3d& away, double wavelength_m,
+                                const SonarFrom& sonar_from) {
+  if (flat_part.facets == 0) return flat_mirror(flat_part, away, wavelength_m);
+  // A little beside where it is, because between exactly equal facets none has the glint.
+  constexpr double beside = 1e-6;
+  const Vector3d off = beside * away.norm() * Vector3d(0.36, 0.48, 0.8);
+  const Vector3d sonar = flat_part.middle - away + off;
+  const double front = away.dot(flat_part.normal.cast<double>()) < 0.0 ? 1.0 : -1.0;
+  for (const CurvedFacet& facet : curved.of(flat_part)) {
+    Corners corners;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const FacetCorner& corner = curved.corners[facet.corners[i]];
+      corners[i] = {corner.place.cast<double>(), front * corner.normal.cast<double>(), sonar,
+                    double(corner.per_m2)};
+    }
+    if (sonar_from)
+      for (std::size_t i = 0; i < 4; ++i) {
+        Vector3d place = corners[i].place;
+        if (facet.strip) {  // what is nearest on its side
+          const Vector3d side = corners[i ^ 1].place - place;
+          place += std::clamp((sonar - place).dot(side) / side.squaredNorm(), 0.0, 1.0) * side;
+        }
+        corners[i].sonar = sonar_from(place) + off;
+      }
+    if (const std::optional<Mirror> mirror =
+            facet.strip ? strip_mirror(corners, flat_part.middle, wavelength_m)
+                        : triangle_mirror(std::span(corners).first<3>(), flat_part.middle))
+      return mirror;
+  }
+  return std::nullopt;
 }
 
 double glint_reach(const FlatPartBlock& block, double wavelength_m) {
-  const double curved = lobe_reach * block.max_bend_rad;
-  const double plane = reach_of(block.shortest_plane_m, 0.0, wavelength_m);
-  return rounding_margin * std::sqrt(curved * curved + 2.0 * plane * plane);
+  return rounding_margin * std::sqrt(2.0) * reach_of(block.shortest_straight_m, wavelength_m);
 }
 
 double corner_power_m2(double width_m, double excess_rad, double range_m, double wavelength_m) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include <Eigen/Core>
@@ -17,15 +18,24 @@ namespace ensonify::engine {
 // with Fresnel's integral (Abramowitz and Stegun, ch. 7): far away I = L^2 sinc^2(2 L t / lambda),
 // which gives a plate its A^2 / lambda^2; near it I = lambda r / 2, which gives a mirror its
 // r^2 / 4. Of a round flat part the integral is over its ellipse: far away (A / lambda 2 J1(x) /
-// x)^2, x = 4 pi / lambda times the root of (a t)^2 + (b s)^2, for its half axes a and b. Where
-// facets stand for a curved surface, they share its energy: there
+// x)^2, x = 4 pi / lambda times the root of (a t)^2 + (b s)^2, for its half axes a and b.
 //
-//     I = (lambda r / 4) (erf((t + h) / s) - erf((t - h) / s)),  h = L / 2 r,
+// A curved surface has a glint where its normal n is the direction d to the sonar. Between the
+// corners of a facet both change evenly. So that facet has it whose corners' n - d, seen along d,
+// are around 0, and a triangle of the area A, over which they span the solid angle W, has
 //
-// a lobe of the same energy whose half width s is the facet's bend (FlatPart), about the angle
-// between neighbouring facets, so that facets sum to the round body: a^2 / 4 for a sphere, R1 R2 /
-// 4 for what has the radii R1 and R2 there; a L^2 / (2 lambda) for a cylinder far away, a r / 4
-// near it. (Urick's a r / 2 is that of plane waves; those of a sonar are curved by 1 / r.)
+//     sigma = A / 4 W,
+//
+// R1 R2 / 4 for the radii R1 and R2 far away, a^2 / 4 for a sphere, and a mirror's r^2 / 4 at most.
+// The Gaussian curvature that W / A contains is that in its middle; it changes towards the corners.
+// Neighbours share corners, so that one of them has the glint. A strip has it on a straight line.
+// That is where the sonar is between the planes of its sides, which contain their normals. With the
+// width w there and the distance g from one plane to the sonar and on to the other, it has
+//
+//     sigma = |integral over the line of sqrt(r w / 2 lambda g) exp(i k (z - r t)^2 / r) dz|^2,
+//
+// a L^2 / (2 lambda) for a cylinder far away, a r / 4 near it. (Urick's a r / 2 is that of plane
+// waves; those of a sonar are curved by 1 / r.) Waves that a hollow surface bundles are left out.
 //
 // Two flat parts in a right angle send sound back to where it came from, by way of both. Seen in
 // the plane across their edge, at the angles g_i to the flat parts, which reach w_i from it, that
@@ -39,44 +49,35 @@ namespace ensonify::engine {
 // turns what returns by 2 d: I = |2 integral from 0 to W / 2 of exp(i k (z + r d)^2 / r) dz|^2.
 // Both reflections lose.
 
-/// One direction of a flat part at a range, whose normal is inclined by `tilt` to the sonar.
+/// A straight line of a surface at a range, whose normal is inclined by `tilt` to the sonar.
 struct MirrorExtent {
   double length_m;
-  double lobe;   ///< half its width, a sine
-  double reach;  ///< the sine to which a normal may be inclined to have a glint
-  double tilt;   ///< a sine
+  double tilt;  ///< a sine
   double range_m;
-  bool curved;
 
-  /// bend_rad: that of a FlatPart in this direction; 0 for a flat one.
-  MirrorExtent(double its_length_m, double bend_rad, double its_tilt, double its_range_m,
-               double wavelength_m);
-  bool reaches() const;
-  bool is_far(double wavelength_m) const;  ///< far enough for the sinc of a plane wave
+  bool reaches(double wavelength_m) const;  ///< whether it has a glint
+  bool is_far(double wavelength_m) const;   ///< far enough for the sinc of a plane wave
   /// I, m^2.
   double power_m2(double wavelength_m) const;
-  /// The phase of a flat one's integral, against that of the path to its nearest place.
+  /// The phase of the integral, against that of the path to its nearest place.
   double phase_rad(double wavelength_m) const;
 };
 
-/// The part of a flat part, or of the curved surface that it stands for, that is most nearly a
-/// mirror.
+/// The glint of a flat part, or of the curved surface that it stands for.
 struct Mirror {
-  Eigen::Vector3d offset;  ///< from the flat part's middle
-  MirrorExtent one, other;
-  bool round;  ///< an ellipse
-
-  double cross_section_m2(double wavelength_m) const;
-  /// The phase of a flat rectangle's echo, against that of the path to the place.
-  double phase_rad(double wavelength_m) const;
+  Eigen::Vector3d offset;  ///< of its place, from the flat part's middle
+  double cross_section_m2;
+  double phase_rad;  ///< of a piece's echo, against that of the path to the place
 };
 
-/// That of a flat part whose middle is `away` from the sonar; none where it has no glint.
-std::optional<Mirror> mirror_of(const FlatPart& flat_part, const Eigen::Vector3d& away,
-                                double wavelength_m);
+/// Where the sonar appears to be from a place.
+using SonarFrom = std::function<Eigen::Vector3d(const Eigen::Vector3d& place)>;
 
-/// Of a ball about the block's middle that contains the places of its flat parts' glints.
-double glint_radius_m(const FlatPartBlock& block);
+/// That of a flat part whose middle is `away` from the sonar; none where it has no glint. curved:
+/// the facets of its body. sonar_from: from other places of a curved one, if not the same.
+std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& curved,
+                                const Eigen::Vector3d& away, double wavelength_m,
+                                const SonarFrom& sonar_from = {});
 
 /// The largest inclination (a sine) of a normal of the block to the sonar at which its flat part
 /// has a glint.

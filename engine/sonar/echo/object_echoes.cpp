@@ -108,7 +108,7 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
   const std::span<const FlatPart> flat_parts = object.flat_parts;
   for (const FlatPartBlock& block : object.blocks) {
     const bool may_glint =
-        specular > 0.0 && may_be_in_beam(block.middle, glint_radius_m(block)) &&
+        specular > 0.0 && may_be_in_beam(block.middle, block.radius_m) &&
         block.may_face(fan.origin, glint_reach(block, wavelength_m_) + fan.bend.turn_rad,
                        label.two_sided);
     const bool may_echo = small && may_be_in_beam(block.middle, block.radius_m);
@@ -181,24 +181,21 @@ void ObjectEchoes::add_glint_at(const Vector3d& place, double range_m, double en
 /// Adds the glint of a flat part. energy_per_m2: of 1 m^2 of cross-section.
 void ObjectEchoes::add_mirror_at(const Vector3d& place, double range_m, double energy_per_m2,
                                  std::uint16_t label, const FlatPart& flat_part,
-                                 const Mirror& mirror, double wavelength_m) {
-  add_glint_at(place, range_m, energy_per_m2 * mirror.cross_section_m2(wavelength_m), label,
-               flat_part.surface);
-  if (!flat_part.piece) return;
-  glints_.back().piece = true;
-  glints_.back().phase_rad = mirror.phase_rad(wavelength_m);
+                                 const Mirror& mirror) {
+  add_glint_at(place, range_m, energy_per_m2 * mirror.cross_section_m2, label, flat_part.surface);
+  glints_.back().piece = flat_part.piece;
+  glints_.back().phase_rad = mirror.phase_rad;
 }
 
 void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
                              const Vector3d& apparent, double specular,
                              const ObjectSurface& object) {
-  const std::optional<Mirror> mirror = mirror_of(flat_part, apparent, wavelength_m_);
+  const std::optional<Mirror> mirror = mirror_of(flat_part, object.curved, apparent, wavelength_m_);
   if (!mirror) return;
   const Vector3d place = away + mirror->offset;
   const std::optional<Sight> sight = sight_of(place);
   if (!sight) return;
-  add_mirror_at(place, sight->range_m, sight->energy * specular, object.label, flat_part, *mirror,
-                wavelength_m_);
+  add_mirror_at(place, sight->range_m, sight->energy * specular, object.label, flat_part, *mirror);
 }
 
 void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
@@ -217,9 +214,8 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   const double sine_one = back.dot(corner.other.cast<double>());
   const double sine_other = back.dot(corner.one.cast<double>());
   if (!(sine_one > 0.0 && sine_other > 0.0)) return;
-  const MirrorExtent lengthwise(double(corner.length_m), 0.0, along_m / range_m, range_m,
-                                wavelength_m_);
-  if (!lengthwise.reaches()) return;
+  const MirrorExtent lengthwise{double(corner.length_m), along_m / range_m, range_m};
+  if (!lengthwise.reaches(wavelength_m_)) return;
   const double width_m =
       2.0 * std::min(double(corner.one_m) * sine_one, double(corner.other_m) * sine_other);
   const Vector3d place = to + offset;

@@ -133,8 +133,7 @@ class ObjectEchoes {
   void add_glint_at(const Eigen::Vector3d& place, double range_m, double energy,
                     std::uint16_t label, std::uint32_t surface);
   void add_mirror_at(const Eigen::Vector3d& place, double range_m, double energy_per_m2,
-                     std::uint16_t label, const FlatPart& flat_part, const Mirror& mirror,
-                     double wavelength_m);
+                     std::uint16_t label, const FlatPart& flat_part, const Mirror& mirror);
   void add_corner(const RightCorner& corner, double specular, const ObjectSurface& object);
   void add_facets(const FlatPart& flat_part, const Eigen::Vector3d& away,
                   const ObjectSurface& object, double small_m);

@@ -1,0 +1,299 @@
+#include <ensonify/engine/seafloor/objects/curved_facets.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include <ensonify/engine/work_control.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::Vector3d, Eigen::Vector3f;
+
+constexpr double straight = 3.0;  // ratio of lengths across an edge
+
+/// A straight line on which two flat parts of a smooth surface meet.
+struct Seam {
+  std::array<std::uint32_t, 2> parts;
+  std::array<Vector3f, 2> ends;
+  std::array<float, 2> across_m;              // the extents of the parts across it
+  std::array<bool, 2> is_straight;            // whether the part is straight up to it
+  std::uint32_t corner = FacesInParts::none;  // the first of its two
+
+  Seam(const BentEdge& edge, const FacesInParts& faces)
+      : parts{faces.part[edge.face], faces.part[edge.other]},
+        ends{faces.triangles.positions[edge.from], faces.triangles.positions[edge.to]} {
+    if (parts[0] > parts[1]) std::swap(parts[0], parts[1]);
+  }
+  Vector3d way() const { return (ends[1] - ends[0]).cast<double>(); }
+  std::size_t side_of(std::uint32_t part) const { return parts[0] == part ? 0 : 1; }
+  void join(const Seam& more) {
+    const Vector3f along = ends[1] - ends[0];
+    for (const Vector3f& end : more.ends) {
+      if ((end - ends[0]).dot(along) < 0.0f) ends[0] = end;
+      if ((end - ends[1]).dot(along) > 0.0f) ends[1] = end;
+    }
+  }
+};
+
+std::vector<Seam> seams_of(const FacesInParts& faces, std::vector<BentEdge> edges,
+                           std::span<const FlatPart> flat_parts) {
+  std::vector<Seam> all;
+  all.reserve(edges.size());
+  for (const BentEdge& edge : edges)
+    if (faces.part[edge.face] != faces.part[edge.other]) all.emplace_back(edge, faces);
+  edges = {};  // large
+  std::ranges::stable_sort(all, {}, &Seam::parts);
+  std::vector<std::uint8_t> faces_in(flat_parts.size(), 0);  // at most 2 are counted
+  for (const std::uint32_t part : faces.part)
+    if (part != FacesInParts::none && faces_in[part] < 2) ++faces_in[part];
+  std::size_t count = 0;
+  for (std::size_t i = 0, end; i < all.size(); i = end) {
+    Seam seam = all[i];
+    for (end = i + 1; end < all.size() && all[end].parts == seam.parts; ++end) seam.join(all[end]);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const FlatPart& part = flat_parts[seam.parts[k]];
+      const Vector3d across = part.normal.cast<double>().cross(seam.way()).normalized();
+      seam.across_m[k] = static_cast<float>(
+          std::hypot(double(part.length_m) * across.dot(part.along.cast<double>()),
+                     double(part.width_m) * across.dot(part.across.cast<double>())));
+    }
+    for (std::size_t k = 0; k < 2; ++k)
+      seam.is_straight[k] = faces_in[seam.parts[k]] > 1 &&
+                            double(seam.across_m[k]) > straight * double(seam.across_m[1 - k]);
+    all[count++] = seam;
+  }
+  all.erase(all.begin() + static_cast<std::ptrdiff_t>(count), all.end());
+  return all;
+}
+
+/// How a flat part goes on into its smooth surface.
+struct Surroundings {
+  std::uint32_t curved = 0;            // seams up to which it is not straight
+  std::array<std::uint32_t, 2> seams;  // the first of those
+  bool has_seams = false, strip = false;
+};
+
+class Builder {
+ public:
+  Builder(const FacesInParts& faces, std::vector<BentEdge> edges, std::span<FlatPart> flat_parts,
+          const std::function<void()>& stop_check)
+      : faces_(faces),
+        flat_parts_(flat_parts),
+        seams_(seams_of(faces, std::move(edges), flat_parts)),
+        around_(flat_parts.size()),
+        check_stop_(stop_check) {}
+
+  CurvedFacets make() {
+    find_strips();
+    for (std::uint32_t p = 0; p < around_.size(); ++p)
+      if (around_[p].strip) add_strip(p);
+    add_triangles();
+    std::ranges::stable_sort(in_parts_, {}, &InPart::part);
+    for (const InPart& one : in_parts_) {
+      FlatPart& part = flat_parts_[one.part];
+      if (part.facets++ == 0) part.first_facet = static_cast<std::uint32_t>(made_.facets.size());
+      made_.facets.push_back(one.facet);
+    }
+    for (FlatPart& part : flat_parts_) set_bends(part);
+    return std::move(made_);
+  }
+
+ private:
+  struct InPart {
+    std::uint32_t part;
+    CurvedFacet facet;
+  };
+
+  void find_strips() {
+    for (std::uint32_t s = 0; s < seams_.size(); ++s)
+      for (std::size_t k = 0; k < 2; ++k) {
+        Surroundings& around = around_[seams_[s].parts[k]];
+        around.has_seams = true;
+        if (seams_[s].is_straight[k]) continue;
+        if (around.curved < 2) around.seams[around.curved] = s;
+        ++around.curved;
+      }
+    // A triangle at the edge of a dome also has two neighbours, but these have three.
+    for (std::uint32_t p = 0; p < around_.size(); ++p) {
+      check_stop_();
+      Surroundings& around = around_[p];
+      if (around.curved < 1 || around.curved > 2) continue;
+      around.strip = true;
+      for (std::size_t i = 0; i < around.curved; ++i) {
+        const Seam& seam = seams_[around.seams[i]];
+        if (around_[seam.parts[1 - seam.side_of(p)]].curved > 2) around.strip = false;
+      }
+      if (around.curved == 2 && std::abs(seams_[around.seams[0]].way().normalized().dot(
+                                    seams_[around.seams[1]].way().normalized())) < 0.5)
+        around.strip = false;
+    }
+  }
+
+  std::uint32_t add_corners(const std::array<Vector3f, 2>& ends, const Vector3d& normal) {
+    const auto first = static_cast<std::uint32_t>(made_.corners.size());
+    for (const Vector3f& end : ends) made_.corners.push_back({end, normal.cast<float>()});
+    return first;
+  }
+
+  /// The first of the two corners at the ends of a seam.
+  std::uint32_t corner_of(Seam& seam) {
+    if (seam.corner != FacesInParts::none) return seam.corner;
+    // A chord of a circle is turned against its end by half of what it spans.
+    Vector3d normal = Vector3d::Zero();
+    for (std::size_t k = 0; k < 2; ++k)
+      if (!seam.is_straight[1 - k])
+        normal += (seam.is_straight[k] ? 1.0 : double(seam.across_m[1 - k])) *
+                  flat_parts_[seam.parts[k]].normal.cast<double>();
+    return seam.corner = add_corners(seam.ends, normal.normalized());
+  }
+
+  void add_strip(std::uint32_t p) {
+    const Surroundings& around = around_[p];
+    const FlatPart& part = flat_parts_[p];
+    const Seam& seam = seams_[around.seams[0]];
+    const std::uint32_t one = corner_of(seams_[around.seams[0]]);
+    std::uint32_t other;
+    bool reversed = false;
+    if (around.curved == 2) {
+      other = corner_of(seams_[around.seams[1]]);
+      reversed = seams_[around.seams[1]].way().dot(seam.way()) < 0.0;
+    } else {  // it ends as it begins
+      const Vector3d normal = part.normal.cast<double>();
+      Vector3d across = normal.cross(seam.way()).normalized();
+      if (across.dot(part.middle - seam.ends[0].cast<double>()) < 0.0) across = -across;
+      const Vector3f off =
+          (double(part.length_m) * double(part.width_m) / seam.way().norm() * across).cast<float>();
+      const Vector3d at_seam = made_.corners[one].normal.cast<double>();
+      other = add_corners({seam.ends[0] + off, seam.ends[1] + off},
+                          2.0 * at_seam.dot(normal) * normal - at_seam);
+    }
+    in_parts_.push_back(
+        {p,
+         {.corners = {one, one + 1, reversed ? other + 1 : other, reversed ? other : other + 1},
+          .strip = true}});
+  }
+
+  void add_triangles() {
+    const auto count = static_cast<std::uint32_t>(faces_.triangles.faces.size());
+    const auto first_triangle_corner = static_cast<std::uint32_t>(made_.corners.size());
+    // The corners at a place, of different surfaces, as a list.
+    struct Listed {
+      std::uint32_t surface, next;
+      Vector3d normal = Vector3d::Zero();
+      bool at_straight = false;
+    };
+    std::vector<Listed> listed;
+    std::vector<std::uint32_t> first_at(faces_.place.size(), FacesInParts::none);
+    const auto find = [&](std::uint32_t place, std::uint32_t surface) {
+      std::uint32_t at = first_at[place];
+      while (at != FacesInParts::none && listed[at].surface != surface) at = listed[at].next;
+      return at;
+    };
+    for (std::uint32_t f = 0; f < count; ++f) {
+      check_stop_();
+      const std::uint32_t p = faces_.part[f];
+      if (p == FacesInParts::none || around_[p].curved == 0 || around_[p].strip) continue;
+      CurvedFacet facet{.corners = {}, .strip = false};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t vertex = faces_.triangles.faces[f][k], place = faces_.place[vertex];
+        std::uint32_t at = find(place, faces_.surface[f]);
+        if (at == FacesInParts::none) {
+          at = static_cast<std::uint32_t>(listed.size());
+          listed.push_back({faces_.surface[f], first_at[place]});
+          first_at[place] = at;
+          made_.corners.push_back({faces_.triangles.positions[vertex], flat_parts_[p].normal});
+        }
+        facet.corners[k] = first_triangle_corner + at;
+      }
+      facet.corners[3] = facet.corners[2];
+      in_parts_.push_back({p, facet});
+    }
+    if (listed.empty()) return;
+    for (std::uint32_t f = 0; f < count; ++f) {
+      check_stop_();
+      const std::uint32_t p = faces_.part[f];
+      if (p == FacesInParts::none || !around_[p].has_seams) continue;
+      const bool is_straight = around_[p].strip || around_[p].curved == 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t at =
+            find(faces_.place[faces_.triangles.faces[f][k]], faces_.surface[f]);
+        if (at == FacesInParts::none || (listed[at].at_straight && !is_straight)) continue;
+        if (is_straight && !listed[at].at_straight) {
+          listed[at].at_straight = true;
+          listed[at].normal = Vector3d::Zero();
+        }
+        const Vector3d corner = faces_.triangles.corner(f, k),
+                       one = faces_.triangles.corner(f, (k + 1) % 3) - corner,
+                       other = faces_.triangles.corner(f, (k + 2) % 3) - corner;
+        listed[at].normal += one.cross(other) / (one.squaredNorm() * other.squaredNorm());
+      }
+    }
+    for (std::size_t i = 0; i < listed.size(); ++i)
+      if (listed[i].normal.norm() > 0.0)
+        made_.corners[first_triangle_corner + i].normal =
+            listed[i].normal.normalized().cast<float>();
+    set_curvatures();
+  }
+
+  void set_curvatures() {
+    std::vector<std::array<double, 2>> sums(made_.corners.size());  // of normals, of places
+    for (const InPart& one : in_parts_) {
+      if (one.facet.strip) continue;
+      const Vector3d normal = flat_parts_[one.part].normal.cast<double>();
+      const auto area = [&](Vector3f FacetCorner::*what) {
+        const auto from_first = [&](std::size_t i) {
+          return (made_.corners[one.facet.corners[i]].*what -
+                  made_.corners[one.facet.corners[0]].*what)
+              .cast<double>()
+              .eval();
+        };
+        return from_first(1).cross(from_first(2)).dot(normal);
+      };
+      const double of_normals = area(&FacetCorner::normal), of_places = area(&FacetCorner::place);
+      for (std::size_t i = 0; i < 3; ++i) {
+        sums[one.facet.corners[i]][0] += of_normals;
+        sums[one.facet.corners[i]][1] += of_places;
+      }
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i)
+      if (sums[i][1] > 0.0) made_.corners[i].per_m2 = static_cast<float>(sums[i][0] / sums[i][1]);
+  }
+
+  void set_bends(FlatPart& part) const {
+    for (const auto& [axis, bend_rad] : {std::pair(&part.along, &part.bend_along_rad),
+                                         std::pair(&part.across, &part.bend_across_rad)}) {
+      float least = 1.0f, most = -1.0f;
+      for (const CurvedFacet& facet : made_.of(part))
+        for (const std::uint32_t corner : facet.corners) {
+          const float sine = axis->dot(made_.corners[corner].normal);
+          least = std::min(least, sine);
+          most = std::max(most, sine);
+        }
+      *bend_rad = std::max(most - least, 0.0f);
+    }
+  }
+
+  const FacesInParts& faces_;
+  std::span<FlatPart> flat_parts_;
+  std::vector<Seam> seams_;
+  std::vector<Surroundings> around_;  // by flat part
+  RareStopCheck check_stop_;
+  std::vector<InPart> in_parts_;
+  CurvedFacets made_;
+};
+
+}  // namespace
+
+CurvedFacets curved_facets(const FacesInParts& faces, std::vector<BentEdge> edges,
+                           std::span<FlatPart> flat_parts,
+                           const std::function<void()>& stop_check) {
+  return Builder(faces, std::move(edges), flat_parts, stop_check).make();
+}
+
+}  // namespace ensonify::engine
