@@ -286,9 +286,13 @@ FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>
     flat_parts.whole.push_back(sums[i].flat_part(normals[first_faces[i]], surface[first_faces[i]]));
   flat_parts.curved = curved_facets({triangles, place, part, surface}, std::move(bent),
                                     flat_parts.whole, stop_check);
+  std::vector<std::uint32_t> parts_of_surface(faces, 0);  // those of a curved surface are not cut
+  for (const FlatPart& flat_part : flat_parts.whole) ++parts_of_surface[flat_part.surface];
   std::map<std::uint32_t, std::vector<Corners>> hollow;  // the faces of such flat parts
   for (std::uint32_t i = 0; i < sums.size(); ++i)
-    if (flat_parts.whole[i].facets == 0 && sums[i].is_hollow(normals[first_faces[i]])) hollow[i];
+    if (parts_of_surface[flat_parts.whole[i].surface] == 1 &&
+        sums[i].is_hollow(normals[first_faces[i]]))
+      hollow[i];
   for (std::uint32_t f = 0; f < faces && !hollow.empty(); ++f) {
     check_stop();
     if (const auto its = hollow.find(part[f]); its != hollow.end())
