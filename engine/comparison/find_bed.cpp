@@ -1,8 +1,11 @@
 #include <ensonify/engine/comparison/find_bed.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <numeric>
 #include <optional>
 #include <span>
 
@@ -49,25 +52,76 @@ double level_below(std::span<const double> row, double share) {
 /// How the water column grows with range, by sample: a time-varied gain amplifies its noise.
 using Growth = std::vector<double>;
 
+/// The power that side lobes of a sweep without a window have at a sample, of the echoes behind it.
+/// A matched filter's are sinc(x), with a mean square of 1 / (2 pi^2 x^2) at x range cells, and
+/// echoes of different cells add by power. `cell` is a range cell in samples. What lies within it,
+/// or within the blur of the means, is no side lobe.
+double side_lobes_at(std::span<const double> row, std::size_t sample, double cell) {
+  constexpr std::size_t blur = 5, reach = 200;  // samples: what lies behind adds little
+  double power = 0.0;
+  const std::size_t end = std::min(sample + reach, row.size());
+  for (std::size_t k = sample + std::max(blur, static_cast<std::size_t>(cell)); k < end; ++k) {
+    const auto apart = static_cast<double>(k - sample);
+    power += row[k] * row[k] / (apart * apart);
+  }
+  return power * cell / (2.0 * std::numbers::pi * std::numbers::pi);
+}
+
+/// A range cell of the line's pulse in samples, from the far half of its rows: the correlation of
+/// speckle amplitudes is nearly that of their intensities, whose sum over all lags is a cell for a
+/// sweep without a window. A correlation that is small comes from the bed.
+double range_cell(const RecordedLine& line, Side side) {
+  constexpr std::size_t block = 32, lags = 9, rows = 400;
+  constexpr double small = 0.1;
+  std::array<double, lags> products{};
+  for (std::size_t ping = 0; ping < line.pings.size(); ping += line.pings.size() / rows + 1) {
+    const std::span<const float> row = line.row(side, ping);
+    for (std::size_t first = row.size() / 2; first + block <= row.size(); first += block) {
+      const std::span<const float> values = row.subspan(first, block);
+      const double mean = std::accumulate(values.begin(), values.end(), 0.0) / double{block};
+      for (std::size_t lag = 0; lag < lags; ++lag)
+        for (std::size_t k = 0; k + lag < block; ++k)
+          products[lag] += (values[k] - mean) * (values[k + lag] - mean) / double(block - lag);
+    }
+  }
+  double cell = 1.0;
+  for (std::size_t lag = 1; lag < lags && products[lag] > small * products[0]; ++lag)
+    cell += 2.0 * products[lag] / products[0];
+  return cell;
+}
+
+/// What the water column of a line is known to have.
+struct Water {
+  Growth growth;              ///< empty: not known yet
+  std::size_t recorded_from;  ///< the first sample that was recorded
+  double cell;                ///< range_cell()
+};
+
 /// The sample at which the bed begins to rise out of the water column, before a sample that is
 /// clearly bed. A beam that looks away from the nadir receives the nearest bed only weakly, so that
-/// it emerges slowly.
-std::size_t foot_of(std::span<const double> row, const Growth& growth, std::size_t recorded_from,
-                    std::size_t first, double lowest) {
+/// it emerges slowly. Before a bed that begins steeply, a sweep has side lobes that fall as slowly.
+std::size_t foot_of(std::span<const double> row, const Water& water, std::size_t first,
+                    double lowest) {
   // The bed may fill most of the samples before `first`, so the darkest fifth is the water. The
   // mean of 25 Rayleigh amplitudes has a standard deviation of 0.1 of its mean: this is four of
   // them above.
   constexpr double water_share = 0.2, over_water = 1.5;
   std::vector<double> before;
-  for (std::size_t k = std::max(first / 4, recorded_from); k < first; ++k)
-    before.push_back(row[k] / growth[k]);
-  const double threshold = over_water * level_below(before, water_share);
-  if (std::isnan(threshold)) return first;
-  const auto is_bed = [&](std::size_t k) {
-    return row[k] > std::max(threshold * growth[k], lowest);
+  for (std::size_t k = std::max(first / 4, water.recorded_from); k < first; ++k)
+    before.push_back(row[k] / water.growth[k]);
+  const double level = level_below(before, water_share);
+  if (std::isnan(level)) return first;
+  const auto over_noise = [&](std::size_t k) {
+    return row[k] > std::max(over_water * level * water.growth[k], lowest);
   };
+  const auto is_side_lobe = [&](std::size_t k, double noise) {
+    return std::pow(row[k] / over_water, 2) < noise * noise + side_lobes_at(row, k, water.cell);
+  };
+  while (first + 1 < row.size() && is_side_lobe(first, 0.0)) ++first;
   std::size_t foot = first;
-  while (foot > recorded_from && is_bed(foot - 1)) --foot;
+  while (foot > water.recorded_from && over_noise(foot - 1) &&
+         !is_side_lobe(foot - 1, level * water.growth[foot - 1]))
+    --foot;
   return foot + bed_found_early < first ? foot : first;  // a shorter rise is blur of the means
 }
 
@@ -78,10 +132,9 @@ struct Rise {
 };
 
 /// The first 8 rises of a ping, from near to far (later ones are texture of the bed); unset if the
-/// ping is silent. While the growth is empty (not known yet) they lie where the bed is clear.
-/// recorded_from: the first sample that was recorded.
-std::optional<std::vector<Rise>> rises_of(std::span<const double> row, std::size_t recorded_from,
-                                          const Growth& growth) {
+/// ping is silent. While the growth is not known they lie where the bed is clear.
+std::optional<std::vector<Rise>> rises_of(std::span<const double> row, const Water& known) {
+  const std::size_t recorded_from = known.recorded_from;
   // The darkest tenth of the near half is taken as water. Without a water column the whole row
   // counts as bed. Beyond some range there may be no echo: only samples above 0 count.
   const double water =
@@ -108,8 +161,7 @@ std::optional<std::vector<Rise>> rises_of(std::span<const double> row, std::size
     if (!in_echo) continue;
     const std::size_t clear = k + 1 - lasting;
     const std::size_t first =
-        growth.empty() ? clear
-                       : foot_of(row, growth, recorded_from, clear, darkest_of_level * level);
+        known.growth.empty() ? clear : foot_of(row, known, clear, darkest_of_level * level);
     if (rises.empty() || first > rises.back().sample)  // otherwise both have the same foot
       rises.push_back({first, std::max(bright - lasting, 0.0) / static_cast<double>(clear)});
   }
@@ -123,7 +175,7 @@ Growth growth_of_water(Smooth& smooth, const RecordedLine& line, std::size_t rec
   std::vector<double> powers;  // of range
   for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
     const std::span<const double> row = smooth.row(ping);
-    const auto rises = rises_of(row, recorded_from, {});
+    const auto rises = rises_of(row, {{}, recorded_from, 1.0});
     if (!rises || rises->empty()) continue;
     // From a quarter to a half of the way to the bed.
     const std::size_t part = rises->front().sample / 8;
@@ -298,6 +350,22 @@ bool begins_as_stated(const RecordedLine& line, Side side, const Growth& growth,
   return behind - standard_errors * error > std::max(brighter * before, darkest_of_level * level);
 }
 
+/// Whether the recording begins behind the bed: the altitudes of most pings say so, and no sample
+/// is much darker than the usual ones, as water is.
+bool begins_behind_bed(Smooth& smooth, std::size_t recorded_from, const BedSamples& stated) {
+  constexpr double much_darker = 2.0;  // 6 dB
+  const auto before = static_cast<std::size_t>(std::ranges::count_if(
+      stated, [&](const auto& sample) { return sample && *sample < double(recorded_from); }));
+  if (recorded_from == 0 || 2 * before < stated.size()) return false;
+  std::vector<double> ratios;
+  for (std::size_t ping = 0; ping < stated.size(); ++ping) {
+    const std::span<const double> row = smooth.row(ping).subspan(recorded_from);
+    if (const double dark = level_below(row, 0.1); dark > 0.0)
+      ratios.push_back(level_below(row, 0.5) / dark);
+  }
+  return 2 * ratios.size() >= stated.size() && median(std::move(ratios)) < much_darker;
+}
+
 }  // namespace
 
 FoundBed find_bed(const RecordedLine& line, Side side) {
@@ -309,9 +377,10 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
   std::size_t recorded_from = 0;
   for (const RecordedPing& ping : line.pings)
     recorded_from = std::max(recorded_from, ping.unrecorded);
-  const Growth growth = growth_of_water(smooth, line, recorded_from);
+  const Water water{growth_of_water(smooth, line, recorded_from), recorded_from,
+                    range_cell(line, side)};
   for (std::size_t ping = 0; ping < pings; ++ping) {
-    auto found = rises_of(smooth.row(ping), recorded_from, growth);
+    auto found = rises_of(smooth.row(ping), water);
     silent[ping] = !found;
     if (found) rises[ping] = std::move(*found);
   }
@@ -324,7 +393,10 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
         std::ranges::count_if(samples, [](const auto& sample) { return sample.has_value(); }));
   };
   FoundBed found{.first_sample = std::vector<std::size_t>(pings)};
-  if (2 * known(bed) < pings) {
+  if (begins_behind_bed(smooth, recorded_from, as_stated)) {
+    found.stated = true;
+    bed = as_stated;
+  } else if (2 * known(bed) < pings) {
     found.stated = 2 * known(as_stated) >= pings;
     if (found.stated) bed = as_stated;
     // else the line is too short in pings, or too dark, to be followed: the rises as they are
@@ -332,7 +404,7 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
       for (std::size_t i = 0; i < pings; ++i)
         bed[i] = rises[i].empty() ? 0.0 : static_cast<double>(rises[i].front().sample);
   }
-  if (!found.stated && begins_as_stated(line, side, growth, as_stated, bed)) {
+  if (!found.stated && begins_as_stated(line, side, water.growth, as_stated, bed)) {
     found.stated = true;
     bed = as_stated;
   }

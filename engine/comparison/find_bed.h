@@ -21,13 +21,14 @@ struct FoundBed {
 /// the geometric mean of the levels of water column and bed. Its edge is taken at the smaller range
 /// at which the samples leave the water column, because a beam that looks away from the nadir
 /// receives the nearest bed only weakly. Noise that grows with range, as a time-varied gain makes
-/// it, does not count as bed. Fish and noise make such places, too. The line prefers places that
-/// continue from ping to ping, that have less echo before them, and that are at the stated
-/// altitude. The stated altitude counts only if, in half of the pings, it differs from such a place
-/// by the same distance, which may be any. In pings that the line leaves out, the place is
-/// interpolated, or is the stated altitude corrected by that distance. The stated altitude is used
-/// uncorrected if the samples of most pings show no bed, or if the line lies far behind it although
-/// the samples behind it are brighter, on average, than those before it.
+/// it, and what may be side lobes of a sweep do not count as bed. Fish and noise make such places,
+/// too. The line prefers places that continue from ping to ping, that have less echo before them,
+/// and that are at the stated altitude. The stated altitude counts only if, in half of the pings,
+/// it differs from such a place by the same distance, which may be any. In pings that the line
+/// leaves out, the place is interpolated, or is the stated altitude corrected by that distance. The
+/// stated altitude is used uncorrected if the samples of most pings show no bed, if they begin
+/// behind it, or if the line lies far behind it although the samples behind it are brighter, on
+/// average, than those before it.
 FoundBed find_bed(const RecordedLine& line, Side side);
 
 }  // namespace ensonify::engine

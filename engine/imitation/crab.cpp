@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/comparison/bed_drift.h>
 #include <ensonify/engine/comparison/find_bed.h>
+#include <ensonify/engine/comparison/line_statistics.h>
 #include <ensonify/engine/quantile.h>
 #include <ensonify/engine/units.h>
 

@@ -50,18 +50,20 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
   return some_pings(alike, middle);
 }
 
+/// The share of the pings in which all samples of a side are 0.
+double silent_share(const RecordedLine& line, Side side) {
+  if (line.side(side).empty()) return 1.0;
+  std::size_t silent = 0;
+  for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
+    silent += std::ranges::all_of(line.row(side, ping), [](float value) { return value == 0.0f; });
+  return static_cast<double>(silent) / static_cast<double>(line.pings.size());
+}
+
 /// Leaves out a side whose samples are all 0 in nearly all pings, if the other has echoes. One that
 /// is 0 in all pings, a reader has left out already.
 void leave_out_silent_side(RecordedLine& line, std::vector<std::string>& unknown) {
-  const auto silent_share = [&](Side side) {
-    if (line.side(side).empty()) return 1.0;
-    std::size_t silent = 0;
-    for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
-      silent +=
-          std::ranges::all_of(line.row(side, ping), [](float value) { return value == 0.0f; });
-    return static_cast<double>(silent) / static_cast<double>(line.pings.size());
-  };
-  const double port = silent_share(Side::port), starboard = silent_share(Side::starboard);
+  const double port = silent_share(line, Side::port),
+               starboard = silent_share(line, Side::starboard);
   constexpr double nearly_all = 0.9;
   if (std::max(port, starboard) < nearly_all || std::min(port, starboard) >= nearly_all) return;
   const std::string_view side = port > starboard ? "port" : "starboard";
@@ -78,8 +80,8 @@ void note_altitudes(const RecordedLine& line, const VehiclePath& path,
                     std::vector<std::string>& unknown) {
   if (path.altitude.how == Confidence::stated)
     unknown.emplace_back(
-        "whether the altitude is right: the samples do not show the bottom line well, so it is what "
-        "the pings state");
+        "whether the altitude is right: the samples do not show the bottom line, or not well, so it "
+        "is what the pings state");
   std::vector<double> off_m;
   for (std::size_t i = 0; i < line.pings.size(); ++i)
     if (line.pings[i].altitude_m) off_m.push_back(*line.pings[i].altitude_m - path.altitude_m[i]);
@@ -89,8 +91,9 @@ void note_altitudes(const RecordedLine& line, const VehiclePath& path,
     unknown.push_back(fmt::format(
         "the altitude: the stated altitudes are {:.2f} m {} the bottom line, which is used; {}",
         std::abs(median_off_m), median_off_m > 0.0 ? "above" : "below",
-        median_off_m > 0.0 ? "fish, the wake or side lobes of a sweep may look like bed"
-                           : "noise may hide the nearest bed"));
+        median_off_m > 0.0
+            ? "fish or the wake may look like bed, or the samples have no water column"
+            : "noise may hide the nearest bed"));
 }
 
 bool states_vertical_beam(const RecordedLine& line) {
@@ -103,7 +106,9 @@ bool states_frequency(const RecordedLine& line) {
 
 /// The bandwidth and the kind of the pulse, as stated; else one sample's bandwidth.
 void set_pulse(const RecordedLine& line, LineModel& model) {
-  model.pulse.bandwidth_hz = model.max_bandwidth_hz();
+  const double bin_m = model.range_m / static_cast<double>(model.samples);
+  const double one_sample_hz = 0.5 * model.sound_speed_mps / bin_m;
+  model.pulse.bandwidth_hz = std::min(one_sample_hz, 0.5 * model.frequency_hz);
   if (line.bandwidth_hz < 10.0 || !(line.bandwidth_hz < line.frequency_hz)) return;
   const Evidence stated{Confidence::stated, "of the channel"};
   model.pulse.bandwidth_hz = line.bandwidth_hz;
@@ -111,7 +116,7 @@ void set_pulse(const RecordedLine& line, LineModel& model) {
   constexpr double min_sweep = 2.0;  // of bandwidth times length; a CW pulse has 1
   const double longest_s = std::min(1.0, model.range_m / model.sound_speed_mps);
   if (line.pulse_length_s * line.bandwidth_hz > min_sweep && line.pulse_length_s < longest_s &&
-      line.bandwidth_hz > min_bandwidth * model.one_sample_hz()) {
+      line.bandwidth_hz > min_bandwidth * one_sample_hz) {
     model.pulse.kind = PulseKind::lfm;
     model.pulse.length_s = line.pulse_length_s;
     for (const char* key : {"sonar.sidescan.pulse", "sonar.sidescan.pulse_length_s"})
@@ -138,6 +143,40 @@ void set_beam(const RecordedLine& line, LineModel& model) {
     model.evidence[key] = {Confidence::stated, "of the channel"};
 }
 
+/// What is unknown because the recording lacks it.
+void note_missing(const RecordedLine& line, const LineModel& model,
+                  std::vector<std::string>& unknown) {
+  if (model.unrecorded > 0)
+    unknown.push_back(fmt::format(
+        "the first {:.2f} m of range: the recording begins there, and a run of the scene has samples "
+        "from 0 m on",
+        static_cast<double>(model.unrecorded) * model.range_m /
+            static_cast<double>(model.samples)));
+  if (model.path.place.how == Confidence::assumed)
+    unknown.push_back("how fast the vehicle is, and where it goes: " + model.path.place.why);
+  // Water is darker than the bed; otherwise find_bed() has found a change of the bed.
+  constexpr double clearly_db = 10.0;
+  std::vector<double> levels_db;
+  for (const GrazingLevels& side : model.levels_db)
+    for (const double level_db : side)
+      if (std::isfinite(level_db)) levels_db.push_back(level_db);
+  const double darker_db = median(std::move(levels_db)) - model.recorder.column_db;
+  if (model.recorder.column_from.how == Confidence::measured && darker_db < clearly_db)
+    unknown.push_back(fmt::format(
+        "whether the bottom line is right: the samples before it are only {:.0f} dB darker than the "
+        "bed, as where noise is strong, where the water column was cut off, where the samples were "
+        "moved to ground range, or where their bytes are in another order",
+        darker_db));
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
+    constexpr double noticed = 0.05;
+    if (const double share = silent_share(line, side); share > noticed)
+      unknown.push_back(fmt::format(
+          "why the {} side is silent in {:.0f} % of the pings; it is imitated as if it were not",
+          side == Side::port ? "port" : "starboard", 100.0 * share));
+  }
+}
+
 /// What is unknown in the first model.
 void note_gaps(const RecordedLine& line, const LineModel& model,
                std::vector<std::string>& unknown) {
@@ -151,6 +190,10 @@ void note_gaps(const RecordedLine& line, const LineModel& model,
         "bed too much, to tell");
   if (model.recorder.curve_from.how == Confidence::assumed)
     unknown.push_back("the recorder's curve: " + model.recorder.curve_from.why);
+  if (model.recorder.curve == TransferCurve::logarithmic)
+    unknown.emplace_back(
+        "the recorder's looks, and with them the range of its logarithmic curve: texture and relief "
+        "of the bed may look like more looks");
   if (model.recorder.column_from.how == Confidence::assumed)
     unknown.push_back("the noise: " + model.recorder.column_from.why);
 }
@@ -161,6 +204,8 @@ LineModel first_model(const RecordedLine& line) {
   model.path = vehicle_path(line);
   model.recorder = recorder_signs(line);
   model.samples = line.samples;
+  for (const RecordedPing& ping : line.pings)
+    model.unrecorded = std::max(model.unrecorded, ping.unrecorded);
   model.output_noise_db = std::clamp(model.recorder.column_db, -130.0, -6.0);
   model.evidence["sonar.sidescan.output_noise_db"] = model.recorder.column_from;
   model.port = !line.port.empty();
@@ -220,6 +265,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   const RecordedLine half = some_pings(made.line, halves.fit);
   model = first_model(half);
   note_gaps(half, model, made.unknown);
+  note_missing(made.line, model, made.unknown);
   // The path is that of all pings: where the vehicle is, is not fitted.
   model.path = path;
   const HeadingCheck check = correct_heading(made.line, model.path);
@@ -261,7 +307,10 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
       "single objects and forms of the bed: only their statistics are imitated");
   made.unknown.emplace_back(
       "source level, bed strength and gain separately; only their sum is known");
-  const auto how = [&](const char* key) { return model.evidence_of(key).how; };
+  const auto how = [&](const char* key) {
+    const auto found = model.evidence.find(key);
+    return found == model.evidence.end() ? Confidence::assumed : found->second.how;
+  };
   if (how("sonar.sidescan.array_length_m") == Confidence::fitted)
     made.unknown.emplace_back("the array's length: texture and relief change the same statistic");
   if (how("sonar.sidescan.bandwidth_hz") == Confidence::stated &&

@@ -84,7 +84,8 @@ Curve histogram(const RecordedLine& line) {
   constexpr double most = 4.0;
   std::vector<double> values;
   double sum = 0.0;
-  for (const Side side : line.sides()) {
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
     const std::vector<std::size_t> bed = find_bed(line, side).first_sample;
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
       for (std::size_t k = bed[ping]; k < line.samples; ++k) {
@@ -111,7 +112,9 @@ Curve first_returns(const RecordedLine& line) {
   Curve curve;
   for (std::size_t ping = 0; ping < bed.size(); ++ping)
     if (bed[ping] < line.samples)
-      curve.push_back({static_cast<double>(ping), line.sample_range_m(ping, bed[ping])});
+      curve.push_back(
+          {static_cast<double>(ping), static_cast<double>(bed[ping]) * line.pings[ping].range_m /
+                                          static_cast<double>(line.samples)});
   return curve;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -79,6 +80,31 @@ void fill(std::vector<double>& cells) {
   }
 }
 
+double mean_of(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+/// A line whose pings are not scaled, as the recorder scales them: each side of each ping to the
+/// mean of that amplitude. Pings at other altitudes then count as much as in the recording.
+RecordedLine scaled(RecordedLine line, const RecorderSigns& recorder) {
+  if (recorder.ping_mean == 0.0 || recorder.curve != TransferCurve::linear) return line;
+  const std::size_t begin = line.samples / 50;  // beyond the transmitted pulse
+  for (std::vector<float>* side : {&line.port, &line.starboard})
+    for (std::size_t first = 0; first < side->size(); first += line.samples) {
+      const std::span<float> row = std::span(*side).subspan(first, line.samples);
+      double sum = 0.0;
+      for (const float value : row.subspan(begin)) sum += value;
+      if (!(sum > 0.0)) continue;
+      const auto factor = static_cast<float>(recorder.ping_mean * recorder.full_scale *
+                                             static_cast<double>(line.samples - begin) / sum);
+      for (float& value : row)
+        value = std::min(factor * value, static_cast<float>(recorder.full_scale));
+    }
+  return line;
+}
+
 class Fit {
  public:
   Fit(LineModel& model, const RecordedLine& line)
@@ -86,8 +112,7 @@ class Fit {
     begin_pulse();
   }
 
-  /// After a simulation with pings that are not scaled: the gain, the gain over range, and the
-  /// altitude, from the first echo of the bed.
+  /// After a simulation with pings that are not scaled: the gain and the gain over range.
   void correct_geometry(const RecordedLine& ours, double gain_db) {
     RecorderSigns unscaled = model_.recorder;
     unscaled.ping_mean = 0.0;
@@ -102,6 +127,11 @@ class Fit {
       if (std::isfinite(excess_db[i]))
         louder_db.push_back(excess_db[i] - (law_db(model_.range_law, i) - law_db(before, i)));
     model_.gain_db = gain_db + mean_of(louder_db);
+  }
+
+  /// From the first echo of the bed. After a simulation with the line's beam: where the nearest bed
+  /// is received more weakly, it seems to begin later.
+  void correct_altitude(const RecordedLine& ours) {
     // The path has the altitudes that the whole recording shows. The rest is the error of
     // find_bed(), which is small: a larger difference comes from another beam or noise floor, and
     // means nothing.
@@ -113,14 +143,16 @@ class Fit {
           off_m[i] * (model_.path.pitch_rad.empty() ? 1.0 : std::cos(model_.path.pitch_rad[i]));
     constexpr double most_bins = 5.0;
     const double shift_m = model_.altitude_shift_m + median(std::move(off_m));
-    if (std::abs(shift_m) <= most_bins * model_.bin_m()) model_.altitude_shift_m = shift_m;
+    if (std::abs(shift_m) <= most_bins * bin_m()) model_.altitude_shift_m = shift_m;
   }
 
   /// After a simulation with the sonar's plain beam and automatic gain: material, and the beam
   /// where the file does not state it.
   void begin(const RecordedLine& ours, double gain_db, bool beam_is_stated,
              std::vector<NearSediment>& sediments) {
-    const Figures simulated(ours, model_.recorder);
+    // The gain is that before the pings are scaled; the level over the angle is that behind.
+    const GrazingLevels unscaled = excess_over(grazing_levels_of_sides(ours, model_.recorder));
+    const Figures simulated(scaled(ours, model_.recorder), model_.recorder);
     GrazingLevels both = excess_over(simulated.levels);
     GrazingLevels by_law{};  // what another gain over range changes
     if (model_.range_law.from.how == Confidence::assumed && beam_is_stated) {
@@ -135,10 +167,13 @@ class Fit {
     const bool plain = beam_is_stated && !sediments.empty() &&
                        sediments.front().rms_db < plain_enough_db &&
                        !(std::abs(port_over_starboard_db(simulated)) > sides_alike_db);
-    std::vector<double> offsets;
+    std::vector<double> offsets, gain_offsets;
     for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
-      if (std::isfinite(both[i])) offsets.push_back(both[i] + strength_change_db(before, i));
-    model_.gain_db = gain_db + mean_of(offsets);
+      if (std::isfinite(both[i])) {
+        offsets.push_back(both[i] + strength_change_db(before, i));
+        gain_offsets.push_back(unscaled[i] - by_law[i] + strength_change_db(before, i));
+      }
+    model_.gain_db = gain_db + mean_of(gain_offsets);
     if (plain) return;
     const VerticalPattern beam{.beamwidth_rad = model_.beamwidth_rad, .tilt_rad = model_.tilt_rad};
     for (const std::size_t side : {0u, 1u}) {
@@ -395,14 +430,14 @@ class Fit {
     if (!std::isfinite(over_one + over_two)) return;
     if (stated(bandwidth_key)) {
       if (model_.pulse.kind != PulseKind::lfm) return;
-      model_.pulse.window =
-          likely_window(model_.pulse.bandwidth_hz / model_.one_sample_hz(), over_one);
+      model_.pulse.window = likely_window(model_.pulse.bandwidth_hz / one_sample_hz(), over_one);
       model_.evidence["sonar.sidescan.window"] = {Confidence::fitted, "correlation over 1 sample"};
       return;
     }
     model_.pulse = likely_pulse(over_one, over_two);
     model_.pulse.bandwidth_hz =
-        clamped_bandwidth_hz(time_times_bandwidth(model_.pulse, over_one) * model_.one_sample_hz());
+        std::clamp(time_times_bandwidth(model_.pulse, over_one) * one_sample_hz(),
+                   min_bandwidth_hz(), max_bandwidth_hz());
     for (const char* key : {"sonar.sidescan.pulse", "sonar.sidescan.window"})
       model_.evidence[key] = {Confidence::fitted, "correlation over 1 and 2 samples"};
   }
@@ -414,8 +449,9 @@ class Fit {
     const auto apart = [&](double correlation) {
       return time_times_bandwidth(model_.pulse, std::clamp(correlation, 0.0, 0.9));
     };
-    model_.pulse.bandwidth_hz = clamped_bandwidth_hz(model_.pulse.bandwidth_hz *
-                                                     std::clamp(apart(has) / apart(now), 0.6, 1.6));
+    model_.pulse.bandwidth_hz =
+        std::clamp(model_.pulse.bandwidth_hz * std::clamp(apart(has) / apart(now), 0.6, 1.6),
+                   min_bandwidth_hz(), max_bandwidth_hz());
     model_.evidence[bandwidth_key] = {Confidence::fitted, "correlation of neighbouring samples"};
   }
 
@@ -452,14 +488,16 @@ class Fit {
     model_.array_length_m = length_m;
   }
 
-  double clamped_bandwidth_hz(double bandwidth_hz) const {
-    const double max_hz = model_.max_bandwidth_hz();
-    return std::clamp(bandwidth_hz, std::min(min_bandwidth * model_.one_sample_hz(), max_hz),
-                      max_hz);
+  double one_sample_hz() const { return 0.5 * model_.sound_speed_mps / bin_m(); }
+  double max_bandwidth_hz() const { return std::min(one_sample_hz(), 0.5 * model_.frequency_hz); }
+  double min_bandwidth_hz() const {
+    return std::min(min_bandwidth * one_sample_hz(), max_bandwidth_hz());
   }
+  double bin_m() const { return model_.range_m / static_cast<double>(model_.samples); }
 
   bool stated(const std::string& key) const {
-    return model_.evidence_of(key).how == Confidence::stated;
+    const auto found = model_.evidence.find(key);
+    return found != model_.evidence.end() && found->second.how == Confidence::stated;
   }
 
   LineModel& model_;
@@ -491,6 +529,9 @@ void fit_line(LineModel& model, const RecordedLine& line, const std::filesystem:
       fit.begin(ours, gain_db, beam_is_stated, sediments);
     else
       fit.correct(ours);
+    constexpr int rounds_of_altitude = 2;
+    const int with_beam = beam_is_stated ? 0 : plain_rounds;
+    if (round >= with_beam && round < with_beam + rounds_of_altitude) fit.correct_altitude(ours);
   }
 }
 

@@ -46,10 +46,10 @@ class Keys {
 BedExtent extent_of(const LineModel& model, double east_m, double north_m) {
   const double margin_m = 2.0 * model.range_m + 4.0;
   BedExtent extent{std::ceil(east_m + margin_m), std::ceil(north_m + margin_m), 0.0};
+  const double bin_m = model.range_m / static_cast<double>(model.samples);
   constexpr double max_cells = 8000.0;  // of its longer side
-  extent.cell_m =
-      std::max({0.05, 2.0 * model.bin_m(), std::max(extent.east_m, extent.north_m) / max_cells,
-                std::sqrt(extent.east_m * extent.north_m / max_vertices)});
+  extent.cell_m = std::max({0.05, 2.0 * bin_m, std::max(extent.east_m, extent.north_m) / max_cells,
+                            std::sqrt(extent.east_m * extent.north_m / max_vertices)});
   extent.cell_m = std::ceil(100.0 * extent.cell_m) / 100.0;
   return extent;
 }
@@ -72,7 +72,9 @@ double headroom_db(const LineModel& model) {
 }
 
 void add_strength(const LineModel& model, int step, Evidence evidence, Keys& keys) {
-  keys.add("like", toml_string(model.material), model.evidence_of("material.bed.like"));
+  const auto why = model.evidence.find("material.bed.like");
+  keys.add("like", toml_string(model.material),
+           why == model.evidence.end() ? Evidence{} : why->second);
   keys.add("strength_offset_db", fmt::format("{:g}", step * ToneMap::step_db - headroom_db(model)),
            std::move(evidence));
 }
@@ -326,11 +328,15 @@ std::vector<std::byte> tones_png(const LineModel& model) {
 }
 
 std::string beam_csv(const LineModel& model) {
+  double loudest = -1e9;
+  for (const std::vector<double>& side : model.vertical_db)
+    for (const double level : side) loudest = std::max(loudest, level);
   // Cells are about their middles; the levels of the ends hold beyond them.
   std::string csv = "depression_deg,port_db,starboard_db\n";
   for (std::size_t i = 0; i < grazing_cells; ++i)
     csv += fmt::format("{},{:.3f},{:.3f}\n", (static_cast<double>(i) + 0.5) * grazing_cell_deg,
-                       0.5 * model.vertical_db[0][i], 0.5 * model.vertical_db[1][i]);
+                       0.5 * (model.vertical_db[0][i] - loudest),
+                       0.5 * (model.vertical_db[1][i] - loudest));
   return csv;
 }
 

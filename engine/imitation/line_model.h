@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
@@ -9,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/imitation/bed_levels.h>
 #include <ensonify/engine/imitation/evidence.h>
 #include <ensonify/engine/imitation/recorder_signs.h>
 #include <ensonify/engine/imitation/tone_map.h>
@@ -36,13 +34,14 @@ struct LineModel {
   double frequency_hz = 400e3, range_m = 50.0, array_length_m = 0.5;
   Pulse pulse{.bandwidth_hz = 20e3};
   std::size_t samples = 0;
+  std::size_t unrecorded = 0;  ///< as RecordedPing::unrecorded; a scene cannot state it
   bool port = true, starboard = true;
   /// With the sediment's own strength; unset: the sonar's automatic gain.
   std::optional<double> gain_db;
   double output_noise_db = -60.0;
   double beamwidth_rad = 0.0, tilt_rad = 0.0;  ///< of the vertical beam
-  /// By side and cell of grazing angle: two-way level of the vertical beam, dB, the largest 0;
-  /// empty: the sonar's beam is that of beamwidth_rad and tilt_rad.
+  /// By side and cell of grazing angle: two-way level of the vertical beam, dB; empty: the sonar's
+  /// beam is that of beamwidth_rad and tilt_rad.
   std::array<std::vector<double>, 2> vertical_db;
   /// Added to the altitudes of the path, because the first return may differ from the bottom line.
   double altitude_shift_m = 0.0;
@@ -55,15 +54,6 @@ struct LineModel {
   std::map<std::string, Evidence> evidence;  ///< by key
 
   bool has_pattern() const { return !vertical_db[0].empty(); }
-  double bin_m() const { return range_m / static_cast<double>(samples); }
-  /// The bandwidth of a pulse of one sample, and the largest that a model has.
-  double one_sample_hz() const { return 0.5 * sound_speed_mps / bin_m(); }
-  double max_bandwidth_hz() const { return std::min(one_sample_hz(), 0.5 * frequency_hz); }
-  /// That of a key; assumed, if there is none.
-  Evidence evidence_of(const std::string& key) const {
-    const auto found = evidence.find(key);
-    return found == evidence.end() ? Evidence{} : found->second;
-  }
 };
 
 /// The seabed for the model's path and range.

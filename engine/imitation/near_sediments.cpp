@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include <Eigen/Dense>
 
-#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
@@ -37,7 +37,8 @@ struct Cell {
 std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& excess_db,
                                  bool beam_is_stated) {
   const std::vector<double>& altitudes_m = model.path.altitude_m;
-  const double altitude_m = mean_of(altitudes_m),
+  const double altitude_m = std::accumulate(altitudes_m.begin(), altitudes_m.end(), 0.0) /
+                            std::max(1.0, static_cast<double>(altitudes_m.size())),
                altitude_bins = altitude_m * static_cast<double>(model.samples) / model.range_m,
                rows = static_cast<double>(altitudes_m.size()) *
                       (model.port && model.starboard ? 2.0 : 1.0);

@@ -19,14 +19,16 @@
 namespace ensonify::engine {
 namespace {
 
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
 void set_full_scale(const RecordedLine& line, RecorderSigns& signs) {
   float largest = 0.0f;
   std::size_t samples = 0;
-  for (const Side side : line.sides())
+  for (const Side side : {Side::port, Side::starboard})
     for (const float value : line.side(side)) largest = std::max(largest, value);
   std::size_t at_largest = 0;
   bool whole = true;
-  for (const Side side : line.sides())
+  for (const Side side : {Side::port, Side::starboard})
     for (const float value : line.side(side)) {
       at_largest += value == largest;
       whole = whole && value == std::floor(value);
@@ -35,9 +37,10 @@ void set_full_scale(const RecordedLine& line, RecorderSigns& signs) {
   signs.clips =
       at_largest >= 20 && 1e5 * static_cast<double>(at_largest) > static_cast<double>(samples);
   signs.full_scale = largest;
-  constexpr int max_bits = 16;
+  constexpr int max_bits = 24;  // of a scene; a float has as many
+  signs.bits = max_bits;
   const int bits =
-      static_cast<int>(std::bit_width(static_cast<unsigned>(std::min(largest, 16777215.0f))));
+      static_cast<int>(std::bit_width(static_cast<unsigned>(std::min(largest, 16777216.0f))));
   if (whole && bits >= 1 && bits <= max_bits) {
     signs.bits = bits;
     if (!signs.clips) signs.full_scale = static_cast<double>((1u << bits) - 1u);
@@ -45,7 +48,8 @@ void set_full_scale(const RecordedLine& line, RecorderSigns& signs) {
                        fmt::format("the largest sample is {:.0f}{}", largest,
                                    signs.clips ? ", and many are as large: it clips there" : "")};
   } else {
-    signs.bits_from = {Confidence::assumed, "its samples are no whole numbers of up to 16 bits"};
+    signs.bits_from = {Confidence::assumed,
+                       fmt::format("its samples are no whole numbers of up to {} bits", max_bits)};
   }
 }
 
@@ -55,7 +59,8 @@ struct Spread {
 };
 std::vector<Spread> spreads(const RecordedLine& line, double full_scale) {
   std::vector<Spread> all;
-  for (const Side side : line.sides()) {
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
     const std::vector<std::size_t> bed = bed_edge(line, side);
     for (std::size_t ping = 0; ping + block_pings <= line.pings.size(); ping += block_pings) {
       const std::size_t begin =
@@ -77,64 +82,121 @@ std::vector<Spread> spreads(const RecordedLine& line, double full_scale) {
           all.push_back(
               {mean, std::sqrt(variance),
                (cubes / count - mean * (3.0 * variance + mean * mean)) / std::pow(variance, 1.5),
-               std::asin(static_cast<double>(begin) / static_cast<double>(k + block_samples / 2))});
+               std::asin(nearest_bed(line, ping, begin) /
+                         static_cast<double>(k + block_samples / 2))});
       }
     }
   }
   return all;
 }
 
-/// Where the spread of the samples stays the same while their mean grows, and they are skewed to
-/// the low side, the curve is logarithmic; Rayleigh amplitudes are skewed to the high side. Relief,
-/// shadows and texture only increase the spread, so the blocks with the smallest spread are used.
+/// The blocks at those grazing angles where the samples spread least: relief, shadows and texture
+/// only add to the speckle.
+std::vector<Spread> smoothest(const std::vector<Spread>& blocks,
+                              double (*spread_of)(const Spread&)) {
+  std::vector<Spread> found;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& [low, high] : {std::pair{14, 20}, {20, 40}, {40, 70}}) {
+    std::vector<Spread> band;
+    std::vector<double> values;
+    for (const Spread& block : blocks)
+      if (block.grazing_rad >= low * degree && block.grazing_rad < high * degree) {
+        band.push_back(block);
+        values.push_back(spread_of(block));
+      }
+    constexpr std::size_t enough = 50;
+    if (band.size() < enough) continue;
+    if (const double spread = median(std::move(values)); spread < least) {
+      least = spread;
+      found = std::move(band);
+    }
+  }
+  return found;
+}
+
+/// Mean spread and skewness of samples whose spread does not depend on their mean. Of blocks whose
+/// spread is far from the usual, relief or an object is in most; the others' moments are averaged,
+/// because the skewness of single blocks is biased.
+struct LogSpeckle {
+  double sd, skew;
+};
+LogSpeckle log_speckle(const std::vector<Spread>& blocks) {
+  std::vector<double> sds;
+  for (const Spread& block : blocks) sds.push_back(block.sd);
+  const double usual = median(std::move(sds));
+  constexpr double far_off = 0.3;
+  double number = 0.0, squares = 0.0, cubes = 0.0;
+  for (const Spread& block : blocks) {
+    if (!(std::abs(block.sd / usual - 1.0) < far_off)) continue;
+    number += 1.0;
+    squares += block.sd * block.sd;
+    cubes += block.skew * std::pow(block.sd, 3);
+  }
+  const double sd = std::sqrt(squares / number);
+  return {sd, cubes / number / std::pow(sd, 3)};
+}
+
+/// The number of looks whose decibels have the skewness.
+int looks_of_skew(double skew, Detector detector) {
+  constexpr int most = 16;
+  int best = 1;
+  const auto off = [&](int looks) {
+    return std::abs(speckle_of(detector, looks, TransferCurve::logarithmic).skew - skew);
+  };
+  for (int looks = 2; looks <= most; ++looks)
+    if (off(looks) < off(best)) best = looks;
+  return best;
+}
+
+/// A recorder is logarithmic if the spread of its samples stays the same while their mean grows, or
+/// if they are skewed to the low side by more than their contrast: the skewness of Rayleigh
+/// amplitudes is 1.2 times their contrast, that of their square root -0.6 times, whatever the
+/// number of looks, and that of their decibels some -5 to -15 times. Relief, shadows and texture
+/// only increase the spread, so the blocks with the smallest spread are used.
 void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
-  constexpr double quietest = 0.2;
+  constexpr double quietest = 0.2, least_change = 0.1, logarithmic = -1.5, alike = 0.4,
+                   to_the_low_side = -0.1;
   signs.curve_from = {Confidence::assumed, "too few unclipped samples of the bed"};
   if (blocks.size() < 100) return;
   std::ranges::sort(blocks, {}, &Spread::mean);
   // By fifths of the blocks' means.
   const std::size_t fifth = blocks.size() / 5;
-  std::vector<double> at_low, at_high, skews;
+  std::vector<double> at_low, at_high, skews, contrasts;
   for (std::size_t i = 0; i < fifth; ++i) {
     at_low.push_back(blocks[i].sd);
     const Spread& high = blocks[blocks.size() - 1 - i];
     at_high.push_back(high.sd);
     skews.push_back(high.skew);
+    contrasts.push_back(high.sd / high.mean);
   }
   const double mean_ratio =
       std::log(blocks[blocks.size() - fifth / 2].mean / blocks[fifth / 2].mean);
   const double growth =
       std::log(quantile(std::move(at_high), quietest) / quantile(std::move(at_low), quietest)) /
       mean_ratio;
-  const double skew = median(std::move(skews));
-  if (!(mean_ratio > 0.1)) {
-    signs.curve_from.why = "the level of the bed hardly changes: taken as linear";
-    return;
-  }
+  const double skew = median(std::move(skews)), contrast = median(std::move(contrasts));
+  const bool changes = mean_ratio > least_change;
+  const std::string speckle =
+      fmt::format("a contrast of {:.2f} and a skew of {:.1f}", contrast, skew);
   signs.curve_from = {
       Confidence::measured,
-      fmt::format("over the bed the spread grows as mean^{:.1f}, with a skew of {:.1f}", growth,
-                  skew)};
-  // A square root, with a skew of -0.1, is distinguished later. A logarithm has about -0.9,
-  // whatever the spread seems to do where the level hardly changes.
-  if (skew > -0.4 && (growth > 0.4 || skew > 0.0)) return;
-  signs.curve = TransferCurve::logarithmic;
-  // A Rayleigh amplitude in decibels has a standard deviation of 5.57 dB (Ulaby and others,
-  // Microwave Remote Sensing, vol. 2, ch. 7).
-  std::vector<double> sds;
-  for (const Spread& block : blocks) sds.push_back(block.sd);
-  signs.curve_range_db =
-      std::clamp(5.57 / (median(std::move(sds)) / signs.full_scale), 20.0, 200.0);
+      changes
+          ? fmt::format("over the bed the spread grows as mean^{:.1f}; it has {}", growth, speckle)
+          : "the speckle has " + speckle};
+  if (skew < logarithmic * contrast || (changes && growth < alike && skew < to_the_low_side))
+    signs.curve = TransferCurve::logarithmic;
 }
 
-/// The number of looks whose speckle has the contrast.
+/// The number of looks whose speckle has the contrast. Texture and relief only add to it, so a
+/// contrast that is clearly below that of a number of looks is that of more looks.
 int looks_of(double contrast, Detector detector, TransferCurve curve) {
   constexpr int most = 16;
+  constexpr double clearly_below = 0.95;
+  const auto speckle = [&](int looks) { return speckle_of(detector, looks, curve).contrast; };
   int looks = 1;
-  const auto off = [&](int number) {
-    return std::abs(speckle_of(detector, number, curve).contrast - contrast);
-  };
-  while (looks < most && off(looks + 1) < off(looks)) ++looks;
+  while (looks < most && contrast < std::max(clearly_below * speckle(looks),
+                                             0.5 * (speckle(looks) + speckle(looks + 1))))
+    ++looks;
   return looks;
 }
 
@@ -160,30 +222,43 @@ void tell_root(const Speckle& found, RecorderSigns& signs) {
   }
 }
 
+/// Of a logarithmic recorder: the looks from the skewness, which does not depend on the range of
+/// the curve, and then the range from the spread.
+void set_logarithmic_looks(const std::vector<Spread>& smooth, RecorderSigns& signs) {
+  const LogSpeckle found = log_speckle(smooth);
+  signs.looks = looks_of_skew(found.skew, signs.detector);
+  const double sd_db = speckle_of(signs.detector, signs.looks, TransferCurve::logarithmic).contrast;
+  constexpr double least_db = 20.0, most_db = 200.0;
+  signs.curve_range_db = std::clamp(sd_db * signs.full_scale / found.sd, least_db, most_db);
+  signs.looks_from = {Confidence::measured,
+                      fmt::format("skew of a smooth bed: {:.2f}", found.skew)};
+}
+
 void set_looks(const RecordedLine& line, const std::vector<Spread>& blocks, RecorderSigns& signs) {
   signs.detector = line.peak_detector ? Detector::peak : Detector::mean;
   signs.looks_from = {Confidence::assumed, "too few unclipped samples of the bed"};
-  if (blocks.size() < 100 || signs.curve != TransferCurve::linear) return;
-  // Texture only adds to the spread, so the smoothest band of angles has the speckle alone.
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  Speckle found{infinity, infinity};
-  for (const auto& [low, high] : {std::pair{14, 20}, {20, 40}, {40, 70}}) {
-    std::vector<double> contrasts, skews;
-    for (const Spread& block : blocks)
-      if (block.grazing_rad >= low * degree && block.grazing_rad < high * degree) {
-        contrasts.push_back(block.sd / block.mean);
-        // A block that happens to have no clipped sample has lost its tail.
-        constexpr double tail = 4.0;  // standard deviations
-        if (!signs.clips || block.mean + tail * block.sd < signs.full_scale)
-          skews.push_back(block.skew);
-      }
-    constexpr std::size_t enough = 50;
-    if (contrasts.size() < enough) continue;
-    const double contrast = median(std::move(contrasts));
-    if (contrast < found.contrast)
-      found = {contrast, skews.size() < enough ? infinity : median(std::move(skews))};
+  if (blocks.size() < 100) return;
+  if (signs.curve == TransferCurve::logarithmic) {
+    const std::vector<Spread> smooth =
+        smoothest(blocks, [](const Spread& block) { return block.sd; });
+    set_logarithmic_looks(smooth.empty() ? blocks : smooth, signs);
+    return;
   }
-  if (!std::isfinite(found.contrast)) return;
+  const std::vector<Spread> smooth =
+      smoothest(blocks, [](const Spread& block) { return block.sd / block.mean; });
+  if (smooth.empty()) return;
+  std::vector<double> contrasts, skews;
+  for (const Spread& block : smooth) {
+    contrasts.push_back(block.sd / block.mean);
+    // A block that happens to have no clipped sample has lost its tail.
+    constexpr double tail = 4.0;  // standard deviations
+    if (!signs.clips || block.mean + tail * block.sd < signs.full_scale)
+      skews.push_back(block.skew);
+  }
+  constexpr std::size_t enough = 50;
+  const Speckle found{median(std::move(contrasts)), skews.size() < enough
+                                                        ? std::numeric_limits<double>::infinity()
+                                                        : median(std::move(skews))};
   tell_root(found, signs);
   signs.looks = looks_of(found.contrast, signs.detector, signs.curve);
   signs.looks_from = {
@@ -212,7 +287,8 @@ void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
   };
   std::vector<Row> rows;
   const std::size_t begin = line.samples / 50;  // beyond the transmitted pulse
-  for (const Side side : line.sides()) {
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
       const std::span<const float> row = line.row(side, ping).subspan(begin);
       Row& one = rows.emplace_back();
@@ -245,24 +321,38 @@ void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
                   100.0 * spread, 100.0 * by_parts)};
 }
 
+/// The first recorded sample of a ping that is clear of the transmit leakage.
+std::size_t column_begin(const RecordedPing& ping, std::size_t bed) {
+  return std::max(bed / 3, ping.unrecorded);
+}
+
 /// The level of the water column; and the length of the transmitted pulse, from the range at which
 /// its leakage is no longer 4 times the column's amplitude.
 void set_column(const RecordedLine& line, RecorderSigns& signs) {
   constexpr double over_column = 4.0;
   std::vector<double> lengths_m, columns;
-  for (const Side side : line.sides()) {
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
     const std::vector<std::size_t> bed = bed_edge(line, side);
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
       if (bed[ping] < 24 || bed[ping] >= line.samples) continue;
-      const std::span<const float> row = line.row(side, ping),
-                                   column = water_column(line, side, ping, bed[ping]);
+      const std::span<const float> row = line.row(side, ping);
+      std::vector<double> column;
+      for (std::size_t k = column_begin(line.pings[ping], bed[ping]); k < bed[ping] * 9 / 10; ++k)
+        column.push_back(row[k]);
       if (column.empty()) continue;
-      columns.push_back(median({column.begin(), column.end()}));
+      columns.push_back(median(std::move(column)));
       const double threshold = over_column * columns.back();
       std::size_t k = 0;
       while (k < bed[ping] / 3 && row[k] > threshold) ++k;
-      lengths_m.push_back(line.sample_range_m(ping, k));
+      lengths_m.push_back(static_cast<double>(k) * line.pings[ping].range_m /
+                          static_cast<double>(line.samples));
     }
+  }
+  if (columns.empty()) {
+    signs.column_from = {Confidence::assumed, "no water column"};
+    signs.burst_from = {Confidence::assumed, "no water column"};
+    return;
   }
   const double floor = median(std::move(columns)) / signs.full_scale;
   signs.burst_m = median(std::move(lengths_m)) / leakage_lengths(scatter::amplitude_to_db(std::max(
@@ -271,46 +361,94 @@ void set_column(const RecordedLine& line, RecorderSigns& signs) {
   signs.column_from = {Confidence::measured, "level of the water column"};
   if (floor > 0.0) {
     signs.column_db = scatter::amplitude_to_db(expanded(floor, signs) / std::sqrt(std::log(2.0)));
-  } else if (floor == 0.0) {
+  } else {
     // Rayleigh amplitudes of this rms hardly ever reach half a step.
     const double half_step = 0.5 / (std::ldexp(1.0, signs.bits) - 1.0);
     signs.column_db = scatter::amplitude_to_db(expanded(half_step, signs)) - 20.0;
     signs.column_from = {Confidence::assumed,
                          "the water column is below the digitiser's first step"};
-  } else {
-    signs.column_from = {Confidence::assumed, "no water column"};
   }
   signs.burst_from = {Confidence::measured, "bright samples before the water column"};
 }
 
-}  // namespace
-
-Speckle speckle_of(Detector detector, int looks, TransferCurve curve) {
-  const bool root = curve == TransferCurve::square_root;
-  if (detector == Detector::mean) {
-    // A Rayleigh amplitude's; a mean of n has 1 / n of the variance and of the skewness squared.
-    constexpr double pi = std::numbers::pi;
-    const double number = std::sqrt(static_cast<double>(looks)),
-                 contrast = std::sqrt(4.0 / pi - 1.0) / number,
-                 skew = 2.0 * std::sqrt(pi) * (pi - 3.0) / std::pow(4.0 - pi, 1.5) / number;
-    if (!root) return {contrast, skew};
-    // The series of the root about the mean; its last term is such that one look is exact.
-    return {0.5 * contrast * (1.0 + 0.268 * contrast * contrast), skew - 1.5 * contrast};
+/// The mean power s of exponential intensities of which clipping at 1 leaves s (1 - exp(-1 / s)).
+double before_clipping(double power) {
+  constexpr double most = 0.98;
+  const double wanted = std::min(power, most);
+  double low = wanted, high = 100.0;
+  for (int i = 0; i < 40; ++i) {
+    const double s = std::sqrt(low * high);
+    (s * -std::expm1(-1.0 / s) < wanted ? low : high) = s;
   }
-  // The largest of n exponential intensities has the distribution (1 - exp(-I))^n.
-  double mean = 0.0, squares = 0.0, cubes = 0.0;
-  constexpr int steps = 20000;
-  for (int i = 0; i < steps; ++i) {
-    const double intensity = -std::log(1.0 - std::pow((i + 0.5) / steps, 1.0 / looks)),
-                 value = std::pow(intensity, root ? 0.25 : 0.5);
-    mean += value / steps;
-    squares += value * value / steps;
-    cubes += value * value * value / steps;
-  }
-  const double variance = squares - mean * mean;
-  return {std::sqrt(variance) / mean,
-          (cubes - mean * (3.0 * variance + mean * mean)) / std::pow(variance, 1.5)};
+  return low;
 }
+
+/// The level of the bed in a block of pings.
+struct LevelAtRange {
+  std::size_t block;
+  double decades;  // of the range in metres
+  double level_db;
+};
+
+/// The levels of one side, by cells of grazing angle. If the recorder scaled each ping, they are
+/// relative to the water column of the same ping, which has the same scale.
+std::array<std::vector<LevelAtRange>, grazing_cells> levels_at_ranges(
+    const RecordedLine& line, Side side, const RecorderSigns& recorder) {
+  constexpr std::size_t block = 24, low_cell = 5, high_cell = 36;  // 10 to 72 degrees
+  std::array<std::vector<LevelAtRange>, grazing_cells> points;
+  const std::vector<std::size_t> bed = bed_edge(line, side);
+  for (std::size_t ping = 0; ping + block <= line.pings.size(); ping += block) {
+    const std::size_t middle = ping + block / 2;
+    if (bed[middle] < 24 || bed[middle] >= line.samples) continue;
+    std::vector<double> column;
+    for (std::size_t i = ping; i < ping + block; ++i)
+      for (std::size_t k = column_begin(line.pings[i], bed[i]);
+           bed[i] < line.samples && k < bed[i] * 9 / 10; ++k)
+        column.push_back(expanded(line.row(side, i)[k] / recorder.full_scale, recorder));
+    const double floor = median(std::move(column));
+    if (recorder.ping_mean > 0.0 && !(floor > 0.0)) continue;
+    const double scale_db = recorder.ping_mean > 0.0 ? scatter::amplitude_to_db(floor) : 0.0;
+    const GrazingLevels levels = grazing_levels(line, side, recorder, ping, ping + block, 8);
+    const double altitude_m = nearest_bed(line, middle, bed[middle]) * line.pings[middle].range_m /
+                              static_cast<double>(line.samples);
+    for (std::size_t cell = low_cell; cell < high_cell; ++cell)
+      if (std::isfinite(levels[cell]))
+        points[cell].push_back({ping / block,
+                                std::log10(altitude_m / std::sin(grazing_cell_rad(cell))),
+                                levels[cell] - scale_db});
+  }
+  return points;
+}
+
+/// A straight line through the levels of each cell; the lines share their slope.
+struct SharedSlope {
+  double variance = 0.0, covariance = 0.0;
+  double value() const { return covariance / variance; }
+};
+/// Without the blocks [first, end).
+SharedSlope shared_slope(const std::vector<std::vector<LevelAtRange>>& cells, std::size_t first,
+                         std::size_t end) {
+  SharedSlope slope;
+  for (const std::vector<LevelAtRange>& cell : cells) {
+    double x = 0.0, y = 0.0, number = 0.0;
+    const auto over_points = [&](auto&& take) {
+      for (const LevelAtRange& point : cell)
+        if (point.block < first || point.block >= end) take(point);
+    };
+    over_points([&](const LevelAtRange& point) {
+      x += point.decades;
+      y += point.level_db;
+      number += 1.0;
+    });
+    over_points([&](const LevelAtRange& point) {
+      slope.variance += std::pow(point.decades - x / number, 2);
+      slope.covariance += (point.decades - x / number) * (point.level_db - y / number);
+    });
+  }
+  return slope;
+}
+
+}  // namespace
 
 double expanded(double share, const RecorderSigns& recorder) {
   if (recorder.curve == TransferCurve::linear) return share;
@@ -318,10 +456,38 @@ double expanded(double share, const RecorderSigns& recorder) {
   return share > 0.0 ? scatter::amplitude_from_db((share - 1.0) * recorder.curve_range_db) : 0.0;
 }
 
-std::span<const float> water_column(const RecordedLine& line, Side side, std::size_t ping,
-                                    std::size_t bed) {
-  const std::size_t begin = std::max(bed / 3, line.pings[ping].unrecorded);
-  return line.row(side, ping).subspan(begin, std::max(begin, bed * 9 / 10) - begin);
+Speckle speckle_of(Detector detector, int looks, TransferCurve curve) {
+  const bool root = curve == TransferCurve::square_root;
+  const bool logarithmic = curve == TransferCurve::logarithmic;
+  if (detector == Detector::mean) {
+    // A Rayleigh amplitude's; a mean of n has 1 / n of the variance and of the skewness squared.
+    constexpr double pi = std::numbers::pi;
+    const double number = std::sqrt(static_cast<double>(looks)),
+                 contrast = std::sqrt(4.0 / pi - 1.0) / number,
+                 skew = 2.0 * std::sqrt(pi) * (pi - 3.0) / std::pow(4.0 - pi, 1.5) / number;
+    // The series of the curve about the mean; its last term is such that one look is exact. One
+    // look has 5.57 dB (Ulaby and others, Microwave Remote Sensing, vol. 2, ch. 7) and the skewness
+    // of a Gumbel distribution.
+    if (logarithmic)
+      return {20.0 / std::numbers::ln10 * contrast * (1.0 + 0.227 / looks),
+              (skew - 3.0 * contrast) * (1.0 + 0.216 / looks)};
+    if (!root) return {contrast, skew};
+    return {0.5 * contrast * (1.0 + 0.268 * contrast * contrast), skew - 1.5 * contrast};
+  }
+  // The largest of n exponential intensities has the distribution (1 - exp(-I))^n.
+  double mean = 0.0, squares = 0.0, cubes = 0.0;
+  constexpr int steps = 20000;
+  for (int i = 0; i < steps; ++i) {
+    const double intensity = -std::log(1.0 - std::pow((i + 0.5) / steps, 1.0 / looks)),
+                 value = logarithmic ? scatter::to_db(intensity)
+                                     : std::pow(intensity, root ? 0.25 : 0.5);
+    mean += value / steps;
+    squares += value * value / steps;
+    cubes += value * value * value / steps;
+  }
+  const double variance = squares - mean * mean,
+               skew = (cubes - mean * (3.0 * variance + mean * mean)) / std::pow(variance, 1.5);
+  return {logarithmic ? std::sqrt(variance) : std::sqrt(variance) / mean, skew};
 }
 
 RecorderSigns recorder_signs(const RecordedLine& line) {
@@ -333,6 +499,96 @@ RecorderSigns recorder_signs(const RecordedLine& line) {
   set_ping_mean(line, signs);
   set_column(line, signs);
   return signs;
+}
+
+double grazing_cell_rad(std::size_t cell) {
+  return (static_cast<double>(cell) + 0.5) * grazing_cell_deg * degree;
+}
+
+GrazingLevels grazing_levels(const RecordedLine& line, Side side, const RecorderSigns& recorder,
+                             std::size_t first, std::size_t end, std::size_t enough) {
+  GrazingLevels sums{}, counts{};
+  const std::vector<std::size_t> bed = bed_edge(line, side);
+  for (std::size_t ping = first; ping < end; ++ping) {
+    const std::span<const float> row = line.row(side, ping);
+    if (bed[ping] == 0) continue;
+    const double altitude = nearest_bed(line, ping, bed[ping]);
+    for (std::size_t k = bed[ping]; k < line.samples; ++k) {
+      const double grazing = std::asin(std::min(1.0, altitude / static_cast<double>(k)));
+      const auto cell = std::min(static_cast<std::size_t>(grazing / degree / grazing_cell_deg),
+                                 grazing_cells - 1);
+      const double amplitude = expanded(row[k] / recorder.full_scale, recorder);
+      sums[cell] += amplitude * amplitude;
+      counts[cell] += 1.0;
+    }
+  }
+  for (std::size_t i = 0; i < grazing_cells; ++i)
+    sums[i] = counts[i] >= static_cast<double>(enough) && sums[i] > 0.0
+                  ? scatter::to_db(before_clipping(sums[i] / counts[i]))
+                  : unknown;
+  return sums;
+}
+
+std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
+                                                     const RecorderSigns& recorder) {
+  std::array<GrazingLevels, 2> levels;
+  for (const Side side : {Side::port, Side::starboard}) {
+    GrazingLevels& its = levels[static_cast<std::size_t>(side)];
+    its.fill(unknown);
+    if (!line.side(side).empty()) its = grazing_levels(line, side, recorder, 0, line.pings.size());
+  }
+  return levels;
+}
+
+double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder) {
+  std::vector<std::vector<LevelAtRange>> cells;  // of both sides
+  std::size_t blocks = 0;
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
+    for (std::vector<LevelAtRange>& cell : levels_at_ranges(line, side, recorder)) {
+      if (cell.size() < 4) continue;
+      blocks = std::max(blocks, cell.back().block + 1);
+      cells.push_back(std::move(cell));
+    }
+  }
+  const SharedSlope slope = shared_slope(cells, 0, 0);
+  // Some 10 blocks in each of 30 cells whose altitudes differ by a tenth or so.
+  constexpr double enough_variance = 0.3;
+  if (!(slope.variance > enough_variance)) return unknown;
+  // Patches of the bed may look like a change with range. In that case the slope depends much on
+  // single parts of the line (the jackknife).
+  constexpr std::size_t most_parts = 8;
+  const std::size_t parts = std::min(most_parts, blocks);
+  double sum = 0.0, squares = 0.0;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const double without =
+        shared_slope(cells, part * blocks / parts, (part + 1) * blocks / parts).value() -
+        slope.value();
+    sum += without;
+    squares += without * without;
+  }
+  const auto number = static_cast<double>(parts);
+  const double error_db = std::sqrt((number - 1.0) * (squares - sum * sum / number) / number);
+  constexpr double most_error_db = 6.0;  // usual gains, 20 to 40, have this standard deviation
+  return error_db < most_error_db ? slope.value() : unknown;
+}
+
+RangeLaw corrected_law(const RangeLaw& law, double slope_db, double ours_db,
+                       double absorption_db_per_m, double range_m) {
+  if (!std::isfinite(slope_db) || !std::isfinite(ours_db)) return law;
+  RangeLaw better{law.spreading + slope_db - ours_db,
+                  law.absorption,
+                  {Confidence::fitted,
+                   fmt::format("at each angle the level changes by {:.0f} dB per factor of ten in "
+                               "range",
+                               slope_db)}};
+  constexpr double min_spreading = 10.0;
+  if (better.absorption && better.spreading < min_spreading) {
+    better.absorption = false;  // the slope of 2 a r over log10(r), at half the range
+    better.spreading += std::numbers::ln10 * absorption_db_per_m * range_m;
+  }
+  better.spreading = std::clamp(better.spreading, 0.0, 80.0);
+  return better;
 }
 
 }  // namespace ensonify::engine

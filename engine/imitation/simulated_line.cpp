@@ -1,10 +1,11 @@
 #include <ensonify/engine/imitation/simulated_line.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <string>
 
-#include <ensonify/engine/comparison/line_source.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/ping_all.h>
@@ -40,7 +41,9 @@ RecordedLine simulated_line(const LineModel& model, const std::filesystem::path&
                     .sonar = image.sonar.name,
                     .frequency_hz = image.sonar.frequency_hz,
                     .samples = static_cast<std::size_t>(image.sonar.bins)};
-  add_image_rows(image.sonar.sides, image.pixels.sample, image.rows(), line);
+  const std::size_t bins = line.samples, columns = image.columns();
+  const double full_scale = recorder.full_scale(), scale = model.recorder.full_scale / full_scale;
+  const auto recorded = [&](std::uint32_t sample) { return static_cast<float>(scale * sample); };
   for (std::size_t row = 0; row < image.rows(); ++row) {
     // The path may leave pings out.
     const double interval_s = model.path.ping_interval_s,
@@ -48,8 +51,20 @@ RecordedLine simulated_line(const LineModel& model, const std::filesystem::path&
     line.pings.push_back({.number = static_cast<std::uint64_t>(std::lround(number)),
                           .altitude_m = model.path.altitude_m[row] + model.altitude_shift_m,
                           .range_m = image.sonar.range_m,
-                          .samples = line.samples});
+                          .samples = bins,
+                          .unrecorded = model.unrecorded});
+    const auto begin = image.pixels.sample.begin() + static_cast<std::ptrdiff_t>(row * columns);
+    const auto half = begin + static_cast<std::ptrdiff_t>(bins);
+    if (model.port)
+      std::transform(std::make_reverse_iterator(half), std::make_reverse_iterator(begin),
+                     std::back_inserter(line.port), recorded);
+    if (model.starboard)
+      std::transform(model.port ? half : begin, begin + static_cast<std::ptrdiff_t>(columns),
+                     std::back_inserter(line.starboard), recorded);
   }
+  for (std::vector<float>* side : {&line.port, &line.starboard})
+    for (std::size_t first = 0; first < side->size(); first += bins)
+      std::fill_n(side->begin() + static_cast<std::ptrdiff_t>(first), model.unrecorded, 0.0f);
   return line;
 }
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include <ensonify/engine/comparison/tone_change.h>
-#include <ensonify/engine/imitation/bed_levels.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
@@ -27,7 +26,7 @@ struct Spot {
 };
 
 std::vector<Spot> spots_of(const RecordedLine& line, Side side, const VehiclePath& path,
-                           double full_scale) {
+                           const RecorderSigns& recorder) {
   std::vector<Spot> spots;
   const std::vector<std::size_t> bed = bed_edge(line, side);
   for (std::size_t ping = 0; ping + block_pings <= line.pings.size(); ping += block_pings) {
@@ -38,8 +37,10 @@ std::vector<Spot> spots_of(const RecordedLine& line, Side side, const VehiclePat
     for (std::size_t k = bed[middle]; k + block_samples <= line.samples; k += block_samples) {
       double power = 0.0;
       for (std::size_t i = ping; i < ping + block_pings; ++i)
-        for (const float value : line.row(side, i).subspan(k, block_samples))
-          power += double(value) * value / (full_scale * full_scale * block_pings * block_samples);
+        for (const float value : line.row(side, i).subspan(k, block_samples)) {
+          const double amplitude = expanded(value / recorder.full_scale, recorder);
+          power += amplitude * amplitude / (block_pings * block_samples);
+        }
       const double range_m = (static_cast<double>(k) + 0.5 * block_samples) * sample_m;
       const double altitude_m = path.altitude_m[middle];
       constexpr double steepest = 0.9;  // of the sine: below the sonar, a block spans many angles
@@ -141,8 +142,9 @@ ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const Record
   // Remove the part of the level change that the gain over range causes when the altitude changes.
   const double slope_db =
       recorder.ping_mean == 0.0 && std::isfinite(range_slope_db) ? range_slope_db : 0.0;
-  for (const Side side : line.sides()) {
-    std::vector<Spot> spots = spots_of(line, side, path, recorder.full_scale);
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
+    std::vector<Spot> spots = spots_of(line, side, path, recorder);
     std::array<double, grazing_cells> mean{}, number{};
     for (Spot& spot : spots) {
       spot.level_db -= slope_db * spot.decades;

@@ -1,8 +1,10 @@
 #include <ensonify/engine/imitation/vehicle_path.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -74,6 +76,16 @@ Values moving_median(const Values& values, std::size_t reach) {
                                values.begin() + static_cast<std::ptrdiff_t>(end)));
   }
   return medians;
+}
+
+/// The median of the values around one, of as many before as behind it: otherwise a slope near an
+/// end of the line would seem to be far off.
+double usual_at(const Values& values, std::size_t i) {
+  constexpr std::size_t fewest = 5, most = 40;
+  const std::size_t reach = std::clamp(std::min(i, values.size() - 1 - i), fewest, most),
+                    begin = i < reach ? 0 : i - reach, end = std::min(i + reach + 1, values.size());
+  return median(Values(values.begin() + static_cast<std::ptrdiff_t>(begin),
+                       values.begin() + static_cast<std::ptrdiff_t>(end)));
 }
 
 /// Whether a ping comes so long after the one before that the recording paused, or that its clock
@@ -177,7 +189,7 @@ void go_straight_north(const RecordedLine& line, VehiclePath& path) {
   for (const double t_s : path.t_s) path.y_m.push_back(speed_mps * (t_s - path.t_s.front()));
   path.place = {Confidence::assumed,
                 fmt::format("no positions: straight north at {:.2f} m/s{}", speed_mps,
-                            speeds.empty() ? "" : ", the stated speed")};
+                            speeds.empty() ? ", a usual speed" : ", the stated speed")};
 }
 
 /// Moves the origin to the middle of the path's box, and returns where that was. Throws
@@ -267,9 +279,10 @@ void set_altitudes(const RecordedLine& line, VehiclePath& path) {
   path.altitude_m.resize(pings);
   for (std::size_t i = 0; i < ranges.size(); ++i)
     path.altitude_m[i] = ranges[i] * (path.pitch_rad.empty() ? 1.0 : std::cos(path.pitch_rad[i]));
-  const bool shown = !ranges.empty() && std::ranges::any_of(line.sides(), [&](Side side) {
-    return !find_bed(line, side).stated;
-  });
+  const bool shown = !ranges.empty() &&
+                     std::ranges::any_of(std::array{Side::port, Side::starboard}, [&](Side side) {
+                       return !line.side(side).empty() && !find_bed(line, side).stated;
+                     });
   path.altitude = shown ? Evidence{Confidence::measured, "bottom line"}
                         : Evidence{Confidence::stated, "altitudes that they state"};
   const Values depths = column(line, [](const RecordedPing& ping) { return ping.depth_m; });
@@ -296,16 +309,29 @@ std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side) {
   return bed;
 }
 
+bool begins_behind_edge(const RecordedPing& ping, std::size_t edge) {
+  return ping.unrecorded > 0 && edge <= ping.unrecorded + bed_found_early;
+}
+
+double nearest_bed(const RecordedLine& line, std::size_t ping, std::size_t edge) {
+  const RecordedPing& its = line.pings[ping];
+  return begins_behind_edge(its, edge) && its.altitude_m && its.range_m > 0.0
+             ? *its.altitude_m / its.range_m * static_cast<double>(line.samples)
+             : static_cast<double>(edge);
+}
+
 Values first_bed_echoes_m(const RecordedLine& line) {
   const std::size_t pings = line.pings.size();
   std::vector<Values> found(pings);
-  for (const Side side : line.sides()) {
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
     const std::vector<std::size_t> bed = bed_edge(line, side);
     for (std::size_t i = 0; i < pings; ++i)
-      if (bed[i] > 0 && bed[i] < line.samples) found[i].push_back(line.sample_range_m(i, bed[i]));
+      if (bed[i] > 0 && bed[i] < line.samples && !begins_behind_edge(line.pings[i], bed[i]))
+        found[i].push_back(static_cast<double>(bed[i]) * line.pings[i].range_m /
+                           static_cast<double>(line.samples));
   }
   constexpr double unlike_sides = 1.12, far_off = 0.25;
-  constexpr std::size_t around = 40;
   MaybeValues nearest(pings);
   for (std::size_t i = 0; i < pings; ++i) {
     if (found[i].empty()) continue;
@@ -314,11 +340,9 @@ Values first_bed_echoes_m(const RecordedLine& line) {
   }
   const Values whole = filled(nearest);
   if (whole.empty()) return {};
-  const Values usual = moving_median(whole, around);
   for (std::size_t i = 0; i < pings; ++i)
-    if (std::abs(whole[i] / usual[i] - 1.0) > far_off) nearest[i].reset();
-  const Values kept = filled(nearest);
-  return kept.empty() ? usual : moving_median(kept, 2);
+    if (std::abs(whole[i] / usual_at(whole, i) - 1.0) > far_off) nearest[i].reset();
+  return moving_median(filled(nearest), 2);
 }
 
 VehiclePath vehicle_path(const RecordedLine& line) {

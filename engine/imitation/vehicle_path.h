@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <ensonify/engine/imitation/evidence.h>
@@ -46,6 +47,12 @@ double heading_rad(const VehiclePath& path, std::size_t ping);
 
 /// By ping, the sample at the bed's edge: that of find_bed() plus bed_found_early.
 std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side);
+/// Whether the recording of a ping begins behind the nearest bed, whose edge is then the first
+/// recorded sample.
+bool begins_behind_edge(const RecordedPing& ping, std::size_t edge);
+/// Where the nearest bed lies, in samples: at its edge, or as the ping's altitude has it if the
+/// recording begins behind it.
+double nearest_bed(const RecordedLine& line, std::size_t ping, std::size_t edge);
 
 /// The periodic part of a series with this time between its values: its deviations from its mean
 /// over 10 s. The period is the time between upward crossings of zero, the mean square the median

@@ -124,6 +124,13 @@ void read_message(const RecordingBytes& message, LineBuilder& lines) {
   RecordedLine& line = lines.line(subsystem);
   if (line.pings.empty()) set_facts(header, line);
   RecordedPing ping = ping_of(header);
+  // The starting depth, or window offset, in samples.
+  constexpr std::size_t longest_offset = 4;  // times what was recorded; beyond, it is another value
+  const std::size_t offset = header.at<std::uint32_t>(4);
+  if (offset <= longest_offset * samples.size()) {
+    ping.unrecorded = offset;
+    samples.insert(samples.begin(), offset, 0.0f);
+  }
   // The fallback is what EdgeTech's own programs assume.
   const double speed_mps =
       line.sound_speed_mps > 0.0 ? line.sound_speed_mps : scatter::nominal_sound_speed_mps;

@@ -40,7 +40,8 @@ struct Channel {
   std::string name;
   int line = 0;  ///< number of its line; -1: no sidescan
   Side side = Side::port;
-  int format_code = 0;  ///< as in the file; 0: its number of bytes tells the format
+  bool ground_range = false;  ///< as stated
+  int format_code = 0;        ///< as in the file; 0: its number of bytes tells the format
   SampleFormat format = SampleFormat::unknown;
   std::size_t samples = 0;  ///< where a ping does not state them
   double frequency_hz = 0.0;
@@ -183,6 +184,7 @@ class XtfReader {
                                    : type == 2 ? starboards++
                                                : -1,
                            .side = type == 1 ? Side::port : Side::starboard,
+                           .ground_range = info.at<std::uint16_t>(2) == 2,
                            .format_code = info.at<std::uint8_t>(74),
                            .format = sample_format(info),
                            .samples = info.at<std::uint32_t>(8),
@@ -209,6 +211,13 @@ class XtfReader {
     std::vector<RecordedLine> lines = lines_.finish(name);
     for (RecordedLine& line : lines) {
       if (looks_geographic(line)) take_as_degrees(line, name);
+      if (std::ranges::any_of(channels_, [](const Channel& channel) {
+            return channel.line >= 0 && channel.ground_range;
+          }))
+        line.warnings.push_back(
+            fmt::format("{}: states that its samples lie in ground range; read as slant ranges, "
+                        "expected a recording without slant-range correction",
+                        name));
       if (doubtful_delay_s_ > 0.0)
         line.warnings.push_back(fmt::format(
             "{}: states that its samples begin {:g} s after the transmission, more than "

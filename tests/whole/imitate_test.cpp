@@ -170,6 +170,17 @@ TEST_CASE("the sediment of a run with the default vertical beam comes back from 
   }));
 }
 
+TEST_CASE("the sediment of a run whose recorder scales each ping comes back", "[slow]") {
+  std::string text = scene_of("medium sand", "false");
+  text.replace(text.find("looks = 2"), 9, "looks = 2\nping_mean = 0.2");
+  const json all = imitation_of_run(text);
+  CHECK(value_of(all["keys"], "sonar.sidescan.ping_mean") == Approx(0.2).epsilon(0.05));
+  CHECK(value_of(all["keys"], "sonar.sidescan.tvg_spreading") == Approx(30.0).margin(1.0));
+  const std::vector<std::string> near = all["materials"];
+  CAPTURE(near);
+  CHECK(std::ranges::find(near, "medium sand") - near.begin() < 3);
+}
+
 TEST_CASE("on a constant altitude the gain over range comes back from the level over the angle",
           "[slow]") {
   for (const double spreading : {20.0, 40.0}) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -149,6 +150,27 @@ TEST_CASE("the bed begins where it emerges from the water, not where the beam ge
     CHECK(worst(line) <= 6.0);
     for (RecordedPing& ping : line.pings) ping.altitude_m.reset();
     CHECK(worst(line) <= 6.0);
+  }
+}
+
+TEST_CASE("the side lobes of a sweep before the bed are not the bed") {
+  // Of a bed of one level those of a matched filter without a window have 1 / (2 pi^2 x) of its
+  // power at x range cells before it, as far as the pulse is long; here a cell is one or four
+  // samples.
+  for (const int cell : {1, 4}) {
+    CAPTURE(cell);
+    RecordedLine line = made_line([&](double sample, double first) {
+      constexpr double reach = 60.0;
+      const double before = std::max(1.0, first - sample) / cell;
+      if (sample >= first || first - sample > reach) return sharp(sample, first);
+      return std::hypot(5.0, 500.0 / (std::numbers::pi * std::sqrt(2.0 * before)));
+    });
+    for (std::size_t k = 0; k < line.port.size(); ++k)  // the speckle of a cell
+      if (k % samples % static_cast<std::size_t>(cell) > 0 && k % samples > 110)
+        line.port[k] = line.port[k - 1];
+    CHECK(worst(line) <= 5.0 + 2.0 * cell);
+    for (RecordedPing& ping : line.pings) ping.altitude_m.reset();
+    CHECK(worst(line) <= 5.0 + 2.0 * cell);
   }
 }
 

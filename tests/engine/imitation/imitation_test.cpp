@@ -16,7 +16,7 @@
 
 #include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/imitation/imitate.h>
-#include <ensonify/engine/imitation/near_sediments.h>
+#include <ensonify/engine/imitation/line_fit.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/xtf.h>
@@ -50,6 +50,7 @@ struct MadeLine {
   double ping_mean = 0.0;
   bool logarithmic = false;  ///< over 80 dB
   bool square_root = false;
+  double texture = 0.0;  ///< relative standard deviation of the amplitude
   bool ripples = false;  ///< beyond 15 m, each with a shadow that is longer with range
 };
 
@@ -57,6 +58,7 @@ struct MadeLine {
 RecordedLine made_line(const MadeLine& how) {
   std::mt19937 random(3);
   std::exponential_distribution<double> power;
+  std::normal_distribution<double> texture;
   RecordedLine line{.format = "XTF",
                     .frequency_hz = 400e3,
                     .sound_speed_mps = 1500.0,
@@ -82,6 +84,7 @@ RecordedLine made_line(const MadeLine& how) {
         const double shadow = std::min(0.7, (r - first_m) / 50.0);  // as a share of the period
         if (how.ripples && r > first_m && std::fmod(r, period_m) < shadow * period_m)
           rms = how.column;
+        if (how.texture > 0.0 && !water) rms *= std::max(0.0, 1.0 + how.texture * texture(random));
         double amplitude = 0.0;
         for (int look = 0; look < how.looks; ++look) {
           const double one = rms * std::sqrt(power(random));
@@ -152,6 +155,18 @@ TEST_CASE("the bottom line and the navigation give the vehicle's path") {
   CHECK_FALSE(bare.origin);
   // A pitched sonar's first return comes from ahead.
   CHECK(bare.altitude_m[10] == Approx(path.altitude_m[10] * std::cos(20.0 * degree)).epsilon(1e-3));
+}
+
+TEST_CASE("an altitude that changes fast at the ends of a line is followed to the ends") {
+  const auto altitude_m = [](std::size_t ping) {
+    const auto from_end = static_cast<double>(std::min<std::size_t>(ping, 319 - ping));
+    return 4.0 + std::max(0.0, 4.0 - 0.13 * from_end);
+  };
+  const VehiclePath path = vehicle_path(made_line({.altitude_m = altitude_m}));
+  for (std::size_t ping = 0; ping < 320; ++ping) {
+    CAPTURE(ping);
+    CHECK(std::abs(path.altitude_m[ping] - altitude_m(ping)) < 0.4);
+  }
 }
 
 TEST_CASE("wrong fixes neither turn nor move a path") {
@@ -279,6 +294,8 @@ TEST_CASE("the samples show looks, detector, scaled pings, curve, floor and clip
       CHECK(signs.column_db ==
             Approx(-60.0 + 20.0 * std::log10(32767.0 / signs.full_scale)).margin(1.0));
   }
+  // Texture adds to the contrast, which then lies nearer to that of 2 looks.
+  CHECK(recorder_signs(made_line({.looks = 3, .texture = 0.16})).looks == 3);
   const RecorderSigns peak = recorder_signs(made_line({.looks = 3, .peak = true}));
   CHECK(peak.detector == Detector::peak);
   CHECK(peak.looks == 3);
@@ -302,6 +319,71 @@ TEST_CASE("the samples show looks, detector, scaled pings, curve, floor and clip
       recorder_signs(made_line({.spreading = 15.0, .logarithmic = true}));
   CHECK(logarithmic.curve == TransferCurve::logarithmic);
   CHECK(logarithmic.curve_range_db == Approx(80.0).epsilon(0.15));
+}
+
+TEST_CASE("the skew of decibels shows the looks of a logarithmic recorder, and they its range") {
+  // By chance, and by the Gumbel distribution for one look.
+  CHECK(speckle_of(Detector::mean, 1, TransferCurve::logarithmic).contrast ==
+        Approx(5.57).epsilon(1e-3));
+  CHECK(speckle_of(Detector::mean, 1, TransferCurve::logarithmic).skew ==
+        Approx(-1.1395).epsilon(2e-3));
+  std::mt19937 random(2);
+  std::exponential_distribution<double> power;
+  constexpr int draws = 200000;
+  for (const bool peak : {false, true}) {
+    double sum = 0.0, squares = 0.0, cubes = 0.0;
+    for (int i = 0; i < draws; ++i) {
+      const double one = std::sqrt(power(random)), other = std::sqrt(power(random)),
+                   db = 20.0 * std::log10(peak ? std::max(one, other) : 0.5 * (one + other));
+      sum += db / draws;
+      squares += db * db / draws;
+      cubes += db * db * db / draws;
+    }
+    const double variance = squares - sum * sum;
+    const Speckle two =
+        speckle_of(peak ? Detector::peak : Detector::mean, 2, TransferCurve::logarithmic);
+    CAPTURE(peak);
+    CHECK(two.contrast == Approx(std::sqrt(variance)).epsilon(0.02));
+    CHECK(two.skew == Approx((cubes - sum * (3.0 * variance + sum * sum)) / std::pow(variance, 1.5))
+                          .epsilon(0.05));
+  }
+  // With the level of the bed steady over range, or not.
+  for (const double spreading : {30.0, 15.0})
+    for (const int looks : {1, 2, 4, 8}) {
+      CAPTURE(spreading, looks);
+      const RecorderSigns signs =
+          recorder_signs(made_line({.looks = looks, .spreading = spreading, .logarithmic = true}));
+      CHECK(signs.curve == TransferCurve::logarithmic);
+      CHECK(std::abs(signs.looks - looks) <= looks / 4);
+      CHECK(signs.curve_range_db == Approx(80.0).epsilon(0.12));
+    }
+}
+
+TEST_CASE(
+    "the level at an angle is that of the bed's angle though the recording begins behind it") {
+  RecordedLine line = made_line({.spreading = 40.0, .level = 0.05});
+  for (RecordedPing& ping : line.pings) ping.altitude_m = 8.0;
+  const RecorderSigns signs = recorder_signs(line);
+  const GrazingLevels whole = grazing_levels(line, Side::port, signs, 0, line.pings.size());
+  constexpr std::size_t unrecorded = 120;  // the bed begins at sample 80
+  for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
+    line.pings[ping].unrecorded = unrecorded;
+    for (std::vector<float>* side : {&line.port, &line.starboard})
+      std::fill_n(side->begin() + static_cast<std::ptrdiff_t>(ping * samples), unrecorded, 0.0f);
+  }
+  const VehiclePath path = vehicle_path(line);
+  CHECK(path.altitude.how == Confidence::stated);
+  CHECK(path.altitude_m == std::vector<double>(line.pings.size(), 8.0));
+  CHECK(recorder_signs(line).column_from.how == Confidence::assumed);
+  const GrazingLevels behind = grazing_levels(line, Side::port, signs, 0, line.pings.size());
+  std::size_t known = 0;
+  for (std::size_t i = 0; i < grazing_cells; ++i)
+    if (std::isfinite(behind[i]) && grazing_cell_rad(i) < 38.0 * degree) {
+      CAPTURE(i);
+      CHECK(behind[i] == Approx(whole[i]).margin(0.3));
+      ++known;
+    }
+  CHECK(known > 12);
 }
 
 TEST_CASE("the speckle of a square root is that of roots of Rayleigh amplitudes") {
@@ -437,7 +519,7 @@ TEST_CASE("the correlations over one and two samples show the pulse and its band
     CHECK(found.kind == pulse.kind);
     CHECK(found.window == pulse.window);
   }
-  // Short pulses cannot be told apart.
+  // Short pulses cannot be distinguished.
   CHECK(likely_pulse(0.05, 0.01).kind == PulseKind::cw);
   // A sweep that could have either window has one, as that of most recorders.
   const double one = amplitude_correlation(sweep.correlation(0.5)),
@@ -564,20 +646,32 @@ TEST_CASE("a darker part of the bed is on the map of tones where it is") {
   const ToneMap map = tone_map(line, path, recorder_signs(line), 0.0, 104.0, 184.0);
   REQUIRE(map.steps.size() == map.columns * map.rows);
   // Over 21 x 21 pixels, because what lies between two steps gets either of them.
-  const auto tone_db_at = [&](double east_m, double north_m) {
-    const auto column = static_cast<std::size_t>((east_m / 104.0 + 0.5) * double(map.columns));
-    const auto row = static_cast<std::size_t>((0.5 - north_m / 184.0) * double(map.rows));
+  const auto tone_db_at = [](const ToneMap& of, double east_m, double north_m) {
+    const auto column = static_cast<std::size_t>((east_m / 104.0 + 0.5) * double(of.columns));
+    const auto row = static_cast<std::size_t>((0.5 - north_m / 184.0) * double(of.rows));
     double sum_db = 0.0;
     for (std::size_t r = row - 10; r <= row + 10; ++r)
       for (std::size_t c = column - 10; c <= column + 10; ++c)
-        sum_db += ToneMap::step_db * map.steps[r * map.columns + c];
+        sum_db += ToneMap::step_db * of.steps[r * of.columns + c];
     return sum_db / (21.0 * 21.0);
   };
   // The mean of both halves lies between them, by 6 dB each.
-  CHECK(tone_db_at(30.0, 20.0) == Approx(-6.0).margin(0.5));
-  CHECK(tone_db_at(30.0, -20.0) == Approx(6.0).margin(0.5));
-  CHECK(tone_db_at(-30.0, 20.0) == Approx(0.0).margin(0.5));
-  CHECK(tone_db_at(-30.0, -20.0) == Approx(0.0).margin(0.5));
+  const auto check = [&](const ToneMap& of) {
+    CHECK(tone_db_at(of, 30.0, 20.0) == Approx(-6.0).margin(0.5));
+    CHECK(tone_db_at(of, 30.0, -20.0) == Approx(6.0).margin(0.5));
+    CHECK(tone_db_at(of, -30.0, 20.0) == Approx(0.0).margin(0.5));
+    CHECK(tone_db_at(of, -30.0, -20.0) == Approx(0.0).margin(0.5));
+  };
+  check(map);
+  // A recorder's square root does not halve them.
+  RecorderSigns root = recorder_signs(line);
+  root.curve = TransferCurve::square_root;
+  root.full_scale = 32767.0;
+  for (std::vector<float>* side : {&line.port, &line.starboard})
+    for (float& sample : *side) sample = std::sqrt(32767.0f * sample);
+  const ToneMap of_root = tone_map(line, path, root, 0.0, 104.0, 184.0);
+  REQUIRE(of_root.steps.size() == map.steps.size());
+  check(of_root);
 }
 
 TEST_CASE("a tone that changes slowly has no borders") {
@@ -631,15 +725,14 @@ TEST_CASE("a model's scene and recipe are read without a fault, and each key has
   model.gain_db = -100.0;
   refine::write_file(folder / "tones.png", tones_png(model));
   for (std::vector<double>& side : model.vertical_db)
-    for (std::size_t i = 0; i < grazing_cells; ++i)
-      side.push_back(0.0 - 0.5 * static_cast<double>(i));
+    for (std::size_t i = 0; i < grazing_cells; ++i) side.push_back(-0.5 * static_cast<double>(i));
   tests::write_text(folder / "navigation.csv", navigation_csv(model));
   tests::write_text(folder / "beam.csv", beam_csv(model));
   const Scene scene =
       parse_scene(scene_text(model), "scene.toml", {}, ScenePaths{folder.path(), {}});
   CHECK(scene.sonars.front().bins == 500);
   CHECK(scene.sonars.front().range_m == range_m);
-  // One way.
+  // One way, and 0 dB at its peak.
   CHECK(beam_csv(model).find("\n1,0.000,0.000\n") != std::string::npos);
   CHECK(beam_csv(model).find("\n9,-1.000,-1.000\n") != std::string::npos);
   CHECK(scene.track.kind == TrackKind::file);
@@ -651,7 +744,7 @@ TEST_CASE("a model's scene and recipe are read without a fault, and each key has
   CHECK(scene.materials[1].strength_offset_db == -6.0);
   CHECK(scene.materials[2].strength_offset_db == 0.0);
   for (const FoundKey& key : found_keys(model)) CHECK_FALSE(key.name().empty());
-  CHECK(scene_text(model).find("depth_m = 19.") != std::string::npos);
+  CHECK(scene.seafloor.depth_m == Approx(20.0).margin(0.1));
 
   tests::write_text(folder / "recipe.toml", recipe_text(model));
   const Recipe recipe(folder / "recipe.toml", folder.path());  // as --data
@@ -736,6 +829,49 @@ TEST_CASE("a weaker side stays weaker, and a silent one is left out and named") 
   CHECK(names_port(missing));
 }
 
+TEST_CASE("an imitation has the recording's numbers, and begins where the recording does") {
+  const tests::TemporaryFolder folder;
+  run(level_scene({"sonar.sidescan.bins=300", "sonar.sidescan.bandwidth_hz=20e3",
+                   "sonar.sidescan.elevations=500", "output.xtf=true"}),
+      folder / "run", {});
+  RecordedLine line = read_recording(folder / "run/sidescan.xtf").at(0);
+  constexpr std::size_t unrecorded = 20;
+  for (std::vector<float>* side : {&line.port, &line.starboard})
+    for (std::size_t i = 0; i < side->size(); ++i)
+      (*side)[i] = i % line.samples < unrecorded ? 0.0f : 1.234e-7f * (*side)[i];
+  for (RecordedPing& ping : line.pings) ping.unrecorded = unrecorded;
+  std::filesystem::create_directory(folder / "imitation");
+  const Imitation made = imitate(line, folder / "imitation", {});
+  const auto mean = [](const std::vector<float>& side) {
+    return std::accumulate(side.begin(), side.end(), 0.0) / static_cast<double>(side.size());
+  };
+  CHECK(mean(made.imitated.port) == Approx(mean(line.port)).epsilon(0.1));
+  for (std::size_t ping = 0; ping < made.imitated.pings.size(); ++ping) {
+    CHECK(made.imitated.pings[ping].unrecorded == unrecorded);
+    const auto begin = made.imitated.row(Side::port, ping).first(unrecorded);
+    CHECK(std::ranges::count(begin, 0.0f) == std::ssize(begin));
+  }
+  CHECK(std::ranges::any_of(made.unknown, [](const std::string& one) {
+    return one.starts_with("the first 2.00 m of range: the recording begins there");
+  }));
+  // Nothing to doubt about the bottom line, until the water column is cut off.
+  const auto doubts = [](const Imitation& imitation) {
+    return std::ranges::any_of(imitation.unknown, [](const std::string& one) {
+      return one.starts_with("whether the bottom line is right");
+    });
+  };
+  CHECK_FALSE(doubts(made));
+  for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
+    line.pings[ping].unrecorded = 0;
+    for (std::vector<float>* side : {&line.port, &line.starboard}) {
+      const auto row = side->begin() + static_cast<std::ptrdiff_t>(ping * line.samples);
+      std::rotate(row, row + 81, row + static_cast<std::ptrdiff_t>(line.samples));
+    }
+  }
+  std::filesystem::create_directory(folder / "cut");
+  CHECK(doubts(imitate(line, folder / "cut", {})));
+}
+
 TEST_CASE("a sweep whose bandwidth a file states gets its window, and the bed its level") {
   for (const PulseWindow window : {PulseWindow::none, PulseWindow::hann}) {
     const bool hann = window == PulseWindow::hann;
@@ -751,7 +887,8 @@ TEST_CASE("a sweep whose bandwidth a file states gets its window, and the bed it
     const Imitation made = imitate(line, folder / "imitation", {});
     CHECK(made.model.pulse.kind == PulseKind::lfm);
     CHECK(made.model.pulse.window == window);
-    if (!hann) continue;  // side lobes in the water
+    // A JSF does not state the beam. The altitude is the run's all the same, within a bin.
+    CHECK(std::abs(made.model.path.bed_depth_m + made.model.altitude_shift_m - 14.0) < 0.07);
     std::size_t levels = 0;
     for (const ComparedStatistic& one : made.statistics)
       // Steeper levels are of few samples.

@@ -289,6 +289,33 @@ TEST_CASE("an analytic JSF sample is the magnitude of its two numbers, scaled by
   CHECK(line.port == std::vector{2.5f, 5.0f, 2.5f, 0.0f, std::sqrt(1.8e9f) / 2.0f});
 }
 
+TEST_CASE("the samples of a JSF that begin late lie at their ranges") {
+  Recording written = tests::small_recording();
+  written.starboard = false;
+  std::string bytes = tests::as_text(encode_jsf({&written, 1}));
+  bytes.resize(bytes.size() / 3);  // the first message
+  const RecordedLine whole = parse(bytes).front();
+  put<std::uint32_t>(bytes, 16 + 4, 3);  // the starting depth in samples
+  const RecordedLine late = parse(bytes).front();
+  CHECK(late.pings.front().unrecorded == 3);
+  CHECK(late.samples == whole.samples + 3);
+  CHECK(late.pings.front().range_m / static_cast<double>(late.samples) ==
+        Approx(whole.pings.front().range_m / static_cast<double>(whole.samples)));
+  CHECK(std::ranges::equal(std::span(late.port).subspan(3), whole.port));
+  put<std::uint32_t>(bytes, 16 + 4, 0xffffffff);  // not used
+  CHECK(parse(bytes).front().pings.front().unrecorded == 0);
+}
+
+TEST_CASE("an XTF whose samples lie in ground range gets a warning") {
+  std::string bytes = xtf_of<std::uint16_t>({1, 2, 3, 4}, 3);
+  CHECK(parse(bytes).front().warnings.empty());
+  put<std::uint16_t>(bytes, 256 + 2, 2);  // CorrectionFlags
+  const RecordedLine line = parse(bytes).front();
+  REQUIRE(line.warnings.size() == 1);
+  CHECK_THAT(line.warnings.front(),
+             Catch::StartsWith("r: states that its samples lie in ground range"));
+}
+
 TEST_CASE("a JSF's pulse length and speed have their smallest digits in one word") {
   const Recording written = tests::small_recording();
   std::string bytes = tests::as_text(encode_jsf({&written, 1}));
