@@ -18,6 +18,7 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/objects/solids.h>
