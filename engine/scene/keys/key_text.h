@@ -6,8 +6,6 @@
 #include <string_view>
 #include <variant>
 
-#include <fmt/format.h>
-
 #include <ensonify/engine/scene/keys/key.h>
 
 namespace ensonify::engine {
@@ -26,7 +24,7 @@ std::string expectation(const Key<Owner>& key) {
 /// What a key is, and what it accepts.
 template <class Owner>
 std::string help_text(const Key<Owner>& key) {
-  return fmt::format("{} ({})", key.help, expectation(key));
+  return std::string(key.help) + " (" + expectation(key) + ")";
 }
 
 /// An option's value as TOML, the shortest text that reads back to it; none for an unset one. Empty

@@ -271,7 +271,14 @@ std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& c
       corners[i] = {corner.place.cast<double>(), front * corner.normal.cast<double>(), sonar,
                     double(corner.per_m2)};
     }
-    if (sonar_from)
+    if (sonar_from) {
+      // sonar_from() is slow, and turns the direction to the sonar only a little over a facet.
+      constexpr double nearly_facing = 0.8;
+      const auto faces_sonar = [](const Corner& corner) {
+        const Vector3d to_sonar = corner.sonar - corner.place;
+        return to_sonar.dot(corner.normal) > nearly_facing * to_sonar.norm();
+      };
+      if (!facet.strip && std::ranges::none_of(corners, faces_sonar)) continue;
       for (std::size_t i = 0; i < 4; ++i) {
         Vector3d place = corners[i].place;
         if (facet.strip) {  // what is nearest on its side
@@ -280,6 +287,7 @@ std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& c
         }
         corners[i].sonar = sonar_from(place) + off;
       }
+    }
     if (const std::optional<Mirror> mirror =
             facet.strip ? strip_mirror(corners, flat_part.middle, wavelength_m)
                         : triangle_mirror(std::span(corners).first<3>(), flat_part.middle))

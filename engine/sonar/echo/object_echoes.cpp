@@ -190,7 +190,15 @@ void ObjectEchoes::add_mirror_at(const Vector3d& place, double range_m, double e
 void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
                              const Vector3d& apparent, double specular,
                              const ObjectSurface& object) {
-  const std::optional<Mirror> mirror = mirror_of(flat_part, object.curved, apparent, wavelength_m_);
+  SonarFrom sonar_from;
+  if (first_.rays)  // bent rays
+    sonar_from = [&](const Vector3d& place) -> Vector3d {
+      const Vector3d& origin = view_->fan->origin;
+      const std::optional<RayToPlace> ray = ray_to(place - origin);
+      return ray ? place - ray->apparent : origin;
+    };
+  const std::optional<Mirror> mirror =
+      mirror_of(flat_part, object.curved, apparent, wavelength_m_, sonar_from);
   if (!mirror) return;
   const Vector3d place = away + mirror->offset;
   const std::optional<Sight> sight = sight_of(place);
