@@ -34,6 +34,7 @@ from PIL import Image, ImageDraw
 from judge import real_sources
 
 CROPS, SIDE, SEED = 60, 256, 30
+MOST_FAILED = 20  # draws without bed, after which a source is left out
 MATCHED = 128  # pings and samples of a crop
 PER_SHEET, PER_ROW, SHOWN_PX = 20, 5, 256
 
@@ -46,10 +47,12 @@ def stretched(values):
 
 
 def crop_of(path, draw):
-    """A crop that is bed for the most part; None if ten places have none."""
+    """A crop that is bed for the most part; None if ten places have none, or the picture is too small."""
     picture = np.asarray(Image.open(path).convert("L"), dtype=float)
     height, width = picture.shape
     height = int(0.75 * height) if "garmin" in str(path) else height  # lettering below
+    if min(height, width) < SIDE:
+        return None
     for _ in range(10):
         top, left = draw.randrange(height - SIDE + 1), draw.randrange(width - SIDE + 1)
         crop = picture[top:top + SIDE, left:left + SIDE]
@@ -62,16 +65,20 @@ def crop_of(path, draw):
 
 
 def crops_of(sources, count, draw):
-    """Crops with their sources' names, in turns."""
-    found, names = [], sorted(sources)
-    for _ in range(100 * count):
+    """Crops with their sources' names, in turns, without the sources whose pictures show too little bed."""
+    found, names, failed = [], sorted(sources), dict.fromkeys(sources, 0)
+    while names and len(found) < count:
         name = names[len(found) % len(names)]
         crop = crop_of(draw.choice(sources[name]), draw)
         if crop:
             found.append((name, crop))
-        if len(found) == count:
-            return found
-    sys.exit(f"only {len(found)} of {count} crops show bed; give more pictures")
+            continue
+        failed[name] += 1
+        if failed[name] == MOST_FAILED:
+            names.remove(name)
+    if len(found) < count:
+        sys.exit(f"only {len(found)} of {count} crops show bed; give more pictures")
+    return found
 
 
 def make(data, folder, runs):
