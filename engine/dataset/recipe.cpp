@@ -16,6 +16,7 @@
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/scene_paths.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 
 namespace ensonify::engine {
 namespace {
