@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/objects/shapes.h>
+#include <ensonify/engine/seafloor/objects/solids.h>
 
 namespace ensonify::engine {
 namespace {
