@@ -167,8 +167,7 @@ void note_missing(const RecordedLine& line, const LineModel& model,
         "bed, as where noise is strong, where the water column was cut off, where the samples were "
         "moved to ground range, or where their bytes are in another order",
         darker_db));
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     constexpr double noticed = 0.05;
     if (const double share = silent_share(line, side); share > noticed)
       unknown.push_back(fmt::format(

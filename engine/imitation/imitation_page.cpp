@@ -84,8 +84,7 @@ Curve histogram(const RecordedLine& line) {
   constexpr double most = 4.0;
   std::vector<double> values;
   double sum = 0.0;
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     const std::vector<std::size_t> bed = find_bed(line, side).first_sample;
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
       for (std::size_t k = bed[ping]; k < line.samples; ++k) {

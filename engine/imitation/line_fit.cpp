@@ -80,12 +80,6 @@ void fill(std::vector<double>& cells) {
   }
 }
 
-double mean_of(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
-}
-
 /// A line whose pings are not scaled, as the recorder scales them: each side of each ping to the
 /// mean of that amplitude. Pings at other altitudes then count as much as in the recording.
 RecordedLine scaled(RecordedLine line, const RecorderSigns& recorder) {

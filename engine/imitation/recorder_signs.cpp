@@ -59,8 +59,7 @@ struct Spread {
 };
 std::vector<Spread> spreads(const RecordedLine& line, double full_scale) {
   std::vector<Spread> all;
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     const std::vector<std::size_t> bed = bed_edge(line, side);
     for (std::size_t ping = 0; ping + block_pings <= line.pings.size(); ping += block_pings) {
       const std::size_t begin =
@@ -287,8 +286,7 @@ void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
   };
   std::vector<Row> rows;
   const std::size_t begin = line.samples / 50;  // beyond the transmitted pulse
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
       const std::span<const float> row = line.row(side, ping).subspan(begin);
       Row& one = rows.emplace_back();
@@ -331,8 +329,7 @@ std::size_t column_begin(const RecordedPing& ping, std::size_t bed) {
 void set_column(const RecordedLine& line, RecorderSigns& signs) {
   constexpr double over_column = 4.0;
   std::vector<double> lengths_m, columns;
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     const std::vector<std::size_t> bed = bed_edge(line, side);
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
       if (bed[ping] < 24 || bed[ping] >= line.samples) continue;
@@ -543,8 +540,7 @@ std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
 double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder) {
   std::vector<std::vector<LevelAtRange>> cells;  // of both sides
   std::size_t blocks = 0;
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     for (std::vector<LevelAtRange>& cell : levels_at_ranges(line, side, recorder)) {
       if (cell.size() < 4) continue;
       blocks = std::max(blocks, cell.back().block + 1);

@@ -142,8 +142,7 @@ ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const Record
   // Remove the part of the level change that the gain over range causes when the altitude changes.
   const double slope_db =
       recorder.ping_mean == 0.0 && std::isfinite(range_slope_db) ? range_slope_db : 0.0;
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     std::vector<Spot> spots = spots_of(line, side, path, recorder);
     std::array<double, grazing_cells> mean{}, number{};
     for (Spot& spot : spots) {

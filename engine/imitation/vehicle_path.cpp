@@ -323,8 +323,7 @@ double nearest_bed(const RecordedLine& line, std::size_t ping, std::size_t edge)
 Values first_bed_echoes_m(const RecordedLine& line) {
   const std::size_t pings = line.pings.size();
   std::vector<Values> found(pings);
-  for (const Side side : {Side::port, Side::starboard}) {
-    if (line.side(side).empty()) continue;
+  for (const Side side : line.sides()) {
     const std::vector<std::size_t> bed = bed_edge(line, side);
     for (std::size_t i = 0; i < pings; ++i)
       if (bed[i] > 0 && bed[i] < line.samples && !begins_behind_edge(line.pings[i], bed[i]))

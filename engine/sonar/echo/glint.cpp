@@ -134,7 +134,7 @@ std::optional<Mirror> triangle_mirror(std::span<const Corner, 3> corners, const 
     to_sonar[i] = (corners[i].sonar - corners[i].place).normalized();
     turned[i] = corners[i].normal - to_sonar[i];
   }
-  // Of the sides, with the same bits, but for the sign, in the facet behind.
+  // Each belongs to a side. In the facet behind that side it has the other sign.
   std::array<double, 3> shares;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;

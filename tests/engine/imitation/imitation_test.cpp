@@ -797,14 +797,19 @@ exr = false
                      "scene.toml", overrides);
 }
 
+/// A recording of the level scene with 300 samples per side.
+RecordedLine level_line(const tests::TemporaryFolder& folder) {
+  run(level_scene({"sonar.sidescan.bins=300", "sonar.sidescan.bandwidth_hz=20e3",
+                   "sonar.sidescan.elevations=500", "output.xtf=true"}),
+      folder / "run", {});
+  return read_recording(folder / "run/sidescan.xtf").at(0);
+}
+
 }  // namespace
 
 TEST_CASE("a weaker side stays weaker, and a silent one is left out and named") {
   const tests::TemporaryFolder folder;
-  run(level_scene({"sonar.sidescan.bins=300", "sonar.sidescan.bandwidth_hz=20e3",
-                   "sonar.sidescan.elevations=500", "output.xtf=true"}),
-      folder / "run", {});
-  RecordedLine line = read_recording(folder / "run/sidescan.xtf").at(0);
+  RecordedLine line = level_line(folder);
   const auto mean = [](const std::vector<float>& side) {
     return std::accumulate(side.begin(), side.end(), 0.0) / static_cast<double>(side.size());
   };
@@ -831,10 +836,7 @@ TEST_CASE("a weaker side stays weaker, and a silent one is left out and named") 
 
 TEST_CASE("an imitation has the recording's numbers, and begins where the recording does") {
   const tests::TemporaryFolder folder;
-  run(level_scene({"sonar.sidescan.bins=300", "sonar.sidescan.bandwidth_hz=20e3",
-                   "sonar.sidescan.elevations=500", "output.xtf=true"}),
-      folder / "run", {});
-  RecordedLine line = read_recording(folder / "run/sidescan.xtf").at(0);
+  RecordedLine line = level_line(folder);
   constexpr std::size_t unrecorded = 20;
   for (std::vector<float>* side : {&line.port, &line.starboard})
     for (std::size_t i = 0; i < side->size(); ++i)
