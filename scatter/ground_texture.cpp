@@ -30,6 +30,10 @@ double GroundTexture::glint_share_at(double grazing_rad) const {
   return glint_share / (glint_share + bed);
 }
 
+double GroundTexture::variation_db_at(double grazing_rad) const {
+  return exponent == 0.0 ? variation_db : variation_db * std::pow(std::cos(grazing_rad), 2.0);
+}
+
 double GroundTexture::glint_shape() const {
   return glints_per_m2 * patch_m * patch_m / points_per_shape;
 }

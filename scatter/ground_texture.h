@@ -26,13 +26,17 @@ struct GroundTexture {
   /// and the number of points per m^2. The strength of the points is the same at all angles; that
   /// of the bed grows with the squared sine.
   double glint_share = 0.0, glints_per_m2 = 10.0;
-  double variation_db = 0.0;  ///< rms of the slow change of strength
+  double variation_db = 0.0;  ///< rms of the slow change of strength at low grazing angles
   double variation_m = 40.0;  ///< the longest scale of it; it goes down to 1 m
 
   /// Shape of a patch at a grazing angle; below 5 degrees that at 5. Infinite if all are alike.
   double shape_at(double grazing_rad) const;
   /// Share of the mean cross-section at a grazing angle that comes from points.
   double glint_share_at(double grazing_rad) const;
+  /// Rms of the slow change of strength at a grazing angle. It falls with the squared cosine: where
+  /// sound meets the bed steeply, the echo depends less on roughness, stones and shells. With
+  /// `exponent` 0 it is the same at all angles.
+  double variation_db_at(double grazing_rad) const;
   /// Shape of the points' cross-section in one patch. The points of a gamma field have all
   /// strengths x with the density exp(-x) / x per shape; this counts those above a tenth of the
   /// largest usual ones.
@@ -45,8 +49,8 @@ struct GroundTexture {
 /// grazing, 3 at 14 to 20 and high ones above (tests/physics/texture_test.cpp). Its share of points
 /// was chosen so that skew, kurtosis and bright samples at 8 to 20 degrees are those of two
 /// recordings, and its slow change so that levels change as in these recordings over 1 to 16 m of
-/// the track, and forms of 0.6 to 2.4 m have the same contrast and skew (bench/realism). The
-/// textures of other beds are scaled by the kind of bed, and are not measured.
+/// the track at each grazing angle, and forms of 0.6 to 2.4 m have the same contrast and skew
+/// (bench/realism). The textures of other beds are scaled by the kind of bed, and are not measured.
 GroundTexture ground_texture_of(const Sediment& sediment);
 
 /// Quantiles of gamma distributions of mean 1, for random numbers: rows by shape, columns by the

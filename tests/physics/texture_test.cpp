@@ -312,30 +312,47 @@ TEST_CASE("ground without texture has the same bytes in a scene with texture") {
   CHECK(intensity({}, 1) != intensity(patches(0.1, 0.5), 1));
 }
 
-TEST_CASE("the slow variation has the mean 1 and the rms of its key") {
-  const GroundTexture texture{.variation_db = 2.0, .variation_m = 16.0};
-  const TexturedGround ground({{}, texture}, 0.05, 1);
-  double sum = 0.0, db = 0.0, squares = 0.0, count = 0.0;
-  BinLayers bins;
-  bins.assign(16 * 500);
-  std::ranges::fill(bins.sediment, 1u);
-  for (int row = 0; row < 200; ++row) {
-    for (std::size_t n = 0; n < bins.x_m.size(); ++n) {
-      bins.x_m[n] = static_cast<float>(7.3 * static_cast<double>(n / 16));
-      bins.y_m[n] = static_cast<float>(9.1 * row);
+TEST_CASE("the slow variation has the mean 1 and the rms of its key, which falls with the angle") {
+  // The mean factor and the rms in dB.
+  const auto statistics = [](const GroundTexture& texture, float grazing_deg) {
+    const TexturedGround ground({{}, texture}, 0.05, 1);
+    double sum = 0.0, db = 0.0, squares = 0.0, count = 0.0;
+    BinLayers bins;
+    bins.assign(16 * 500);
+    std::ranges::fill(bins.sediment, 1u);
+    std::ranges::fill(bins.grazing_rad, grazing_deg * std::numbers::pi_v<float> / 180.0f);
+    for (int row = 0; row < 200; ++row) {
+      for (std::size_t n = 0; n < bins.x_m.size(); ++n) {
+        bins.x_m[n] = static_cast<float>(7.3 * static_cast<double>(n / 16));
+        bins.y_m[n] = static_cast<float>(9.1 * row);
+      }
+      std::vector<float> direct(bins.x_m.size(), 1.0f);
+      ground.vary(bins, direct);
+      for (std::size_t n = 15; n < direct.size(); n += 16) {
+        const double factor = direct[n], factor_db = 10.0 * std::log10(factor);
+        sum += factor;
+        db += factor_db;
+        squares += factor_db * factor_db;
+        count += 1.0;
+      }
     }
-    std::vector<float> direct(bins.x_m.size(), 1.0f);
-    ground.vary(bins, direct);
-    for (std::size_t n = 15; n < direct.size(); n += 16) {
-      const double factor = direct[n], factor_db = 10.0 * std::log10(factor);
-      sum += factor;
-      db += factor_db;
-      squares += factor_db * factor_db;
-      count += 1.0;
-    }
+    return std::pair(sum / count, std::sqrt(squares / count - db * db / (count * count)));
+  };
+  struct Case {
+    double exponent;
+    float grazing_deg;
+    double rms_db;
+  };
+  // cos^2 of 30.5 and 60.5 degrees, the middles of the table's degrees, is 0.742 and 0.242.
+  for (const auto& [exponent, grazing_deg, rms_db] :
+       {Case{3.0, 0.0f, 2.0}, Case{3.0, 30.5f, 2.0 * 0.742}, Case{3.0, 60.5f, 2.0 * 0.242},
+        Case{0.0, 60.5f, 2.0}}) {
+    CAPTURE(exponent, grazing_deg);
+    const auto [mean, found_db] =
+        statistics({.exponent = exponent, .variation_db = 2.0, .variation_m = 16.0}, grazing_deg);
+    CHECK(mean == Approx(1.0).epsilon(0.01));
+    CHECK(found_db == Approx(rms_db).epsilon(0.05));
   }
-  CHECK(sum / count == Approx(1.0).epsilon(0.01));
-  CHECK(std::sqrt(squares / count - db * db / (count * count)) == Approx(2.0).epsilon(0.05));
 }
 
 TEST_CASE("the slow variation is stronger over longer distances, and strong patches are few") {

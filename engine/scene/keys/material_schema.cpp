@@ -103,7 +103,7 @@ const Section<Material>& material_section() {
            at(&Material::glint_share)},
           {"glints_per_m2", "per m^2", {0.01, 1000}, "Number of these.",
            at(&Material::glints_per_m2)},
-          {"variation_db", "dB", {0, 6}, "Rms of the slow change of strength over the ground.",
+          {"variation_db", "dB", {0, 6}, "Rms of the slow change of strength over the ground, at low grazing angles.",
            at(&Material::variation_db)},
           {"variation_m", "m", {2, 1000}, "Its longest scale; it goes down to 1 m.",
            at(&Material::variation_m)},

@@ -128,14 +128,19 @@ TexturedGround::TexturedGround(std::vector<GroundTexture> by_material, double le
               .length_rows = std::max(rows_of(length_m) - rows_of(texture.patch_m), 0.0f),
               .of_angle = {},
               .octaves = octaves_of(texture)};
+    const bool varies = texture.variation_db > 0.0;
     for (std::size_t degree = 0; degree < angles; ++degree) {
       const double grazing_rad = (static_cast<double>(degree) + 0.5) * std::numbers::pi / 180.0;
       const double share = texture.glint_share_at(grazing_rad);
-      kind.of_angle.push_back({row_of(texture.shape_at(grazing_rad)), static_cast<float>(share),
-                               row_of(share * share * (1 << even_log2))});
+      const double variation_db = texture.variation_db_at(grazing_rad);
+      kind.of_angle.push_back(
+          {.row = row_of(texture.shape_at(grazing_rad)),
+           .glint_share = static_cast<float>(share),
+           .even_glint_row = row_of(share * share * (1 << even_log2)),
+           .variation = varies ? static_cast<float>(variation_db / texture.variation_db) : 0.0f});
     }
     patchy_ |= texture.shape > 0.0 || texture.glint_share > 0.0;
-    varies_ |= texture.variation_db > 0.0;
+    varies_ |= varies;
     kinds_.push_back(std::move(kind));
   }
 }
@@ -144,6 +149,11 @@ void TexturedGround::leave_even(std::size_t n, Places& places) {
   places.x[n] = places.y[n] = places.step_x[n] = places.step_y[n] = 0;
   places.row[n] = places.glint_row[n] = GammaTable::even;
   places.glint_share[n] = 0.0f;
+}
+
+const TexturedGround::OfAngle& TexturedGround::at_angle(const Kind& kind, float grazing_rad) const {
+  const float degrees = grazing_rad * (180.0f / std::numbers::pi_v<float>);
+  return kind.of_angle[std::min(static_cast<std::size_t>(std::max(degrees, 0.0f)), angles - 1)];
 }
 
 void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_rad,
@@ -158,9 +168,7 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
   places.y[n] = units(first.y_m);
   places.step_x[n] = units(first.step_x_m);
   places.step_y[n] = units(first.step_y_m);
-  const float degrees = grazing_rad * (180.0f / std::numbers::pi_v<float>);
-  const OfAngle& of_angle =
-      kind->of_angle[std::min(static_cast<std::size_t>(std::max(degrees, 0.0f)), angles - 1)];
+  const OfAngle& of_angle = at_angle(*kind, grazing_rad);
   const float more = kind->length_rows + std::max(first.step_rows - kind->patch_rows, 0.0f);
   const float row = of_angle.row + more, glint_row = kind->glint_row + more;
   const bool glints = glint_row < of_angle.even_glint_row;
@@ -173,8 +181,9 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
 /// corner's exponential is taken out, so that the factor's mean is 1 everywhere. Forms are longer
 /// in one direction, as a current leaves them, and each octave is shifted by those before it, which
 /// tears its cells; its numbers do not depend on theirs, so the mean stays.
-float TexturedGround::variation(const Kind& kind, double x_m, double y_m) const {
+float TexturedGround::variation(const Kind& kind, double x_m, double y_m, float grazing_rad) const {
   static const LnMeanExp ln_mean_exp;
+  const float share = at_angle(kind, grazing_rad).variation;
   constexpr double longer = 1.6;  // of the forms, and as much narrower
   constexpr double shift = 0.6;   // of a cell, per standard deviation of an octave before
   const double along = (x_m * along_x_ + y_m * along_y_) / longer;
@@ -190,14 +199,15 @@ float TexturedGround::variation(const Kind& kind, double x_m, double y_m) const 
     const auto cell_x = static_cast<std::int32_t>(floor_x);
     const auto cell_y = static_cast<std::int32_t>(floor_y);
     const std::uint32_t key = key_ + static_cast<std::uint32_t>(octave + 1) * 0x9e3779b9u;
+    const float amplitude = share * kind.octaves[octave];
     float value = 0.0f;
     for (std::int32_t corner = 0; corner < 4; ++corner) {
       const std::int32_t right = corner & 1, up = corner >> 1;
       const float weight = (right ? u : 1.0f - u) * (up ? v : 1.0f - v);
       value += weight * number_at(cell_x + right, cell_y + up, key);
-      sum -= ln_mean_exp.at(kind.octaves[octave] * weight);
+      sum -= ln_mean_exp.at(amplitude * weight);
     }
-    sum += kind.octaves[octave] * value;
+    sum += amplitude * value;
     before_that = before;
     before = static_cast<double>(value);
   }
@@ -211,7 +221,7 @@ void TexturedGround::vary(const BinLayers& bins, std::span<float> direct) const 
     return kind && kind->texture.variation_db > 0.0 && direct[n] > 0.0f ? kind : nullptr;
   };
   const auto at = [&](const Kind& kind, std::size_t n) {
-    return variation(kind, bins.x_m[n], bins.y_m[n]);
+    return variation(kind, bins.x_m[n], bins.y_m[n], bins.grazing_rad[n]);
   };
   const Kind* kind = nullptr;  // of the last bin that varies; null: none in the group before
   float before = 0.0f;         // its factor

@@ -63,6 +63,7 @@ class TexturedGround {
   struct OfAngle {
     float row, glint_share;
     float even_glint_row;  // from this row on, glints change nothing that can be seen
+    float variation;       // share of the slow variation that is left
   };
   struct Kind {
     scatter::GroundTexture texture;
@@ -73,7 +74,8 @@ class TexturedGround {
     std::vector<OfAngle> of_angle;
     std::vector<float> octaves;  // amplitudes of ln intensity, from the longest scale on
   };
-  float variation(const Kind& kind, double x_m, double y_m) const;
+  const OfAngle& at_angle(const Kind& kind, float grazing_rad) const;
+  float variation(const Kind& kind, double x_m, double y_m, float grazing_rad) const;
   const Kind* kind_of(std::uint32_t material) const {
     return material < kinds_.size() ? &kinds_[material] : nullptr;
   }
