@@ -393,7 +393,10 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
         std::ranges::count_if(samples, [](const auto& sample) { return sample.has_value(); }));
   };
   FoundBed found{.first_sample = std::vector<std::size_t>(pings)};
-  if (begins_behind_bed(smooth, recorded_from, as_stated)) {
+  if (2 * known(as_stated) >= pings && ranges_are_even(line, side)) {
+    found.stated = true;
+    bed = as_stated;
+  } else if (begins_behind_bed(smooth, recorded_from, as_stated)) {
     found.stated = true;
     bed = as_stated;
   } else if (2 * known(bed) < pings) {
@@ -418,6 +421,31 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
             ? line.samples
             : static_cast<std::size_t>(std::clamp(std::round(bed[i].value_or(0.0)), begin, end));
   return found;
+}
+
+bool ranges_are_even(const RecordedLine& line, Side side) {
+  constexpr std::size_t parts = 48, leakage = 50;  // the part of the range that it may fill
+  constexpr double even = 0.1;  // recordings without such a gain have 0.4 or more
+  const std::size_t begin = line.samples / leakage;
+  if (line.samples < 2 * parts ||
+      std::ranges::any_of(line.pings, [](const auto& ping) { return ping.unrecorded > 0; }))
+    return false;
+  std::array<double, parts> sums{}, counts{};
+  for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
+    const std::span<const float> row = line.row(side, ping).first(line.pings[ping].samples);
+    for (std::size_t k = begin; k < row.size(); ++k) {
+      const std::size_t part = parts * (k - begin) / (line.samples - begin);
+      sums[part] += row[k];
+      counts[part] += 1.0;
+    }
+  }
+  double mean = 0.0, squares = 0.0;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const double level = counts[part] > 0.0 ? sums[part] / counts[part] : 0.0;
+    mean += level / parts;
+    squares += level * level / parts;
+  }
+  return mean > 0.0 && squares - mean * mean < even * even * mean * mean;
 }
 
 }  // namespace ensonify::engine

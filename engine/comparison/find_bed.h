@@ -28,7 +28,11 @@ struct FoundBed {
 /// leaves out, the place is interpolated, or is the stated altitude corrected by that distance. The
 /// stated altitude is used uncorrected if the samples of most pings show no bed, if they begin
 /// behind it, or if the line lies far behind it although the samples behind it are brighter, on
-/// average, than those before it.
+/// average, than those before it; and if ranges_are_even().
 FoundBed find_bed(const RecordedLine& line, Side side);
+
+/// Whether all ranges are equally bright, on the mean of all pings. No water column is as bright as
+/// the bed: the recorder has an automatic gain that evens each range, or noise hides all echoes.
+bool ranges_are_even(const RecordedLine& line, Side side);
 
 }  // namespace ensonify::engine

@@ -164,8 +164,8 @@ void note_missing(const RecordedLine& line, const LineModel& model,
   if (model.recorder.column_from.how == Confidence::measured && darker_db < clearly_db)
     unknown.push_back(fmt::format(
         "whether the bottom line is right: the samples before it are only {:.0f} dB darker than the "
-        "bed, as where noise is strong, where the water column was cut off, where the samples were "
-        "moved to ground range, or where their bytes are in another order",
+        "bed, as where noise is strong, where the water column was cut off, or where the samples "
+        "were moved to ground range",
         darker_db));
   for (const Side side : line.sides()) {
     constexpr double noticed = 0.05;
@@ -183,7 +183,15 @@ void note_gaps(const RecordedLine& line, const LineModel& model,
     unknown.emplace_back("how the vehicle rolls and pitches: the pings have no attitude");
   if (!states_frequency(line))
     unknown.emplace_back("the frequency: the file does not state it, and samples do not show it");
-  if (std::isnan(model.range_slope_db) && !states_vertical_beam(line))
+  if (model.recorder.has_automatic_gain())
+    unknown.push_back(fmt::format(
+        "the vertical beam, the gain over range, the sediment{}: an automatic gain of the recorder "
+        "makes {} equally bright, and the scene has what it left; record without it to have them",
+        model.recorder.even_ranges ? " and the noise" : " and the tones",
+        model.recorder.even_ranges
+            ? "all ranges, the water column as well,"
+            : fmt::format("stretches of {} samples", model.recorder.even_samples)));
+  else if (std::isnan(model.range_slope_db) && !states_vertical_beam(line))
     unknown.emplace_back(
         "the gain over range apart from the vertical beam: the altitude changes too little, or the "
         "bed too much, to tell");
@@ -193,7 +201,7 @@ void note_gaps(const RecordedLine& line, const LineModel& model,
     unknown.emplace_back(
         "the recorder's looks, and with them the range of its logarithmic curve: texture and relief "
         "of the bed may look like more looks");
-  if (model.recorder.column_from.how == Confidence::assumed)
+  if (model.recorder.column_from.how == Confidence::assumed && !model.recorder.even_ranges)
     unknown.push_back("the noise: " + model.recorder.column_from.why);
 }
 
@@ -264,9 +272,14 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   const RecordedLine half = some_pings(made.line, halves.fit);
   model = first_model(half);
   note_gaps(half, model, made.unknown);
-  note_missing(made.line, model, made.unknown);
   // The path is that of all pings: where the vehicle is, is not fitted.
   model.path = path;
+  note_missing(made.line, model, made.unknown);
+  if (model.path.wrong_heading_rad)
+    made.unknown.push_back(fmt::format(
+        "the headings: the stated ones are {:.0f} degrees off the course; if the sides are "
+        "right, the course is the heading",
+        *model.path.wrong_heading_rad / degree));
   const HeadingCheck check = correct_heading(made.line, model.path);
   if (check.exchanged)
     made.unknown.emplace_back(
@@ -278,7 +291,10 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   model.bed = bed_extent(model);
   model.tones = tone_map(half, some_pings(model.path, halves.fit), model.recorder,
                          model.range_slope_db, model.bed.east_m, model.bed.north_m);
-  const bool beam_is_stated = states_vertical_beam(made.line);
+  // An automatic gain evens what the beam makes of the bed, so that the level does not show the
+  // bed.
+  const bool beam_is_stated =
+      states_vertical_beam(made.line) && !model.recorder.has_automatic_gain();
 
   const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {
     if (control.progress && !control.progress(stage, done, of))
@@ -335,7 +351,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
     if (one.name == "clipped_share" && one.a > mostly_clipped)
       made.unknown.push_back(fmt::format(
           "the level of the bed: {:.0f} % of its samples are at full scale", 100.0 * one.a));
-  if (!beam_is_stated)
+  if (!beam_is_stated && !model.recorder.has_automatic_gain())
     made.unknown.emplace_back(
         "the vertical beam apart from the bed's material: both make the level over the angle");
   return made;

@@ -191,7 +191,7 @@ class Fit {
     // A fitted beam takes all of the level over the angle, and with it most of that over range.
     if (!model_.has_pattern()) correct_range_law(simulated);
     correct_levels(simulated);
-    correct_floor(simulated);
+    if (!model_.recorder.even_ranges) correct_floor(simulated);
     correct_relief(simulated);
     correct_texture(simulated);
     correct_bandwidth(simulated);
@@ -525,7 +525,8 @@ void fit_line(LineModel& model, const RecordedLine& line, const std::filesystem:
       fit.correct(ours);
     constexpr int rounds_of_altitude = 2;
     const int with_beam = beam_is_stated ? 0 : plain_rounds;
-    if (round >= with_beam && round < with_beam + rounds_of_altitude) fit.correct_altitude(ours);
+    if (round >= with_beam && round < with_beam + rounds_of_altitude && !model.recorder.even_ranges)
+      fit.correct_altitude(ours);
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/quantile.h>
@@ -273,50 +274,79 @@ double spread_of(const std::vector<double>& values) {
   return 1.4826 * median(std::move(off));  // sd of a normal distribution
 }
 
-/// Share of full scale that the mean amplitude of each ping of a side has; 0 if it differs from
-/// ping to ping. In pings that are scaled, one part makes up for another: the whole varies less
-/// than parts that vary independently would make it. Clipping lowers the mean of a ping that was
-/// scaled before, so the less clipped half counts.
-void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
+/// Mean amplitudes over full scale of stretches of samples, and how far they differ: robust
+/// standard deviations over the median, and the same if parts of them varied independently.
+struct Stretches {
+  double median = 0.0, spread = 0.0, by_parts = 0.0;
+};
+/// Of stretches of this many samples of each ping, from sample `begin` on. In stretches that are
+/// scaled, one part makes up for another: the whole varies less than parts that vary independently
+/// would make it. Clipping lowers the mean of a stretch that was scaled before, so the less clipped
+/// half counts.
+Stretches stretches_of(const RecordedLine& line, const RecorderSigns& signs, std::size_t begin,
+                       std::size_t length) {
   constexpr std::size_t parts = 8;
-  struct Row {
+  struct Stretch {
     std::size_t clipped;
     double mean;
     std::array<double, parts> of_parts;
   };
-  std::vector<Row> rows;
-  const std::size_t begin = line.samples / 50;  // beyond the transmitted pulse
-  for (const Side side : line.sides()) {
-    for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
-      const std::span<const float> row = line.row(side, ping).subspan(begin);
-      Row& one = rows.emplace_back();
-      for (std::size_t k = 0; k < row.size(); ++k) {
-        one.clipped += signs.clips && row[k] >= signs.full_scale;
-        one.of_parts[parts * k / row.size()] +=
-            expanded(row[k] / signs.full_scale, signs) / static_cast<double>(row.size());
+  std::vector<Stretch> all;
+  for (const Side side : line.sides())
+    for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
+      for (std::size_t first = begin; first + length <= line.samples; first += length) {
+        const std::span<const float> samples = line.row(side, ping).subspan(first, length);
+        Stretch& one = all.emplace_back();
+        for (std::size_t k = 0; k < length; ++k) {
+          one.clipped += signs.clips && samples[k] >= signs.full_scale;
+          one.of_parts[parts * k / length] +=
+              expanded(samples[k] / signs.full_scale, signs) / static_cast<double>(length);
+        }
+        one.mean = std::accumulate(one.of_parts.begin(), one.of_parts.end(), 0.0);
       }
-      one.mean = std::accumulate(one.of_parts.begin(), one.of_parts.end(), 0.0);
-    }
-  }
-  std::ranges::stable_sort(rows, {}, &Row::clipped);
-  rows.resize((rows.size() + 1) / 2);
+  std::ranges::stable_sort(all, {}, &Stretch::clipped);
+  all.resize((all.size() + 1) / 2);
   std::vector<double> means;
-  for (const Row& row : rows) means.push_back(row.mean);
+  for (const Stretch& one : all) means.push_back(one.mean);
   double variance = 0.0;
   for (std::size_t part = 0; part < parts; ++part) {
     std::vector<double> values;
-    for (const Row& row : rows) values.push_back(row.of_parts[part]);
+    for (const Stretch& one : all) values.push_back(one.of_parts[part]);
     variance += std::pow(spread_of(values), 2);
   }
-  const double middle = median(means), spread = spread_of(means) / middle,
-               by_parts = std::sqrt(variance) / middle;
+  const double middle = median(means);
+  return {middle, spread_of(means) / middle, std::sqrt(variance) / middle};
+}
+
+/// Share of full scale that the mean amplitude of each ping of a side has; 0 if it differs from
+/// ping to ping.
+void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
+  const std::size_t begin = line.samples / 50;  // beyond the transmitted pulse
+  const Stretches pings = stretches_of(line, signs, begin, line.samples - begin);
   constexpr double alike = 0.02, less = 0.5;
-  if (middle > 0.0 && spread < alike && spread < less * by_parts) signs.ping_mean = middle;
+  if (pings.median > 0.0 && pings.spread < alike && pings.spread < less * pings.by_parts)
+    signs.ping_mean = pings.median;
   signs.ping_mean_from = {
       Confidence::measured,
       fmt::format("the pings' means differ by {:.1f} %; if parts of them varied independently, by "
                   "{:.1f} %",
-                  100.0 * spread, 100.0 * by_parts)};
+                  100.0 * pings.spread, 100.0 * pings.by_parts)};
+}
+
+/// An automatic gain evens the level over range: its mean over all pings, or the mean of each ping
+/// within some distance. No bed and beam do, whatever the gain over range.
+void set_automatic_gain(const RecordedLine& line, RecorderSigns& signs) {
+  signs.even_ranges =
+      std::ranges::all_of(line.sides(), [&](Side side) { return ranges_are_even(line, side); });
+  if (signs.even_ranges) return;
+  constexpr double alike = 0.05, less = 0.6;
+  constexpr std::size_t shortest = 32;
+  // From a quarter of the range on, which is bed.
+  for (std::size_t length = line.samples / 4; length >= shortest; length /= 2) {
+    const Stretches found = stretches_of(line, signs, line.samples / 4, length);
+    if (found.spread < alike && found.spread < less * found.by_parts) signs.even_samples = length;
+  }
+  if (signs.even_samples > 0) signs.ping_mean = 0.0;
 }
 
 /// The first recorded sample of a ping that is clear of the transmit leakage.
@@ -346,9 +376,10 @@ void set_column(const RecordedLine& line, RecorderSigns& signs) {
                           static_cast<double>(line.samples));
     }
   }
-  if (columns.empty()) {
-    signs.column_from = {Confidence::assumed, "no water column"};
-    signs.burst_from = {Confidence::assumed, "no water column"};
+  if (columns.empty() || signs.even_ranges) {
+    const char* why = columns.empty() ? "no water column"
+                                      : "the recorder makes the water column as bright as the bed";
+    signs.column_from = signs.burst_from = {Confidence::assumed, why};
     return;
   }
   const double floor = median(std::move(columns)) / signs.full_scale;
@@ -494,6 +525,7 @@ RecorderSigns recorder_signs(const RecordedLine& line) {
   set_curve(blocks, signs);
   set_looks(line, blocks, signs);
   set_ping_mean(line, signs);
+  set_automatic_gain(line, signs);
   set_column(line, signs);
   return signs;
 }
@@ -538,6 +570,7 @@ std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
 }
 
 double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder) {
+  if (recorder.has_automatic_gain()) return unknown;
   std::vector<std::vector<LevelAtRange>> cells;  // of both sides
   std::size_t blocks = 0;
   for (const Side side : line.sides()) {

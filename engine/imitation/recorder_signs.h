@@ -21,7 +21,12 @@ struct RecorderSigns {
   double curve_range_db = 90.0;
   Detector detector = Detector::mean;
   int looks = 1;
-  double burst_m = 0.0;      ///< as OtherPathsOptions::burst_m
+  double burst_m = 0.0;  ///< as OtherPathsOptions::burst_m
+  /// An automatic gain makes all ranges equally bright, the water column as well.
+  bool even_ranges = false;
+  /// The same for the mean of this many samples of each ping; 0: no such gain was found.
+  std::size_t even_samples = 0;
+  bool has_automatic_gain() const { return even_ranges || even_samples > 0; }
   double column_db = -60.0;  ///< rms of the water column, dB re full scale
   Evidence bits_from, ping_mean_from, curve_from, looks_from, burst_from, column_from;
 };

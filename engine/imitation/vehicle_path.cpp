@@ -182,14 +182,21 @@ NavigationLog places_of(const RecordedLine& line, const std::optional<Geographic
   return log;
 }
 
-void go_straight_north(const RecordedLine& line, VehiclePath& path) {
+/// At the stated speed along the headings, or north if there are none.
+void go_by_heading(const RecordedLine& line, const std::string& why, VehiclePath& path) {
   const Values speeds = column(line, [](const RecordedPing& ping) { return ping.speed_mps; });
   const double speed_mps = speeds.empty() ? 1.5 : median(speeds);
-  path.x_m.resize(path.t_s.size());
-  for (const double t_s : path.t_s) path.y_m.push_back(speed_mps * (t_s - path.t_s.front()));
+  double x_m = 0.0, y_m = 0.0;
+  for (std::size_t i = 0; i < path.t_s.size(); ++i) {
+    const double way_m = i == 0 ? 0.0 : speed_mps * (path.t_s[i] - path.t_s[i - 1]),
+                 heading_rad = path.heading_rad.empty() ? 0.0 : path.heading_rad[i];
+    path.x_m.push_back(x_m += way_m * std::sin(heading_rad));
+    path.y_m.push_back(y_m += way_m * std::cos(heading_rad));
+  }
   path.place = {Confidence::assumed,
-                fmt::format("no positions: straight north at {:.2f} m/s{}", speed_mps,
-                            speeds.empty() ? ", a usual speed" : ", the stated speed")};
+                fmt::format("{}: {} at {:.2f} m/s, {} speed", why,
+                            path.heading_rad.empty() ? "straight north" : "along the headings",
+                            speed_mps, speeds.empty() ? "a usual" : "the stated")};
 }
 
 /// Moves the origin to the middle of the path's box, and returns where that was. Throws
@@ -212,8 +219,15 @@ Eigen::Vector2d move_origin_to_middle(VehiclePath& path) {
 void set_places(const RecordedLine& line, VehiclePath& path) {
   const std::optional<GeographicPlace> origin = median_place(line);
   const NavigationLog log = places_of(line, origin, path.t_s);
-  if (log.x_m.empty() || (all_equal(log.x_m) && all_equal(log.y_m))) {
-    go_straight_north(line, path);
+  const auto pings = std::ssize(line.pings),
+             placed = std::ranges::count_if(
+                 line.pings, [](const auto&ping) { return ping.place || ping.place_m; });
+  if (placed == 0) {
+    go_by_heading(line, "no positions", path);
+  } else if (log.x_m.empty()) {
+    go_by_heading(line, fmt::format("only {} of {} pings have a position", placed, pings), path);
+  } else if (all_equal(log.x_m) && all_equal(log.y_m)) {
+    go_by_heading(line, "all positions are the same", path);
   } else {
     const RecordedTrack track(log, place_smoothing_s);
     for (const double t_s : path.t_s) {
@@ -221,7 +235,14 @@ void set_places(const RecordedLine& line, VehiclePath& path) {
       path.x_m.push_back(place.x());
       path.y_m.push_back(place.y());
     }
-    path.place = {Confidence::stated, "positions of the pings, smoothed over 3 s"};
+    const bool towed = std::ranges::any_of(
+        line.pings, [](const RecordedPing& ping) { return ping.layback_m.has_value(); });
+    path.place = {
+        Confidence::stated,
+        fmt::format("positions of {}{}, smoothed over 3 s",
+                    placed == pings ? "the pings"
+                                    : fmt::format("{} of {} pings, interpolated", placed, pings),
+                    towed ? ", which are the ship's less the layback" : "")};
   }
   const Eigen::Vector2d middle = move_origin_to_middle(path);
   if (origin && path.place.how == Confidence::stated)
@@ -265,10 +286,36 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
                                : Evidence{Confidence::stated, from + " of the pings"};
 }
 
+/// No vehicle moves as far beside its heading: headings may be those of another axis, or mirrored.
+void leave_out_wrong_headings(VehiclePath& path) {
+  if (path.heading_rad.empty() || path.place.how != Confidence::stated) return;
+  constexpr double most_rad = 60.0 * degree;
+  Values off_rad;
+  for (std::size_t i = 0; i < path.heading_rad.size(); ++i)
+    off_rad.push_back(std::abs(
+        std::remainder(path.heading_rad[i] - course_rad(path, i), 2.0 * std::numbers::pi)));
+  const double usual_rad = median(std::move(off_rad));
+  if (!(usual_rad > most_rad)) return;
+  path.wrong_heading_rad = usual_rad;
+  path.heading_rad.clear();
+  path.attitude.why += "; the heading is the course, from which theirs are far off";
+}
+
 /// The altitude of each ping. Throws RecordingError if the line neither shows nor states it.
 void set_altitudes(const RecordedLine& line, VehiclePath& path) {
   const std::size_t pings = line.pings.size();
   const Values ranges = first_bed_echoes_m(line);
+  const bool even =
+      std::ranges::all_of(line.sides(), [&](Side side) { return ranges_are_even(line, side); });
+  const bool altitudes =
+      2 * std::ranges::count_if(
+              line.pings, [](const RecordedPing& ping) { return ping.altitude_m.has_value(); }) >=
+      std::ssize(line.pings);
+  if (even && !altitudes)
+    throw RecordingError(
+        "the recording is equally bright at all ranges, the water column as well, as an automatic "
+        "gain makes it, or noise that hides all echoes, and its pings have no altitude; expected "
+        "altitudes, or a recording without automatic gain");
   if (ranges.empty()) {
     path.altitude_m = column(line, [](const RecordedPing& ping) { return ping.altitude_m; });
     if (path.altitude_m.empty())
@@ -347,8 +394,9 @@ Values first_bed_echoes_m(const RecordedLine& line) {
 VehiclePath vehicle_path(const RecordedLine& line) {
   VehiclePath path;
   set_times(line, path);
-  set_places(line, path);
   set_attitude(line, path);
+  set_places(line, path);
+  leave_out_wrong_headings(path);
   set_altitudes(line, path);
   return path;
 }

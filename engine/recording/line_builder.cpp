@@ -1,6 +1,7 @@
 #include <ensonify/engine/recording/line_builder.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -27,7 +28,56 @@ void LineBuilder::add(int line, const RecordedPing& ping, Side side, std::vector
     pings.push_back(ping);
     entry.sides.emplace_back();
   }
-  its(entry.sides.back()) = std::move(samples);
+  Sides& sides = entry.sides.back();
+  (side == Side::port ? sides.port_sample_m : sides.starboard_sample_m) =
+      ping.range_m / static_cast<double>(samples.size());
+  its(sides) = std::move(samples);
+}
+
+// A recorder may store one of the sides with fewer samples, or to another range.
+void LineBuilder::make_samples_alike(Entry& entry, std::string_view name) {
+  constexpr double alike = 0.01;
+  std::size_t repeated = 0, other_ranges = 0;
+  double port_m = 0.0, starboard_m = 0.0;  // of the last such ping
+  for (std::size_t i = 0; i < entry.sides.size(); ++i) {
+    Sides& sides = entry.sides[i];
+    RecordedPing& ping = entry.line.pings[i];
+    if (sides.port.empty() || sides.starboard.empty() || !(sides.port_sample_m > 0.0) ||
+        !(sides.starboard_sample_m > 0.0))
+      continue;
+    const std::size_t longest = max_padding * std::max(sides.port.size(), sides.starboard.size());
+    const bool of_port = sides.port_sample_m > sides.starboard_sample_m;
+    std::vector<float>& coarse = of_port ? sides.port : sides.starboard;
+    const double fine_m = std::min(sides.port_sample_m, sides.starboard_sample_m),
+                 ratio = std::max(sides.port_sample_m, sides.starboard_sample_m) / fine_m,
+                 length = std::round(ratio * static_cast<double>(coarse.size()));
+    if (ratio > 1.0 + alike && length <= static_cast<double>(longest)) {
+      ++repeated;
+      port_m = sides.port_sample_m;
+      starboard_m = sides.starboard_sample_m;
+      std::vector<float> fine(static_cast<std::size_t>(length));
+      for (std::size_t k = 0; k < fine.size(); ++k)
+        fine[k] = coarse[std::min(static_cast<std::size_t>((static_cast<double>(k) + 0.5) / ratio),
+                                  coarse.size() - 1)];
+      if (of_port)
+        ping.unrecorded =
+            static_cast<std::size_t>(std::round(ratio * static_cast<double>(ping.unrecorded)));
+      coarse = std::move(fine);
+    }
+    const auto [shorter, longer] = std::minmax({sides.port.size(), sides.starboard.size()});
+    ping.range_m = fine_m * static_cast<double>(longer);
+    other_ranges += static_cast<double>(shorter) < (1.0 - alike) * static_cast<double>(longer);
+  }
+  if (repeated > 0)
+    entry.line.warnings.push_back(fmt::format(
+        "{}: in {} pings a sample is {:.3g} m long on port and {:.3g} m on starboard; the longer ones "
+        "are repeated, so that both sides have samples of the same length",
+        name, repeated, port_m, starboard_m));
+  if (other_ranges > 0)
+    entry.line.warnings.push_back(fmt::format(
+        "{}: in {} pings one side ends at a shorter range than the other; beyond it, its "
+        "samples are 0",
+        name, other_ranges));
 }
 
 // An XTF has both channels of a sonar even if the sonar has one side.
@@ -55,6 +105,7 @@ std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {
     Entry& entry = numbered.second;
     RecordedLine& line = entry.line;
     leave_out_silent_side(entry, name);
+    make_samples_alike(entry, name);
     std::size_t of_port = 0, of_starboard = 0;
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
       const Sides& sides = entry.sides[ping];

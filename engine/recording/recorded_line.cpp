@@ -36,6 +36,8 @@ constexpr std::array columns{
                [](const RecordedPing& ping) {
                  return ping.place_m ? Value(ping.place_m->y()) : std::nullopt;
                }},
+    PingColumn{"layback_m", "from the ship back to the sonar, where the places were computed by it",
+               [](const RecordedPing& ping) { return ping.layback_m; }},
     PingColumn{"depth_m", "of the sonar, below the sea surface",
                [](const RecordedPing& ping) { return ping.depth_m; }},
     PingColumn{"altitude_m", "of the sonar, above the bed",

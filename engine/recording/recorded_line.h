@@ -22,11 +22,14 @@ struct RecordedPing {
   std::optional<double> t_s;  ///< since 1970, UTC
   std::optional<GeographicPlace> place;    ///< of the sonar, or of the ship if that is all there is
   std::optional<Eigen::Vector2d> place_m;  ///< instead of `place`: east and north on the file's map
-  std::optional<double> heading_rad;       ///< clockwise from north
-  std::optional<double> pitch_rad;         ///< nose up
-  std::optional<double> roll_rad;          ///< starboard down
-  std::optional<double> depth_m;           ///< of the sonar, below the sea surface
-  std::optional<double> altitude_m;        ///< of the sonar, above the bed
+  /// Distance over ground by which the place was moved back along the ship's track, because the
+  /// file states the ship's place and how far behind it the sonar is towed.
+  std::optional<double> layback_m;
+  std::optional<double> heading_rad;  ///< clockwise from north
+  std::optional<double> pitch_rad;    ///< nose up
+  std::optional<double> roll_rad;     ///< starboard down
+  std::optional<double> depth_m;      ///< of the sonar, below the sea surface
+  std::optional<double> altitude_m;   ///< of the sonar, above the bed
   std::optional<double> speed_mps;
   double range_m = 0.0;     ///< slant range of the far edge of its last sample; 0: not stated
   std::size_t samples = 0;  ///< per side; the rest of its row is 0

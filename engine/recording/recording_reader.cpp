@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/recording/formats.h>
+#include <ensonify/engine/recording/ping_order.h>
 #include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/refine/read_file.h>
 
@@ -93,8 +94,9 @@ void append(RecordedLine& line, RecordedLine next, std::string_view name) {
   join(line.starboard, next.starboard);
   const std::size_t first = line.pings.size();
   line.pings.insert(line.pings.end(), next.pings.begin(), next.pings.end());
-  pass_midnight(line.pings);
   line.warnings.insert(line.warnings.end(), next.warnings.begin(), next.warnings.end());
+  leave_out_repeated(line, name);
+  pass_midnight(line.pings);
   warn_of_order(line, first, name);
 }
 
@@ -113,6 +115,8 @@ std::vector<RecordedLine> parse_recording(std::span<const std::byte> bytes, std:
     throw RecordingError(fmt::format("{}: is no recording, expected an XTF or a JSF file", name));
   std::vector<RecordedLine> lines = found->parse(bytes, name);
   for (RecordedLine& line : lines) {
+    leave_out_repeated(line, name);
+    put_in_order(line, name);
     pass_midnight(line.pings);
     warn_of_times(line, name);
   }

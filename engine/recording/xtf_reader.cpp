@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -6,7 +7,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/recording/byte_order.h>
 #include <ensonify/engine/recording/formats.h>
+#include <ensonify/engine/recording/layback.h>
 #include <ensonify/engine/recording/line_builder.h>
 #include <ensonify/engine/recording/packets.h>
 #include <ensonify/engine/recording/recording_bytes.h>
@@ -80,8 +83,15 @@ SampleFormat sample_format(const RecordingBytes& info) {
   }
 }
 
-float sample_at(const RecordingBytes& bytes, SampleFormat format, std::size_t i) {
-  const std::size_t offset = i * bytes_of(format);
+float sample_at(const RecordingBytes& bytes, SampleFormat format, std::size_t i,
+                bool high_byte_first) {
+  const std::size_t width = bytes_of(format), offset = i * width;
+  if (high_byte_first && width > 1) {
+    std::array<std::uint8_t, 4> turned{};
+    for (std::size_t k = 0; k < width; ++k)
+      turned[k] = bytes.at<std::uint8_t>(offset + width - 1 - k);
+    return sample_at(RecordingBytes(std::as_bytes(std::span(turned))), format, 0, false);
+  }
   switch (format) {
     case SampleFormat::u8: return bytes.at<std::uint8_t>(offset);
     case SampleFormat::u16: return bytes.at<std::uint16_t>(offset);
@@ -112,11 +122,28 @@ double sound_speed_mps(const RecordingBytes& ping) {
   return 0.0;
 }
 
+/// The places of the sensor and of the ship in a ping's header.
+constexpr std::size_t sensor_place = 160, ship_place = 128;
+
+/// The layback of a ping whose header has no place of the sonar but the ship's, or the ship's as
+/// that of the sonar, too.
+std::optional<double> layback_m(const RecordingBytes& header) {
+  const auto same = [&](std::size_t part) {
+    return header.at<double>(sensor_place + part) == header.at<double>(ship_place + part);
+  };
+  const bool no_sensor =
+      header.at<double>(sensor_place) == 0.0 && header.at<double>(sensor_place + 8) == 0.0;
+  if (!no_sensor && !(same(0) && same(8))) return std::nullopt;
+  return stated_layback_m(header.at<float>(184),
+                          header.at<std::uint16_t>(182) + 0.01 * header.at<std::uint8_t>(249),
+                          header.known<float>(192).value_or(0.0));
+}
+
 RecordedPing ping_of(const RecordingBytes& header, bool geographic) {
   RecordedPing ping{.number = header.at<std::uint32_t>(28),
                     .beam = header.at<std::uint8_t>(3),  // SubChannelNumber
                     .t_s = time_s(header)};
-  for (const std::size_t y_offset : {std::size_t{160}, std::size_t{128}}) {  // sensor, ship
+  for (const std::size_t y_offset : {sensor_place, ship_place}) {
     const double y = header.at<double>(y_offset), x = header.at<double>(y_offset + 8);
     if ((x == 0.0 && y == 0.0) || !std::isfinite(x) || !std::isfinite(y)) continue;
     if (!geographic)
@@ -137,6 +164,7 @@ RecordedPing ping_of(const RecordingBytes& header, bool geographic) {
     ping.roll_rad = radians(208);
     ping.heading_rad = radians(212);
   }
+  if (ping.place || ping.place_m) ping.layback_m = layback_m(header);
   ping.depth_m = header.known<float>(192);
   ping.altitude_m = header.known<float>(196);
   if (const auto knots = header.known<float>(152)) ping.speed_mps = *knots * knot_mps;
@@ -200,17 +228,36 @@ class XtfReader {
     const bool geographic = file_.at<std::uint16_t>(164) == 3;
     // The header of some files is 1024 bytes although they have more than 6 channels.
     const std::size_t begin = packet_size(file_.part(file_header)) > 0 ? file_header : header_end();
-    over_packets(
-        file_, begin, &packet_size,
-        [&](const RecordingBytes& packet) {
-          constexpr std::uint8_t sonar_packet = 0;
-          if (packet.at<std::uint8_t>(2) == sonar_packet && packet.size() >= ping_header)
-            read_ping(packet, geographic);
-        },
-        lines_);
+    const auto read_pings = [&] {
+      unlike_header_ = 0;
+      over_packets(
+          file_, begin, &packet_size,
+          [&](const RecordingBytes& packet) {
+            constexpr std::uint8_t sonar_packet = 0;
+            if (packet.at<std::uint8_t>(2) == sonar_packet && packet.size() >= ping_header)
+              read_ping(packet, geographic);
+          },
+          lines_);
+    };
+    read_pings();
+    high_byte_first_ = byte_order_.is_exchanged();
+    if (high_byte_first_) {
+      lines_ = LineBuilder(format_name);
+      read_pings();
+    }
     std::vector<RecordedLine> lines = lines_.finish(name);
     for (RecordedLine& line : lines) {
       if (looks_geographic(line)) take_as_degrees(line, name);
+      tow_back(line, name);
+      if (high_byte_first_)
+        line.warnings.push_back(fmt::format(
+            "{}: the bytes of its samples are in the other order, the highest first; read so",
+            name));
+      if (unlike_header_ > 0)
+        line.warnings.push_back(
+            fmt::format("{}: {} packets are too short for the samples that they state, or have a "
+                        "channel that the file's header lacks; what follows there is left out",
+                        name, unlike_header_));
       if (std::ranges::any_of(channels_, [](const Channel& channel) {
             return channel.line >= 0 && channel.ground_range;
           }))
@@ -255,13 +302,20 @@ class XtfReader {
          --left) {
       const RecordingBytes header = packet.part(at, channel_header);
       const std::size_t number = header.at<std::uint16_t>(0);
-      if (number >= channels_.size()) return;  // the length of its samples is unknown
+      if (number >= channels_.size()) {  // the length of its samples is unknown
+        ++unlike_header_;
+        return;
+      }
       const Channel& channel = channels_[number];
       std::size_t samples = header.at<std::uint32_t>(42);
       if (samples == 0) samples = channel.samples;
       const std::size_t bytes = bytes_of(channel.format);
       at += channel_header;
-      if (bytes == 0 || samples > (packet.size() - at) / bytes) return;
+      if (bytes == 0) return;
+      if (samples > (packet.size() - at) / bytes) {
+        ++unlike_header_;
+        return;
+      }
       if (channel.line >= 0 && samples > 0) {
         RecordedLine& line = lines_.line(channel.line);
         const double speed_mps = sound_speed_mps(packet);
@@ -276,6 +330,8 @@ class XtfReader {
         if (channel.vertical_beamwidth_rad > 0.0) line.tilt_rad = channel.tilt_rad;
         constexpr std::uint16_t keeps_largest = 2;  // DownsampleMethod
         line.peak_detector = header.at<std::uint16_t>(2) == keeps_largest;
+        if (!high_byte_first_ && bytes > 1)
+          byte_order_.take(packet.part(at), samples, bytes, channel.format == SampleFormat::f32);
         const Extent extent = extent_of(header, samples, speed_mps);
         ping.unrecorded = extent.unrecorded;
         ping.range_m = extent.sample_m * static_cast<double>(extent.unrecorded + samples);
@@ -330,22 +386,27 @@ class XtfReader {
     return std::abs(weight) <= most ? weight : 0;
   }
 
-  static std::vector<float> near_to_far(const RecordingBytes& bytes, const Channel& channel,
-                                        std::size_t samples, std::size_t unrecorded, int weight) {
+  std::vector<float> near_to_far(const RecordingBytes& bytes, const Channel& channel,
+                                 std::size_t samples, std::size_t unrecorded, int weight) const {
     std::vector<float> values(unrecorded + samples);
     for (std::size_t i = 0; i < samples; ++i) {
-      const float amplitude = std::ldexp(sample_at(bytes, channel.format, i), -weight);
+      const float amplitude =
+          std::ldexp(sample_at(bytes, channel.format, i, high_byte_first_), -weight);
       values[unrecorded + (channel.side == Side::port ? samples - 1 - i : i)] =
           std::isfinite(amplitude) ? amplitude : 0.0f;
     }
     return values;
   }
 
+  static constexpr const char* format_name = "XTF";
   RecordingBytes file_;
   std::vector<Channel> channels_;
+  ByteOrder byte_order_;
+  bool high_byte_first_ = false;
+  std::size_t unlike_header_ = 0;          // packets
   static constexpr int longest_delay = 4;  // times what was recorded
   double doubtful_delay_s_ = 0.0;          // a longer one
-  LineBuilder lines_{"XTF"};
+  LineBuilder lines_{format_name};
 };
 
 }  // namespace

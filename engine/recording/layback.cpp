@@ -1,0 +1,116 @@
+#include <ensonify/engine/recording/layback.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// Metres per radian of latitude and of longitude about a place, WGS 84.
+Eigen::Vector2d metres_per_radian(double latitude_rad) {
+  constexpr double semi_major_m = 6378137.0, eccentricity_squared = 6.69437999014e-3;
+  const double flattened = 1.0 - eccentricity_squared * std::pow(std::sin(latitude_rad), 2);
+  const double prime_vertical_m = semi_major_m / std::sqrt(flattened);
+  return {std::max(1.0, prime_vertical_m * std::cos(latitude_rad)),
+          prime_vertical_m * (1.0 - eccentricity_squared) / flattened};
+}
+
+/// The track of a ship, and the places behind it. Places must be asked for in their order.
+class ShipTrack {
+ public:
+  ShipTrack(std::vector<Eigen::Vector2d> places, double longest_m) : places_(std::move(places)) {
+    const Eigen::Vector2d first = places_.front();
+    for (const Eigen::Vector2d& place : places_) {
+      const Eigen::Vector2d way = place - first;
+      if (way.norm() > farthest_m_) {
+        farthest_m_ = way.norm();
+        before_ = first - 2.0 * longest_m * way.normalized();
+      }
+      if (farthest_m_ >= longest_m) break;
+    }
+  }
+
+  double farthest_m() const { return farthest_m_; }
+
+  /// Where the ship was when it was `layback_m` away from its place i.
+  Eigen::Vector2d behind(std::size_t i, double layback_m) {
+    const auto away_m = [&](std::size_t k) { return (places_[i] - place_before(k)).norm(); };
+    // The first of the places that are too near; places_[-1] is far before the track.
+    near_ = std::min(near_, i);
+    while (near_ > 0 && away_m(near_) < layback_m) --near_;
+    while (near_ < i && away_m(near_ + 1) >= layback_m) ++near_;
+    const double far_m = away_m(near_), near_m = away_m(near_ + 1),
+                 share = std::clamp((far_m - layback_m) / (far_m - near_m), 0.0, 1.0);
+    return place_before(near_) + share * (place_before(near_ + 1) - place_before(near_));
+  }
+
+ private:
+  const Eigen::Vector2d& place_before(std::size_t k) const {
+    return k == 0 ? before_ : places_[k - 1];
+  }
+
+  std::vector<Eigen::Vector2d> places_;
+  Eigen::Vector2d before_ = Eigen::Vector2d::Zero();
+  double farthest_m_ = 0.0;
+  std::size_t near_ = 0;
+};
+
+}  // namespace
+
+std::optional<double> stated_layback_m(double layback_m, double cable_m, double sonar_depth_m) {
+  constexpr double longest_m = 10e3;
+  double towed_m = layback_m;
+  if (!(towed_m > 0.0))
+    towed_m = std::sqrt(std::max(0.0, cable_m * cable_m - sonar_depth_m * sonar_depth_m));
+  return towed_m > 0.0 && towed_m < longest_m ? std::optional(towed_m) : std::nullopt;
+}
+
+void tow_back(RecordedLine& line, std::string_view name) {
+  std::vector<std::size_t> towed;
+  double longest_m = 0.0, sum_m = 0.0;
+  for (std::size_t i = 0; i < line.pings.size(); ++i)
+    if (const std::optional<double>& layback_m = line.pings[i].layback_m) {
+      towed.push_back(i);
+      longest_m = std::max(longest_m, *layback_m);
+      sum_m += *layback_m;
+    }
+  if (towed.empty()) return;
+  const std::optional<GeographicPlace> origin = line.pings[towed.front()].place;
+  const Eigen::Vector2d scale =
+      origin ? metres_per_radian(origin->latitude_rad) : Eigen::Vector2d::Ones();
+  std::vector<Eigen::Vector2d> places;
+  for (const std::size_t i : towed) {
+    const RecordedPing& ping = line.pings[i];
+    places.push_back(ping.place ? Eigen::Vector2d(scale.x() * ping.place->longitude_rad,
+                                                  scale.y() * ping.place->latitude_rad)
+                                : *ping.place_m);
+  }
+  ShipTrack track(std::move(places), longest_m);
+  constexpr double moves_m = 1.0;
+  if (track.farthest_m() < moves_m) {
+    line.warnings.push_back(fmt::format(
+        "{}: states that the sonar is towed {:.1f} m behind the ship, but the ship does not move; its "
+        "place is used",
+        name, sum_m / static_cast<double>(towed.size())));
+    for (const std::size_t i : towed) line.pings[i].layback_m.reset();
+    return;
+  }
+  for (std::size_t k = 0; k < towed.size(); ++k) {
+    RecordedPing& ping = line.pings[towed[k]];
+    const Eigen::Vector2d place = track.behind(k, *ping.layback_m);
+    if (ping.place)
+      ping.place = GeographicPlace{place.y() / scale.y(), place.x() / scale.x()};
+    else
+      ping.place_m = place;
+  }
+  line.warnings.push_back(
+      fmt::format("{}: its places are those of the ship; moved back along the track to the towed "
+                  "sonar, by {:.1f} m on average, as its pings state",
+                  name, sum_m / static_cast<double>(towed.size())));
+}
+
+}  // namespace ensonify::engine
