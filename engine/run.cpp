@@ -23,6 +23,7 @@
 #include <ensonify/engine/sonar/vehicle/ground_path.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
 #include <ensonify/refine/parallel_for.h>
+#include <ensonify/refine/standard_floats.h>
 #include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
@@ -150,6 +151,7 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
 }  // namespace
 
 RunReport run(const Scene& scene, const fs::path& folder, const RunControl& control) {
+  const refine::StandardFloats floats;
   try {
     return make_run(scene, folder, control);
   } catch (const refine::DamagedFile& damage) {

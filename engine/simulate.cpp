@@ -32,11 +32,14 @@ double height_m_over(double z_m, std::initializer_list<double> beds_m, double fa
 
 Simulator::Simulator(const Scene& scene, const Preparation& how)
     : Simulator([&] {
+        const refine::StandardFloats floats;
         check_values(scene);
         return std::make_shared<const SharedState>(scene, how);
       }()) {}
-Simulator::Simulator(std::shared_ptr<const SharedState> shared)
-    : shared_(std::move(shared)), own_(std::make_unique<ThreadState>(*shared_)) {}
+Simulator::Simulator(std::shared_ptr<const SharedState> shared) : shared_(std::move(shared)) {
+  const Entry entry(*shared_);
+  own_ = std::make_unique<ThreadState>(*shared_);
+}
 Simulator::Simulator(Simulator&&) noexcept = default;
 Simulator& Simulator::operator=(Simulator&&) noexcept = default;
 Simulator::~Simulator() = default;
@@ -97,6 +100,7 @@ void Simulator::warn_of_distance(const Pose& pose) {
 }
 
 std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64_t number) {
+  const Entry entry(*shared_);
   ThreadState& own = *own_;
   if (const auto fault = as_fast_as_sound(pose.velocity_mps, sound_speed_mps()))
     throw std::invalid_argument(fmt::format("Simulator: the pose's velocity is {}", *fault));
@@ -173,6 +177,7 @@ void Simulator::set_sonar(std::size_t number, const Sonar& settings) {
 }
 
 void Simulator::set_sonars(std::span<const std::pair<std::size_t, Sonar>> settings) {
+  const Entry entry(*shared_);
   ThreadState& own = *own_;
   Scene changed = shared_->scene;
   for (std::size_t i = 0; i < own.prepared.size(); ++i)
@@ -203,6 +208,7 @@ void Simulator::set_sonars(std::span<const std::pair<std::size_t, Sonar>> settin
 }
 
 std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
+  const Entry entry(*shared_);
   ThreadState& own = *own_;
   own.objects.check(object, pose);
   require_object_fits(static_cast<double>(object.mesh.faces.size()), 0.0,
@@ -223,16 +229,24 @@ std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
 std::uint32_t Simulator::next_instance() const { return own_->objects.next_instance(); }
 
 void Simulator::move(std::uint32_t instance, const Pose& pose) {
+  const Entry entry(*shared_);
   own_->objects.move(instance, pose);
 }
 
-void Simulator::remove(std::uint32_t instance) { own_->objects.remove(instance); }
+void Simulator::remove(std::uint32_t instance) {
+  const Entry entry(*shared_);
+  own_->objects.remove(instance);
+}
 
 double Simulator::altitude_m(const Eigen::Vector3d& position) const {
+  const Entry entry(*shared_);
   return position.z() - own_->bed.height_m(position.x(), position.y());
 }
 
-std::vector<Pose> Simulator::track() const { return SimulatorInternals::track_poses(*this).poses; }
+std::vector<Pose> Simulator::track() const {
+  const Entry entry(*shared_);
+  return SimulatorInternals::track_poses(*this).poses;
+}
 
 std::span<const std::string> Simulator::warnings() const { return own_->warnings; }
 std::span<const std::string> Simulator::classes() const { return own_->objects.classes(); }

@@ -10,6 +10,8 @@
 #include <thread>
 #include <vector>
 
+#include <ensonify/refine/standard_floats.h>
+
 #ifdef ENSONIFY_EXECUTOR_TBB
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
@@ -52,6 +54,7 @@ void parallel_for(std::size_t items, int threads,
   std::exception_ptr first;
   std::mutex first_mutex;
   const auto pull = [&](int worker) {
+    const StandardFloats floats;  // a thread of TBB's may have been started by another caller
     if (spare) spare->begin_items();
     try {
       for (std::size_t item; (item = next++) < items;) work(item, worker);

@@ -27,6 +27,7 @@
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/read_file.h>
+#include <ensonify/refine/standard_floats.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -469,6 +470,7 @@ class Generator {
 
 GenerateReport generate(const Recipe& recipe, const fs::path& folder,
                         const GenerateControl& control) {
+  const refine::StandardFloats floats;
   if (control.shard.count == 0 || control.shard.index >= control.shard.count)
     throw std::invalid_argument(fmt::format("generate: no shard {}/{}; shards count from 0/{}",
                                             control.shard.index, control.shard.count,

@@ -16,6 +16,7 @@
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/sonar/instrument/shading.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/refine/standard_floats.h>
 #include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
@@ -258,6 +259,7 @@ struct Halves {
 
 Imitation imitate(const RecordedLine& recording, const std::filesystem::path& folder,
                   const ImitationControl& control) {
+  const refine::StandardFloats floats;
   Imitation made;
   made.line = usable_part(recording, made.unknown);
   leave_out_silent_side(made.line, made.unknown);

@@ -9,7 +9,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/calls_at_fork.h>
 #include <ensonify/engine/scene/checks/extrapolation.h>
+#include <ensonify/refine/standard_floats.h>
 
 namespace ensonify::python {
 namespace {
@@ -58,6 +60,7 @@ class Session {
       throw std::runtime_error(
           "this Simulator is in the midst of a call, which a signal has interrupted; call it after "
           "that, not in the signal's handler");
+    const CallsAtFork::Call call(calls_);  // before the lock, which such a thread keeps in a child
     const FreeInterpreter unlocked;
     const std::lock_guard guard(mutex_);
     struct Inside {
@@ -150,6 +153,7 @@ class Session {
   const Scene scene_;    // without later changes
   std::unique_ptr<Simulator> simulator_;
   std::uint64_t next_ping_ = 0;  // under mutex_
+  CallsAtFork calls_;
   std::mutex mutex_;
   std::atomic<std::thread::id> inside_{};  // the thread that has mutex_
 };

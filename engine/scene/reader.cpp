@@ -20,6 +20,7 @@
 #include <ensonify/engine/scene/tables/strength_table_reader.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
 #include <ensonify/refine/read_file.h>
+#include <ensonify/refine/standard_floats.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/nearest_names.h>
 
@@ -474,6 +475,7 @@ std::string with_overrides(std::span<const std::string> overrides) {
 Scene parse_scene(std::string_view text, std::string_view name,
                   std::span<const std::string> overrides, const ScenePaths& paths,
                   std::span<const Material> known) {
+  const refine::StandardFloats floats;
   Reader reader{std::string(name)};
   reader.read_file(text);
   for (const std::string& text_of_override : overrides) reader.apply(text_of_override);

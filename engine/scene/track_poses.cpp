@@ -45,7 +45,10 @@ class TrackBuilder {
       generate();
     find_bed();
     if (track_.vertical == Vertical::altitude || !has_own_height()) set_heights();
-    for (Pose& pose : flight_.poses) pose = motion_.applied_to(pose);
+    for (Pose& pose : flight_.poses) {
+      pose = motion_.applied_to(pose);
+      check_stop();
+    }
     check();
     return std::move(flight_);
   }
@@ -73,7 +76,8 @@ class TrackBuilder {
     if (track_.kind == TrackKind::lawn_mower && !(track_.speed_mps * interval_s_ > 0.0))
       throw SceneError("track: a lawn-mower needs a track.speed_mps above 0");
     check_pings(scene_, generated_pings(track_, interval_s_), "track");
-    GeneratedPings generated = generate_pings(track_, interval_s_, motion_.speed());
+    GeneratedPings generated =
+        generate_pings(track_, interval_s_, motion_.speed(), [this] { check_stop(); });
     flight_.poses = std::move(generated.poses);
     flight_.leg_starts = std::move(generated.leg_starts);
   }
@@ -92,14 +96,19 @@ class TrackBuilder {
     recorded_.emplace(log, track_.smooth_s);
     if (interval_s_ == 0.0) {
       check_pings(scene_, static_cast<double>(log.t_s.size()), name);
-      for (const double t_s : log.t_s) flight_.poses.push_back(recorded_->at(t_s));
+      for (const double t_s : log.t_s) {
+        flight_.poses.push_back(recorded_->at(t_s));
+        check_stop();
+      }
       return;
     }
     const double steps =
         std::floor((recorded_->end_s() - recorded_->begin_s()) / interval_s_ * (1.0 + 1e-12));
     check_pings(scene_, steps + 1.0, name);
-    for (double step = 0.0; step <= steps; ++step)
+    for (double step = 0.0; step <= steps; ++step) {
       flight_.poses.push_back(recorded_->at(recorded_->begin_s() + step * interval_s_));
+      check_stop();
+    }
   }
 
   void find_bed() {
@@ -108,6 +117,7 @@ class TrackBuilder {
       const Eigen::Vector3d& p = flight_.poses[i].position;
       check_over_seafloor(p, i);
       bed_m_.push_back(ground_.bed_height_m(p.x(), p.y()));
+      check_stop();
     }
     if (std::ranges::all_of(bed_m_, [](double z) { return std::isnan(z); }))
       throw SceneError(
@@ -171,9 +181,10 @@ class TrackBuilder {
     }
   }
 
-  void check() const {
+  void check() {
     for (std::size_t i = 0; i < flight_.poses.size(); ++i) {
       const Pose& vehicle = flight_.poses[i];
+      check_stop();
       check_height(vehicle.position, i, "the vehicle", "");
       check_speed(vehicle, i, "the vehicle");
       for (const Sonar& sonar : scene_.sonars)
@@ -209,9 +220,17 @@ class TrackBuilder {
           ping, what, *fault, remedy, or_else));
   }
 
+  /// A pose takes microseconds, the caller's check may take as long.
+  void check_stop() {
+    if (++poses_since_check_ < 1024 || !ground_.stop_check) return;
+    poses_since_check_ = 0;
+    ground_.stop_check();
+  }
+
   const Scene& scene_;
   const TrackOptions& track_;
   const Ground& ground_;
+  int poses_since_check_ = 0;
   double sound_speed_mps_;
   Motion motion_;
   double interval_s_ = 0.0;  // 0: one ping per row

@@ -18,6 +18,7 @@ struct Ground {
   std::function<double(double x_m, double y_m)> bed_height_m;  ///< NaN where there is no bed
   Eigen::Vector2d lowest, highest;                             ///< of the seafloor, seen from above
   LocalFrame frame;
+  std::function<void()> stop_check = {};  ///< called often; what it throws ends the work
 };
 
 /// One pose per ping of a scene.

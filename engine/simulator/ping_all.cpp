@@ -15,6 +15,7 @@
 #include <ensonify/engine/sonar/echo/plane_spacing.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/parallel_for.h>
+#include <ensonify/refine/standard_floats.h>
 
 namespace ensonify::engine {
 
@@ -322,6 +323,7 @@ ScenePings ping_as_one(const Scene& scene, Simulator& simulator, const TrackPing
 
 ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
                     const AfterBlock& after_block, const MemoryLimit& memory) {
+  const refine::StandardFloats floats;
   const TrackPings track(scene, simulator);
   require_pings(memory, scene.run, simulator.sonars(),
                 {.pings = track.count(), .images = track.count(), .threads = threads});

@@ -104,7 +104,8 @@ TrackPoses Simulator::SharedState::track_over(BedHeight& bed) const {
                                 .has_world = scene.seafloor.kind != SeafloorKind::fractal &&
                                              !seafloor.mesh.world_origin.isZero(),
                                 .utm_zone = seafloor.utm_zone,
-                                .reference = seafloor.reference}},
+                                .reference = seafloor.reference},
+                      .stop_check = parts.options.stop_check},
                      water.sound_speed_mps());
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <ensonify/engine/calls_at_fork.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/scene/track_poses.h>
 #include <ensonify/engine/simulate.h>
@@ -20,6 +21,7 @@
 #include <ensonify/engine/stage_times.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
+#include <ensonify/refine/standard_floats.h>
 
 namespace ensonify::engine {
 
@@ -67,6 +69,14 @@ struct Simulator::SharedState {
   PreparedSonars sonars;
   std::vector<ObjectSurface> objects;
   std::vector<BuriedGroup> buried;  ///< of these objects
+  mutable CallsAtFork calls;        ///< of all its Simulators
+};
+
+/// What each call of a Simulator needs first.
+struct Simulator::Entry {
+  explicit Entry(const SharedState& shared) : call(shared.calls) {}
+  refine::StandardFloats floats;
+  CallsAtFork::Call call;
 };
 
 /// Where all beams look at a ping.

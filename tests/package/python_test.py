@@ -641,6 +641,58 @@ class Sessions(unittest.TestCase):
         for mine in heard:
             numpy.testing.assert_array_equal(mine, expected)
 
+    def test_a_child_of_fork_does_not_wait_for_a_thread_of_its_parent(self):
+        simulator = ensonify.Simulator(scene)
+        pose = simulator.track()[0]
+        stop = threading.Event()
+
+        def pings():
+            while not stop.is_set():
+                simulator.ping(pose)
+
+        thread = threading.Thread(target=pings)
+        thread.start()
+        try:
+            for _ in range(8):
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")  # Python 3.12 warns of a fork with threads
+                    child = os.fork()
+                if child == 0:
+                    signal.alarm(60)  # a child that hangs
+                    try:
+                        simulator.ping(pose)
+                        os._exit(0)
+                    except RuntimeError as error:
+                        os._exit(3 if "when this process was forked" in str(error) else 1)
+                _, status = os.waitpid(child, 0)
+                self.assertIn(status, (0, 3 << 8))
+        finally:
+            stop.set()
+            thread.join()
+        child = os.fork()  # no thread is in a call
+        if child == 0:
+            simulator.ping(pose)
+            os._exit(0)
+        self.assertEqual(os.waitpid(child, 0)[1], 0)
+
+    def test_control_c_stops_the_making_of_a_long_track(self):
+        simulator = ensonify.Simulator({**scene, "track": {"pings": 1000000, "speed_mps": 0, "ping_interval_s": 0.1}})
+        ran_out = []
+
+        def handler(*_):
+            raise KeyboardInterrupt
+
+        before = signal.signal(signal.SIGALRM, handler)
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0.2)
+            with self.assertRaises(KeyboardInterrupt):
+                simulator.track()
+                ran_out.append(True)
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, before)
+        self.assertEqual(ran_out, [])
+
     def test_the_interpreter_ends_while_daemon_threads_ping(self):
         # What the main thread does at its end, registered before the module is imported, comes last.
         program = f"""

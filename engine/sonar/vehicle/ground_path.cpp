@@ -91,7 +91,7 @@ double generated_pings(const TrackOptions& track, double ping_interval_s) {
 }
 
 GeneratedPings generate_pings(const TrackOptions& track, double ping_interval_s,
-                              const Oscillator& speed) {
+                              const Oscillator& speed, const std::function<void()>& check) {
   if (track.pings < 1) throw std::invalid_argument("a track needs at least one ping");
   if (!(track.speed_mps >= 0.0) || !(ping_interval_s >= 0.0))
     throw std::invalid_argument("a track's speed and ping interval must not be negative");
@@ -105,6 +105,7 @@ GeneratedPings generate_pings(const TrackOptions& track, double ping_interval_s,
   GeneratedPings made;
   int leg = -1;
   for (std::int64_t i = 0; i < pings; ++i) {
+    if (check) check();
     const double t_s = static_cast<double>(i) * ping_interval_s;
     const double steps = static_cast<double>(i) + first;
     const GroundPoint point =

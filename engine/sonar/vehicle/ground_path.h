@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -57,10 +58,12 @@ struct GeneratedPings {
 
 /// The pings of a generated track. A line has TrackOptions::pings pings,
 /// centred on its middle; a lawn-mower has as many as fit on its length, without those in turns if
-/// ping_in_turns is false. `speed` is the variation of the speed. Throws std::invalid_argument for
-/// a track without pings, a negative speed or interval, or a lawn-mower at zero speed.
+/// ping_in_turns is false. `speed` is the variation of the speed. `check` is called for each ping;
+/// what it throws ends the work. Throws std::invalid_argument for a track without pings, a negative
+/// speed or interval, or a lawn-mower at zero speed.
 GeneratedPings generate_pings(const TrackOptions& track, double ping_interval_s,
-                              const Oscillator& speed = {});
+                              const Oscillator& speed = {},
+                              const std::function<void()>& check = {});
 
 /// The largest number of pings that generate_pings() can return.
 double generated_pings(const TrackOptions& track, double ping_interval_s);

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cfenv>
+
+namespace ensonify::refine {
+
+/// While it lives, the thread rounds to nearest, keeps denormal numbers and has no traps, whatever
+/// the caller has set; afterwards, all is as it was. Without it the caller's settings would change
+/// results, and a trap would end the program. A thread that is started meanwhile has the same.
+class StandardFloats {
+ public:
+  StandardFloats() {
+    std::feholdexcept(&before_);
+    std::fesetenv(FE_DFL_ENV);
+  }
+  ~StandardFloats() { std::fesetenv(&before_); }
+  StandardFloats(const StandardFloats&) = delete;
+  StandardFloats& operator=(const StandardFloats&) = delete;
+
+ private:
+  std::fenv_t before_;
+};
+
+}  // namespace ensonify::refine
