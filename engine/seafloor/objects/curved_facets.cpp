@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include <ensonify/engine/work_control.h>
@@ -16,6 +19,70 @@ namespace {
 using Eigen::Vector3d, Eigen::Vector3f;
 
 constexpr double straight = 3.0;  // ratio of lengths across an edge
+
+/// The quadric through the places around a corner, by least squares, with z along a normal there:
+/// z = A x + B y + (C x^2 + 2 D x y + E y^2) / 2 - (F x + G y + H z) z.
+class QuadricFit {
+ public:
+  QuadricFit(const Vector3d& corner, const Vector3d& normal, double unit_m)
+      : corner_(corner),
+        unit_m_(unit_m),
+        z_(normal),
+        x_(normal.unitOrthogonal()),
+        y_(z_.cross(x_)) {}
+
+  void add(const Vector3d& place) {
+    const Vector3d off = (place - corner_) / unit_m_;
+    const double x = off.dot(x_), y = off.dot(y_), z = off.dot(z_);
+    const Terms terms{x, y, 0.5 * x * x, x * y, 0.5 * y * y, -x * z, -y * z, -z * z};
+    products_ += terms * terms.transpose();
+    with_z_ += z * terms;
+    z_squares_ += z * z;
+    ++places_;
+  }
+
+  /// Moves a normal and a curvature towards those of the quadric: not at all if the places scatter
+  /// about it so much that the curvature is less certain than a fifth of the difference.
+  void improve(Vector3d& normal, double& per_m2) const {
+    if (places_ <= unknowns) return;
+    const double rounding =
+        0.25 * std::numeric_limits<float>::epsilon() * (1.0 + corner_.norm() / unit_m_);
+    Products products = products_;
+    products.diagonal().array() += rounding * rounding * places_;
+    const Eigen::LDLT<Products> solver(products);
+    const Terms k = solver.solve(with_z_);
+    // The derivatives of z at the corner.
+    const double x = k[0], y = k[1];
+    const double xx = k[2] - 2.0 * x * (k[5] + k[7] * x);
+    const double xy = k[3] - k[5] * y - k[6] * x - 2.0 * k[7] * x * y;
+    const double yy = k[4] - 2.0 * y * (k[6] + k[7] * y);
+    const double squared = 1.0 + x * x + y * y;
+    const double per_unit2 = per_m2 * unit_m_ * unit_m_;
+    const double fitted = (xx * yy - xy * xy) / (squared * squared);
+    if (!(fitted * per_unit2 > 0.0)) return;
+    const double scatter = std::max(z_squares_ - with_z_.dot(k), 0.0) / (places_ - unknowns);
+    const Terms of_curvature{0.0, 0.0, yy, -2.0 * xy, xx, 0.0, 0.0, 0.0};
+    const double variance =
+        (scatter + rounding * rounding) * of_curvature.dot(solver.solve(of_curvature));
+    const double change = fitted - per_unit2;
+    const double share = std::max(0.0, 1.0 - 25.0 * variance / (change * change));
+    constexpr double most = 2.5;
+    per_m2 *= 1.0 + share * (std::clamp(fitted / per_unit2, 1.0 / most, most) - 1.0);
+    normal = (z_ - share * (x * x_ + y * y_)).normalized();
+  }
+
+ private:
+  static constexpr int unknowns = 8;
+  using Terms = Eigen::Vector<double, unknowns>;
+  using Products = Eigen::Matrix<double, unknowns, unknowns>;
+  Vector3d corner_;
+  double unit_m_;
+  Vector3d z_, x_, y_;
+  Products products_ = Products::Zero();
+  Terms with_z_ = Terms::Zero();
+  double z_squares_ = 0.0;
+  int places_ = 0;
+};
 
 /// A straight line on which two flat parts of a smooth surface meet.
 struct Seam {
@@ -239,8 +306,59 @@ class Builder {
         made_.corners[first_triangle_corner + i].normal =
             listed[i].normal.normalized().cast<float>();
     set_curvatures();
+    std::vector<bool> straight_there(made_.corners.size(), false);
+    for (std::size_t i = 0; i < listed.size(); ++i)
+      straight_there[first_triangle_corner + i] = listed[i].at_straight;
+    fit_quadrics(straight_there);
   }
 
+  void fit_quadrics(const std::vector<bool>& keeps_normal) {
+    const std::size_t count = made_.corners.size();
+    // The triangles at each corner.
+    std::vector<std::uint32_t> first(count + 1, 0), triangles;
+    for (const InPart& one : in_parts_)
+      if (!one.facet.strip)
+        for (std::size_t k = 0; k < 3; ++k) ++first[one.facet.corners[k] + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    triangles.resize(first.back());
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    for (std::uint32_t i = 0; i < in_parts_.size(); ++i)
+      if (!in_parts_[i].facet.strip)
+        for (std::size_t k = 0; k < 3; ++k) triangles[next[in_parts_[i].facet.corners[k]]++] = i;
+    // Of a corner with very many triangles some are enough.
+    const auto for_triangles_at = [&](std::uint32_t corner, const auto& use) {
+      constexpr std::uint32_t enough = 32;
+      const std::uint32_t step = 1 + (first[corner + 1] - first[corner]) / enough;
+      for (std::uint32_t i = first[corner]; i < first[corner + 1]; i += step)
+        for (std::size_t k = 0; k < 3; ++k) use(in_parts_[triangles[i]].facet.corners[k]);
+    };
+    const std::vector<FacetCorner> before = made_.corners;
+    std::vector<std::uint32_t> taken(count, FacesInParts::none);  // by which corner
+    for (std::uint32_t i = 0; i < count; ++i) {
+      check_stop_();
+      if (first[i] == first[i + 1]) continue;
+      const Vector3d place = before[i].place.cast<double>();
+      double unit_m = 0.0;
+      for_triangles_at(i, [&](std::uint32_t corner) {
+        unit_m = std::max(unit_m, (before[corner].place.cast<double>() - place).norm());
+      });
+      QuadricFit fit(place, before[i].normal.cast<double>().normalized(), unit_m);
+      for_triangles_at(i, [&](std::uint32_t near) {
+        for_triangles_at(near, [&](std::uint32_t corner) {
+          if (taken[corner] == i || corner == i) return;
+          taken[corner] = i;
+          fit.add(before[corner].place.cast<double>());
+        });
+      });
+      Vector3d normal = before[i].normal.cast<double>();
+      double per_m2 = double(before[i].per_m2);
+      fit.improve(normal, per_m2);
+      made_.corners[i].per_m2 = static_cast<float>(per_m2);
+      if (!keeps_normal[i]) made_.corners[i].normal = normal.cast<float>();
+    }
+  }
+
+  /// The mean over the triangles at each corner.
   void set_curvatures() {
     std::vector<std::array<double, 2>> sums(made_.corners.size());  // of normals, of places
     for (const InPart& one : in_parts_) {

@@ -31,7 +31,8 @@ struct FacesInParts {
 /// But a flat part of several faces that is three times as long across an edge as its neighbour is
 /// straight up to there: the side of a box with rounded edges, a cylinder with round ends. The
 /// normals at the corners of triangles are those by Max (J. Graphics Tools 4, 1, 1999), which are
-/// exact for vertices on a sphere, or those of what is straight there.
+/// exact for vertices on a sphere, or those of what is straight there. They and the curvatures are
+/// moved to those of the quadric through the vertices around, as far as these lie on one.
 CurvedFacets curved_facets(const FacesInParts& faces, std::vector<BentEdge> edges,
                            std::span<FlatPart> flat_parts, const std::function<void()>& stop_check);
 
