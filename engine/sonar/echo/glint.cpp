@@ -91,8 +91,11 @@ std::optional<Mirror> flat_mirror(const FlatPart& flat_part, const Vector3d& awa
   if (beyond_reach(along_m, length_m, middle_m2, wavelength_m) ||
       beyond_reach(across_m, width_m, middle_m2, wavelength_m))
     return std::nullopt;
-  const Vector3d offset = std::clamp(along_m, -0.5 * length_m, 0.5 * length_m) * along +
-                          std::clamp(across_m, -0.5 * width_m, 0.5 * width_m) * across;
+  const auto within = [&](double share) -> Vector3d {
+    return std::clamp(along_m, -share * length_m, share * length_m) * along +
+           std::clamp(across_m, -share * width_m, share * width_m) * across;
+  };
+  const Vector3d offset = within(0.5);
   const double range_m = (away + offset).norm();
   const MirrorExtent one{length_m, along_m / range_m, range_m};
   const MirrorExtent other{width_m, across_m / range_m, range_m};
@@ -101,6 +104,7 @@ std::optional<Mirror> flat_mirror(const FlatPart& flat_part, const Vector3d& awa
                               ? ellipse_power_m4(one, other, wavelength_m)
                               : one.power_m2(wavelength_m) * other.power_m2(wavelength_m);
   return Mirror{.offset = offset,
+                .inside = within(flat_part.round ? 0.3 : 0.4),
                 .cross_section_m2 = power_m4 / (wavelength_m * wavelength_m),
                 .phase_rad = flat_part.piece
                                  ? one.phase_rad(wavelength_m) + other.phase_rad(wavelength_m)
@@ -158,6 +162,7 @@ std::optional<Mirror> triangle_mirror(std::span<const Corner, 3> corners, const 
   const double per_m2 =
       std::clamp(1.0 + more_per_m2 / mean_per_m2, 0.5, 2.0) * std::abs(mean_per_m2);
   return Mirror{.offset = place - middle,
+                .inside = place - middle,
                 .cross_section_m2 = 0.25 / std::max(per_m2, 1.0 / (range_m * range_m)),
                 .phase_rad = 0.0};
 }
@@ -216,6 +221,7 @@ std::optional<Mirror> strip_mirror(const Corners& corners, const Vector3d& middl
                               : tapered_power_m3(line, first_m, last_m, wavelength_m);
   const double most_m = std::max(std::abs(both_m), std::max(first_m, last_m));
   return Mirror{.offset = place - middle,
+                .inside = place - middle,
                 .cross_section_m2 = range_m / (2.0 * wavelength_m * most_m) * power_m3,
                 .phase_rad = 0.0};
 }

@@ -66,6 +66,9 @@ struct MirrorExtent {
 /// The glint of a flat part, or of the curved surface that it stands for.
 struct Mirror {
   Eigen::Vector3d offset;  ///< of its place, from the flat part's middle
+  /// The same of a place near it that is well inside the flat part: rays next to its edges pass, or
+  /// meet what is beside it.
+  Eigen::Vector3d inside;
   double cross_section_m2;
   double phase_rad;  ///< of a piece's echo, against that of the path to the place
 };

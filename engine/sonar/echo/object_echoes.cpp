@@ -201,7 +201,7 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
       mirror_of(flat_part, object.curved, apparent, wavelength_m_, sonar_from);
   if (!mirror) return;
   const Vector3d place = away + mirror->offset;
-  const std::optional<Sight> sight = sight_of(place);
+  const std::optional<Sight> sight = sight_of(place, away + mirror->inside);
   if (!sight) return;
   add_mirror_at(place, sight->range_m, sight->energy * specular, object.label, flat_part, *mirror);
 }
@@ -245,7 +245,7 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   if (!(flat_parts_seen > 0.0)) return;
   // The corner's own flat parts are nearer than its edge.
   const std::optional<Sight> sight =
-      sight_of(place, double(std::max(corner.one_m, corner.other_m)));
+      sight_of(place, place, double(std::max(corner.one_m, corner.other_m)));
   if (!sight) return;
   const double cross_section_m2 =
       corner_power_m2(width_m, double(corner.excess_rad), range_m, wavelength_m_) *
@@ -288,7 +288,7 @@ void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
   const double along = level.dot(axis);
   const double off_m = std::abs(along) > 1e-6 ? -to.dot(axis) / along : 0.0;
   const Vector3d place = to + std::clamp(off_m, -0.4 * length_m, 0.4 * length_m) * level;
-  const std::optional<Sight> sight = sight_of(place);
+  const std::optional<Sight> sight = sight_of(place, place);
   if (!sight) return;
   // A facet of a curved surface stands for normals on either side of its own, as in its glint.
   const auto curved = [&](const Eigen::Vector3f& direction, float bend_rad) {

@@ -119,7 +119,8 @@ class ObjectEchoes {
     double seen;    // share of the sound that reaches it
     double energy;  // of 1 m^2 of cross-section there, of what is seen
   };
-  std::optional<Sight> sight_of(const Eigen::Vector3d& place, double nearer_m = 0.0) const;
+  std::optional<Sight> sight_of(const Eigen::Vector3d& place, const Eigen::Vector3d& shows_seen,
+                                double nearer_m = 0.0) const;
   struct FirstHit {  // of a ray
     double range_m = std::numeric_limits<double>::infinity();
     int label = -1;

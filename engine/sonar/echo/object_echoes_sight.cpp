@@ -110,14 +110,25 @@ double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_l
   return seen;
 }
 
-/// The place as it is seen; none if it is not. The rays there must go at least as far, less
-/// nearer_m.
+/// The place as it is seen; none if it is not: if the rays to the place that shows this, or as near
+/// to it along the array as the beam reaches, do not go as far, less nearer_m.
 std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Eigen::Vector3d& place,
+                                                          const Eigen::Vector3d& shows_seen,
                                                           double nearer_m) const {
   const std::optional<RayToPlace> ray = ray_to(place);
   Line line;
   if (!ray || !see(*ray, line)) return std::nullopt;
-  const double seen = seen_share(line, ray->range_m - nearer_m);
+  const RayFan& fan = *view_->fan;
+  // Between its last planes and the truncation some rays are missing.
+  const double farthest_m = 0.7 * fan.grid->sin_truncation * place.norm();
+  const double from_m = place.dot(fan.array_axis), to_m = shows_seen.dot(fan.array_axis);
+  const double kept_m =
+      std::clamp(to_m, std::min(from_m, -farthest_m), std::max(from_m, farthest_m));
+  const std::optional<RayToPlace> there = ray_to(shows_seen + (kept_m - to_m) * fan.array_axis);
+  Line line_there;
+  const double seen = there && see(*there, line_there)
+                          ? seen_share(line_there, there->range_m - nearer_m)
+                          : seen_share(line, ray->range_m - nearer_m);
   if (!(seen > 0.0)) return std::nullopt;
   return Sight{.range_m = ray->range_m, .seen = seen, .energy = seen * line.energy};
 }
