@@ -494,6 +494,12 @@ TEST_CASE("two plates in a right angle glint by way of both, as Kirchhoff's inte
       }
   // From outside the angle, or along the edge at a slant, nothing of it comes back.
   CHECK(strength_db(0.3, 0.3, 100.0, 0.0) < -40.0);
+  refine::TriangleMesh triangles = folded_plate(0.3, 0.3, 0.3);
+  triangles.faces = {{0, 1, 2}, {0, 4, 1}};
+  for (const double turned_deg : {100.0, 150.0, 180.0, 210.0})
+    CHECK(target_strength_db(
+              echo_of({triangles, nothing, 1.0, turned_deg * degree}, sonar, range_m), sonar) <
+          -40.0);
   // An angle that is not a right one sends the sound past the sonar.
   CHECK(strength_db(0.3, 0.3, 0.0, 2.0) < strength_db(0.3, 0.3, 0.0, 0.0) - 10.0);
 }

@@ -36,7 +36,9 @@ bool are_square(const FlatPart& a, const FlatPart& b) {
 /// Adds the corners of two flat parts that are square to each other: on that side of each that its
 /// normal shows, and on the backs.
 void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>& corners) {
-  constexpr double gap = 0.02;  // of the flat part, that it may lie off the edge or beyond it
+  // Of the flat part: what it may lie off the edge, and beyond it. By its second moments a right
+  // triangle reaches 6 % beyond its sides.
+  constexpr double gap = 0.02, beyond = 0.07;
   const Vector3d m = a.normal.cast<double>(), n = b.normal.cast<double>();
   const Vector3d edge = m.cross(n).normalized();
   const Vector3d in_a = edge.cross(m), in_b = n.cross(edge);  // as n and as m, nearly
@@ -49,8 +51,8 @@ void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>&
   // How far the flat part reaches from the edge; 0 if it does not begin there.
   const auto reach_m = [&](const FlatPart& flat_part, const Vector3d& way) {
     const Reach reach(flat_part, on_edge, way);
-    const double gap_m = gap * (reach.high_m - reach.low_m);
-    return reach.low_m < gap_m && reach.high_m > gap_m ? reach.high_m : 0.0;
+    const double length_m = reach.high_m - reach.low_m;
+    return reach.low_m < gap * length_m && reach.high_m > beyond * length_m ? reach.high_m : 0.0;
   };
   for (const double front : {1.0, -1.0})
     for (const double other_front : {1.0, -1.0}) {
