@@ -63,37 +63,51 @@ struct Guess {
   hn::Vec<I> below;
   M far_off;
 };
-HWY_INLINE Guess guess_below(const ElevationOrder& rays, V order) {
+using U = hn::RebindToUnsigned<D>;
+constexpr U du;
+/// The order of one fan's rays in every lane.
+struct OneOrder {
+  const ElevationOrder& rays;
+
+  HWY_INLINE V first_q() const { return hn::Set(d, rays.first_q); }
+  HWY_INLINE V steps_per_q() const { return hn::Set(d, rays.steps_per_q); }
+  HWY_INLINE V last_step() const { return hn::Set(d, rays.steps - 1.0); }
+  HWY_INLINE hn::Vec<U> line(hn::Vec<I> step) const {
+    return hn::GatherIndex(du, rays.lines, step);
+  }
+  HWY_INLINE V before(hn::Vec<I> ray) const { return hn::GatherIndex(d, rays.ascending, ray); }
+  HWY_INLINE V at(hn::Vec<I> ray) const { return hn::GatherIndex(d, rays.ascending + 1, ray); }
+};
+template <class Order>
+HWY_INLINE Guess guess_below(const Order& rays, V order) {
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
-  const V stepped =
-      hn::Max((order - hn::Set(d, rays.first_q)) * hn::Set(d, rays.steps_per_q), zero);
-  const auto step = hn::ConvertTo(di, hn::Min(stepped, hn::Set(d, rays.steps - 1.0)));
+  const V stepped = hn::Max((order - rays.first_q()) * rays.steps_per_q(), zero);
+  const auto step = hn::ConvertTo(di, hn::Min(stepped, rays.last_step()));
   const V fraction = hn::Min(stepped - hn::ConvertTo(d, step), one);
-  constexpr hn::RebindToUnsigned<D> du;
   constexpr hn::RebindToUnsigned<HalfF> half;
-  const auto line = hn::GatherIndex(du, rays.lines, step);
-  const auto number = [&](hn::Vec<decltype(du)> bits) HWY_ATTR {
+  const auto line = rays.line(step);
+  const auto number = [&](hn::Vec<U> bits) HWY_ATTR {
     return hn::PromoteTo(d, hn::BitCast(df, hn::TruncateTo(half, bits)));
   };
   const V below = number(line), rise = number(hn::ShiftRight<32>(line));
   return {hn::ConvertTo(di, fma(fraction, rise, hn::Abs(below))), hn::Lt(below, zero)};
 }
-HWY_INLINE void find_below(const ElevationOrder& rays, V p_order, V q_order, hn::Vec<I>& p,
-                           hn::Vec<I>& q) {
+template <class Order>
+HWY_INLINE void find_below(const Order& rays, V p_order, V q_order, hn::Vec<I>& p, hn::Vec<I>& q) {
   const Guess p_guess = guess_below(rays, p_order), q_guess = guess_below(rays, q_order);
   p = p_guess.below, q = q_guess.below;
   // A mask's true lanes are -1 as integers.
   const auto number = [](M mask) HWY_ATTR { return hn::BitCast(di, hn::VecFromMask(d, mask)); };
   if (HWY_LIKELY(hn::AllFalse(d, hn::Or(p_guess.far_off, q_guess.far_off)))) {
-    p = p - number(hn::Lt(hn::GatherIndex(d, rays.ascending + 1, p), p_order));
-    q = q - number(hn::Lt(hn::GatherIndex(d, rays.ascending + 1, q), q_order));
+    p = p - number(hn::Lt(rays.at(p), p_order));
+    q = q - number(hn::Lt(rays.at(q), q_order));
     return;
   }
   for (;;) {
-    const M p_fewer = hn::Ge(hn::GatherIndex(d, rays.ascending, p), p_order);
-    const M q_fewer = hn::Ge(hn::GatherIndex(d, rays.ascending, q), q_order);
-    const M p_more = hn::Lt(hn::GatherIndex(d, rays.ascending + 1, p), p_order);
-    const M q_more = hn::Lt(hn::GatherIndex(d, rays.ascending + 1, q), q_order);
+    const M p_fewer = hn::Ge(rays.before(p), p_order);
+    const M q_fewer = hn::Ge(rays.before(q), q_order);
+    const M p_more = hn::Lt(rays.at(p), p_order);
+    const M q_more = hn::Lt(rays.at(q), q_order);
     if (hn::AllFalse(d, hn::Or(hn::Or(p_fewer, p_more), hn::Or(q_fewer, q_more)))) return;
     p = p + (number(p_fewer) - number(p_more));
     q = q + (number(q_fewer) - number(q_more));

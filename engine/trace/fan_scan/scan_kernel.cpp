@@ -368,7 +368,7 @@ HWY_INLINE void find_intervals(const ScanArgs& args, ScanBatch& batch, std::int6
     const M p_front = hn::Gt(p.x, zero), q_front = hn::Gt(q.x, zero);
     const V p_order = order_of(p_front, p), q_order = order_of(q_front, q);
     hn::Vec<I> p_rays, q_rays;
-    find_below(args.order, p_order, q_order, p_rays, q_rays);
+    find_below(OneOrder{args.order}, p_order, q_order, p_rays, q_rays);
     if (HWY_UNLIKELY(!hn::AllTrue(d, hn::And(p_front, q_front)))) {
       const V turn = p.x * q.y - p.y * q.x;
       const auto p_end =

@@ -1,6 +1,7 @@
 #include <ensonify/engine/trace/grid_scan/grid_scan.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -22,10 +23,17 @@ constexpr double slope_of_moved = 0.5;
 // length of the edge.
 constexpr double rounding = 1e-11;
 constexpr std::size_t known_faces = 1 << 12;
+constexpr std::size_t fans_together = 2;  // the sides of a sonar
 
 /// A dot product as the kernels compute it.
 double dot(const Vector3d& a, const Vector3d& b) {
   return std::fma(a.x(), b.x(), std::fma(a.y(), b.y(), a.z() * b.z()));
+}
+
+/// From one array of numbers of 64 bits to another.
+std::int64_t numbers_between(const void* from, const void* to) {
+  return (reinterpret_cast<std::intptr_t>(to) - reinterpret_cast<std::intptr_t>(from)) /
+         std::int64_t{sizeof(double)};
 }
 
 double widest_step(std::span<const float> lines) {
@@ -60,6 +68,12 @@ struct GridScan::Line {
   Vector2d up, ahead;  // unit: steepest up, and level in the order of elevation
 };
 
+struct GridScan::FanWalks {
+  const RayFan* fan;
+  const FanTables* tables;
+  std::span<PlaneWalks> planes;
+};
+
 GridScan::GridScan(const refine::HeightGrid& grid) : grid_(&grid), known_(known_faces) {
   const auto cells_across = static_cast<std::size_t>(grid.columns() - 1),
              cells_up = static_cast<std::size_t>(grid.rows() - 1);
@@ -88,8 +102,10 @@ bool GridScan::take(std::span<const RayFan> fans) {
   std::size_t most = other_count_;
   for (const RayFan& fan : fans) most += fan.grid->rays();
   make_room(most);
-  for (std::size_t i = 0; i < fans.size(); ++i)
-    if (!take(fans[i], tables_.of(fans[i].grid), runs_[i])) return false;
+  for (std::size_t i = 0; i < fans.size(); i += fans_together) {
+    const std::size_t some = std::min(fans_together, fans.size() - i);
+    if (!take(fans.subspan(i, some), std::span(runs_).subspan(i, some))) return false;
+  }
   return true;
 }
 
@@ -99,7 +115,7 @@ bool GridScan::take(const RayFan& fan, const MovedPoints& moved) {
   face_count_ = other_count_;
   make_room(other_count_ + fan.grid->rays());
   arrays_.moved = &moved;
-  const bool taken = take(fan, tables_.of(fan.grid), runs_.front());
+  const bool taken = take({&fan, 1}, std::span(runs_).first(1));
   arrays_.moved = nullptr;
   return taken;
 }
@@ -126,12 +142,60 @@ Vector3d GridScan::from_origin(const RayFan& fan, std::ptrdiff_t column, std::pt
   return {double{place[0]}, double{place[1]}, double{place[2]}};
 }
 
-bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
-  const std::size_t planes = fan.planes(), elevations = fan.elevations();
-  walk_count_ = 0;
+/// The walks of some fans go together, because those of one may leave lanes of a register empty.
+bool GridScan::take(std::span<const RayFan> fans, std::span<FanRuns> runs) {
+  std::array<FanWalks, fans_together> room{};
+  const std::span<FanWalks> some = std::span(room).first(fans.size());
+  std::size_t planes = 0, elevations = 0;
+  for (const RayFan& fan : fans) {
+    planes += fan.planes();
+    elevations = std::max(elevations, fan.elevations());
+  }
   of_plane_.assign(planes, {});
-  below_nadir_.assign(planes, 0);
-  for (std::size_t plane = 0; plane < planes; ++plane) {
+  std::span<PlaneWalks> rest = of_plane_;
+  for (std::size_t i = 0; i < fans.size(); ++i) {
+    some[i] = {&fans[i], &tables_.of(fans[i].grid), rest.first(fans[i].planes())};
+    rest = rest.subspan(fans[i].planes());
+  }
+  order_ = some.front().tables->order();
+  walk_count_ = 0;
+  for (const FanWalks& walks : some)
+    if (!begin_outwards(walks)) return false;
+  // Start these short walks last, so that the walks of one SIMD group have similar lengths.
+  for (const FanWalks& walks : some)
+    for (std::size_t plane = 0; plane < walks.planes.size(); ++plane)
+      if (walks.planes[plane].below_nadir > 0 &&
+          !begin_walk(walks, Line(*walks.fan, plane), plane, false))
+        return false;
+  const auto lanes = static_cast<std::size_t>(walks_together());
+  const std::size_t groups = (walk_count_ + lanes - 1) / lanes;
+  room_of_walk_ = elevations + 1;
+  if (intervals_.size() < groups * lanes * room_of_walk_) {
+    intervals_.resize(groups * lanes * room_of_walk_);
+    seen_.resize(groups * lanes * room_of_walk_);
+  }
+  walk_grid({.grid = arrays_,
+             .ascending = order_.ascending,
+             .lines = order_.lines,
+             .walks = walks_.data(),
+             .groups = static_cast<std::int64_t>(groups),
+             .intervals = intervals_.data(),
+             .faces = seen_.data(),
+             .room = static_cast<std::int64_t>(room_of_walk_)});
+  for (std::size_t i = 0; i < fans.size(); ++i) {
+    if (!stayed_on_grid(some[i])) return false;
+    runs[i].start(*fans[i].grid);
+    ++turn_;
+    for (std::size_t plane = 0; plane < fans[i].planes(); ++plane) collect(some[i], plane, runs[i]);
+  }
+  return true;
+}
+
+bool GridScan::begin_outwards(const FanWalks& walks) {
+  const RayFan& fan = *walks.fan;
+  const FanTables& tables = *walks.tables;
+  const std::size_t elevations = fan.elevations();
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     if (tables.uneven[plane]) return false;
     if (tables.left_out_from[plane] == 0 &&
         tables.left_out_until[plane] == static_cast<std::int64_t>(elevations))
@@ -144,7 +208,7 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
       return false;
     // The rays below the direction straight down in the plane.
     const Vector2d down = -line.up;
-    std::size_t& below = below_nadir_[plane];
+    std::size_t& below = walks.planes[plane].below_nadir;
     if (down.x() > 0.0) {
       const double q = down.y() / (down.x() + std::abs(down.y()));
       const auto first = tables.ascending.begin() + 1;
@@ -155,41 +219,21 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
       const Vector2d last_ray(fan.grid->cos_elevation.back(), fan.grid->sin_elevation.back());
       if (down.y() > 0.0 || last_ray.dot(line.ahead) < 0.0) return false;
     }
-    if (below < elevations && !begin_walk(fan, line, plane, true, below)) return false;
+    if (below < elevations && !begin_walk(walks, line, plane, true)) return false;
   }
-  // Start these short walks last, so that the walks of one SIMD group have similar lengths.
-  for (std::size_t plane = 0; plane < planes; ++plane)
-    if (below_nadir_[plane] > 0 &&
-        !begin_walk(fan, Line(fan, plane), plane, false, below_nadir_[plane]))
-      return false;
+  return true;
+}
+
+/// Whether no walk was doubtful, and none left the grid where its plane may come back.
+bool GridScan::stayed_on_grid(const FanWalks& walks) const {
   const auto lanes = static_cast<std::size_t>(walks_together());
-  const std::size_t groups = (walk_count_ + lanes - 1) / lanes;
-  const std::size_t room = elevations + 1;
-  if (intervals_.size() < groups * lanes * room) {
-    intervals_.resize(groups * lanes * room);
-    seen_.resize(groups * lanes * room);
-  }
-  walk_grid({.frame = frame(fan),
-             .range_m = fan.range_m,
-             .doubt_m2 = rounding * longest_edge_m_ * fan.range_m,
-             .elevations = static_cast<std::int64_t>(elevations),
-             .order = tables.order(),
-             .grid = arrays_,
-             .walks = walks_.data(),
-             .groups = static_cast<std::int64_t>(groups),
-             .intervals = intervals_.data(),
-             .faces = seen_.data(),
-             .room = static_cast<std::int64_t>(room)});
-  for (std::size_t plane = 0; plane < planes; ++plane) {
-    const Line line(fan, plane);
-    for (const std::size_t walk : {of_plane_[plane].outwards, of_plane_[plane].inwards})
+  for (std::size_t plane = 0; plane < walks.planes.size(); ++plane) {
+    const Line line(*walks.fan, plane);
+    for (const std::size_t walk : {walks.planes[plane].outwards, walks.planes[plane].inwards})
       if (walk != PlaneWalks::none &&
           (walks_[walk / lanes].doubtful[walk % lanes] != 0 || !left_at_border(line, walk)))
         return false;
   }
-  runs.start(*fan.grid);
-  ++turn_;
-  for (std::size_t plane = 0; plane < planes; ++plane) collect(fan, tables, plane, runs);
   return true;
 }
 
@@ -207,8 +251,10 @@ bool GridScan::left_at_border(const Line& line, std::size_t walk) const {
 }
 
 /// Puts a walk at an edge before the first face that a ray can hit. Returns false if there is none.
-bool GridScan::begin_walk(const RayFan& fan, const Line& line, std::size_t plane, bool outwards,
-                          std::size_t below_nadir) {
+bool GridScan::begin_walk(const FanWalks& of_fan, const Line& line, std::size_t plane,
+                          bool outwards) {
+  const RayFan& fan = *of_fan.fan;
+  PlaneWalks& of_plane = of_fan.planes[plane];
   double lowest = grid_->bounds().lowest.z(), highest = grid_->bounds().highest.z();
   const double up_z = line.up_in_space.z();
   const Vector2d ray0(fan.grid->cos_elevation.front(), fan.grid->sin_elevation.front());
@@ -272,6 +318,18 @@ bool GridScan::begin_walk(const RayFan& fan, const Line& line, std::size_t plane
   if (walks_.size() <= walk_count_ / lanes) walks_.emplace_back();
   GridWalks& walks = walks_[walk_count_ / lanes];
   if (lane == 0) walks = {};
+  const FanFrame frame = this->frame(fan);
+  for (std::size_t i = 0; i < walks.origin.size(); ++i) walks.origin[i][lane] = frame.origin[i];
+  for (std::size_t i = 0; i < walks.axes.size(); ++i) walks.axes[i][lane] = frame.axes[i];
+  walks.range_m2[lane] = fan.range_m * fan.range_m * (1.0 - 1e-9);
+  walks.doubt_m2[lane] = rounding * longest_edge_m_ * fan.range_m;
+  walks.elevations[lane] = static_cast<std::int64_t>(fan.elevations());
+  const ElevationOrder order = of_fan.tables->order();
+  walks.ascending[lane] = numbers_between(order_.ascending, order.ascending);
+  walks.lines[lane] = numbers_between(order_.lines, order.lines);
+  walks.first_q[lane] = order.first_q;
+  walks.steps_per_q[lane] = order.steps_per_q;
+  walks.last_step[lane] = order.steps - 1.0;
   walks.sin_azimuth[lane] = line.sin_azimuth;
   walks.cos_azimuth[lane] = line.cos_azimuth;
   walks.ahead_x[lane] = sign * line.ahead.x();
@@ -294,9 +352,9 @@ bool GridScan::begin_walk(const RayFan& fan, const Line& line, std::size_t plane
   walks.left_row[lane] = axis == 0 ? left : number;
   walks.right_column[lane] = axis == 0 ? number : right;
   walks.right_row[lane] = axis == 0 ? right : number;
-  walks.from[lane] = outwards ? static_cast<std::int64_t>(below_nadir) : 0;
-  walks.until[lane] = static_cast<std::int64_t>(outwards ? fan.elevations() : below_nadir);
-  (outwards ? of_plane_[plane].outwards : of_plane_[plane].inwards) = walk_count_++;
+  walks.from[lane] = outwards ? static_cast<std::int64_t>(of_plane.below_nadir) : 0;
+  walks.until[lane] = static_cast<std::int64_t>(outwards ? fan.elevations() : of_plane.below_nadir);
+  (outwards ? of_plane.outwards : of_plane.inwards) = walk_count_++;
   return true;
 }
 
@@ -368,16 +426,15 @@ void GridScan::add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t fac
 }
 
 /// Appends the runs of a plane, from its walks.
-void GridScan::collect(const RayFan& fan, const FanTables& tables, std::size_t plane,
-                       FanRuns& runs) {
-  const auto elevations = static_cast<std::uint32_t>(fan.elevations());
+void GridScan::collect(const FanWalks& of_fan, std::size_t plane, FanRuns& runs) {
+  const RayFan& fan = *of_fan.fan;
+  const FanTables& tables = *of_fan.tables;
   const auto out_from = static_cast<std::uint32_t>(tables.left_out_from[plane]);
   const auto out_until = static_cast<std::uint32_t>(tables.left_out_until[plane]);
   const std::size_t first = runs.first.back();
   const std::size_t first_face = face_count_;
   found_ = first;
   far_.clear();
-  const std::size_t room = elevations + 1;
   const auto lanes = static_cast<std::size_t>(walks_together());
   const auto count_of = [&](std::size_t walk) {
     return walk == PlaneWalks::none
@@ -390,14 +447,14 @@ void GridScan::collect(const RayFan& fan, const FanTables& tables, std::size_t p
     if (begin < out_from) add_run(begin, std::min(end, out_from), face, runs);
     if (end > out_until) add_run(std::max(begin, out_until), end, face, runs);
   };
-  const PlaneWalks& walks = of_plane_[plane];
+  const PlaneWalks& walks = of_fan.planes[plane];
   const std::size_t inwards = count_of(walks.inwards), outwards = count_of(walks.outwards);
-  const std::size_t row = outwards > 0 ? walks.outwards * room : 0;
+  const std::size_t row = outwards > 0 ? walks.outwards * room_of_walk_ : 0;
   std::uint64_t* interval = intervals_.data() + row;
   const std::uint64_t* face = seen_.data() + row;
   if (inwards > 0) {
-    const std::uint64_t* interval_of_ray = intervals_.data() + walks.inwards * room;
-    const std::uint64_t* seen = seen_.data() + walks.inwards * room;
+    const std::uint64_t* interval_of_ray = intervals_.data() + walks.inwards * room_of_walk_;
+    const std::uint64_t* seen = seen_.data() + walks.inwards * room_of_walk_;
     for (std::size_t i = inwards; i-- > 1;) add(interval_of_ray[i], seen[i]);
     // Both walks may see the face below the origin.
     if (outwards > 0 && face[0] == seen[0] &&

@@ -53,15 +53,23 @@ class GridScan {
  private:
   struct Line;  // of a plane over the bed
 
-  bool take(const RayFan& fan, const FanTables& tables, FanRuns& runs);
-  bool begin_walk(const RayFan& fan, const Line& line, std::size_t plane, bool outwards,
-                  std::size_t below_nadir);
+  struct FanWalks;  // of a fan
+  struct PlaneWalks {
+    static constexpr std::size_t none = static_cast<std::size_t>(-1);
+    std::size_t outwards = none, inwards = none;
+    std::size_t below_nadir = 0;  // rays
+  };
+
+  bool take(std::span<const RayFan> fans, std::span<FanRuns> runs);
+  bool begin_outwards(const FanWalks& walks);
+  bool begin_walk(const FanWalks& walks, const Line& line, std::size_t plane, bool outwards);
   bool left_at_border(const Line& line, std::size_t walk) const;
   bool is_above_bed(const Eigen::Vector3d& place) const;
   FanFrame frame(const RayFan& fan) const;
   double allowed_slope() const;
   Eigen::Vector3d from_origin(const RayFan& fan, std::ptrdiff_t column, std::ptrdiff_t row) const;
-  void collect(const RayFan& fan, const FanTables& tables, std::size_t plane, FanRuns& runs);
+  bool stayed_on_grid(const FanWalks& walks) const;
+  void collect(const FanWalks& walks, std::size_t plane, FanRuns& runs);
   void add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs);
   void trim(const RayFan& fan, FanRuns& runs);
   void make_room(std::size_t faces);
@@ -74,15 +82,12 @@ class GridScan {
   KnownFanTables tables_;
   std::vector<FanRuns> runs_;
 
-  // The walks of a fan.
+  // The walks of some fans.
   std::vector<GridWalks> walks_;
   std::size_t walk_count_ = 0;
-  struct PlaneWalks {
-    static constexpr std::size_t none = static_cast<std::size_t>(-1);
-    std::size_t outwards = none, inwards = none;
-  };
-  std::vector<PlaneWalks> of_plane_;
-  std::vector<std::size_t> below_nadir_;        // by plane: rays
+  std::vector<PlaneWalks> of_plane_;            // of the first fan, then of the next
+  ElevationOrder order_{};                      // of the first fan
+  std::size_t room_of_walk_ = 0;                // in these:
   CacheLines<std::uint64_t> intervals_, seen_;  // by walk
 
   // The faces that are hit.

@@ -18,9 +18,7 @@ namespace HWY_NAMESPACE {
 namespace {
 
 using VI = hn::Vec<I>;
-using U = hn::RebindToUnsigned<D>;
 using HalfI = hn::Rebind<std::int32_t, D>;
-constexpr U du;
 constexpr HalfI half;
 
 constexpr std::int64_t chunk_steps = 32;  // even
@@ -120,11 +118,38 @@ HWY_INLINE void store_ends(const InPlane& left, const InPlane& right, GridWalks&
   hn::Store(right.y, d, &at.right_y[0]);
 }
 
+HWY_INLINE Frame frame_of(const GridWalks& at) {
+  const auto vector = [](const GridWalks::Lanes<double>* axes) HWY_ATTR {
+    return V3{hn::Load(d, axes[0].data()), hn::Load(d, axes[1].data()),
+              hn::Load(d, axes[2].data())};
+  };
+  const auto* axes = &at.axes[0];
+  return {vector(&at.origin[0]), vector(axes), vector(axes + 3), vector(axes + 6)};
+}
+
+// The orders of the rays of each walk's fan.
+struct OrderOfWalks {
+  const GridWalkArgs& args;
+  const GridWalks& walks;
+
+  HWY_INLINE V first_q() const { return hn::Load(d, &walks.first_q[0]); }
+  HWY_INLINE V steps_per_q() const { return hn::Load(d, &walks.steps_per_q[0]); }
+  HWY_INLINE V last_step() const { return hn::Load(d, &walks.last_step[0]); }
+  HWY_INLINE hn::Vec<U> line(VI step) const {
+    return hn::GatherIndex(du, args.lines, load(&walks.lines[0]) + step);
+  }
+  HWY_INLINE V before(VI ray) const {
+    return hn::GatherIndex(d, args.ascending, load(&walks.ascending[0]) + ray);
+  }
+  HWY_INLINE V at(VI ray) const {
+    return hn::GatherIndex(d, args.ascending + 1, load(&walks.ascending[0]) + ray);
+  }
+};
+
 // Takes one step of each walk: through the face ahead of the present edge, to the edge where the
 // plane leaves it.
-HWY_INLINE void step(const GridWalkArgs& args, const Frame& frame, GridWalks& at, double* x,
-                     double* y, std::uint64_t* faces) {
-  const GridArrays& grid = args.grid;
+HWY_INLINE void step(const GridArrays& grid, GridWalks& at, double* x, double* y,
+                     std::uint64_t* faces) {
   const VI zero = hn::Zero(di), one = hn::Set(di, 1);
   const VI lc = load(&at.left_column[0]), lr = load(&at.left_row[0]);
   const VI rc = load(&at.right_column[0]), rr = load(&at.right_row[0]);
@@ -159,7 +184,7 @@ HWY_INLINE void step(const GridWalkArgs& args, const Frame& frame, GridWalks& at
   VI ar = hn::IfThenElse(diagonal, hn::IfThenElse(rises, rr, lr), side_r);
   ac = choose(active, ac, zero), ar = choose(active, ar, zero);
 
-  const V3 apex = point_in(frame, grid, tile, ac, ar);
+  const V3 apex = point_in(frame_of(at), grid, tile, ac, ar);
   const V sine = hn::Load(d, &at.sin_azimuth[0]), cosine = hn::Load(d, &at.cos_azimuth[0]);
   const InPlane in{off_plane(sine, cosine, apex.x, apex.y),
                    along_plane(sine, cosine, apex.x, apex.y), apex.z};
@@ -179,7 +204,7 @@ HWY_INLINE void step(const GridWalkArgs& args, const Frame& frame, GridWalks& at
                 hn::Load(d, &at.right_y[0])};
   const V left_2 = hn::Load(d, &at.left_2[0]), right_2 = hn::Load(d, &at.right_2[0]);
   const V farthest = hn::Max(apex_2, hn::Max(left_2, right_2));
-  const M far = hn::Gt(farthest, hn::Set(d, args.range_m * args.range_m * (1.0 - 1e-9)));
+  const M far = hn::Gt(farthest, hn::Load(d, &at.range_m2[0]));
   const VI second = lr + rr + ar - (r + hn::ShiftLeft<1>(r)) - one;
   const VI face = second + hn::ShiftLeft<GridFace::rising>(rising) +
                   hn::And(word_of(far), hn::Set(di, 1 << GridFace::far)) +
@@ -224,8 +249,9 @@ HWY_INLINE void look_ahead(const GridArrays& grid, const GridWalks& at, std::int
 }
 
 // Computes the present edge of walks that begin.
-HWY_INLINE void begin(const GridWalkArgs& args, const Frame& frame, GridWalks& at) {
+HWY_INLINE void begin(const GridWalkArgs& args, GridWalks& at) {
   const GridArrays& grid = args.grid;
+  const Frame frame = frame_of(at);
   const V sine = hn::Load(d, &at.sin_azimuth[0]), cosine = hn::Load(d, &at.cos_azimuth[0]);
   V distance_2;
   const auto end_at = [&](const std::int64_t* column, const std::int64_t* row) HWY_ATTR {
@@ -247,7 +273,7 @@ HWY_INLINE void begin(const GridWalkArgs& args, const Frame& frame, GridWalks& a
   const M in_front = hn::Gt(crossing.x, hn::Zero(d));
   const V order = order_of(in_front, crossing);
   VI below, same;
-  find_below(args.order, order, order, below, same);
+  find_below(OrderOfWalks{args, at}, order, order, below, same);
   hn::Store(choose(in_front, below, hn::Zero(di)), di, &at.below[0]);
 }
 
@@ -261,10 +287,10 @@ struct Front {
 // Marks walks where this ray is close to the crossing.
 HWY_INLINE void mark_doubt(const GridWalkArgs& args, GridWalks& at, M where, const Front& crossing,
                            VI ray) {
-  const VI within = hn::Max(hn::Zero(di), hn::Min(ray, hn::Set(di, args.elevations - 1)));
-  const V order = hn::GatherIndex(d, args.order.ascending + 1, within);
+  const VI last = load(&at.elevations[0]) - hn::Set(di, 1);
+  const V order = OrderOfWalks{args, at}.at(hn::Max(hn::Zero(di), hn::Min(ray, last)));
   const V gap = hn::Abs(crossing.y - order * (crossing.x + hn::Abs(crossing.y)));
-  const M close = hn::And(hn::And(crossing.is, where), hn::Le(gap, hn::Set(d, args.doubt_m2)));
+  const M close = hn::And(hn::And(crossing.is, where), hn::Le(gap, hn::Load(d, &at.doubt_m2[0])));
   hn::Store(hn::Or(load(&at.doubtful[0]), word_of(close)), di, &at.doubtful[0]);
 }
 
@@ -276,7 +302,7 @@ HWY_INLINE void hide(const GridWalkArgs& args, GridWalks& at, const Front& p, co
   if (HWY_UNLIKELY(!hn::AllTrue(d, hn::And(p.is, q.is)))) {
     // There are no rays behind the pole: see find_intervals() of fan_scan. Faces behind it hide no
     // ray: they are where the walk begins.
-    const VI all = hn::Set(di, args.elevations);
+    const VI all = load(&at.elevations[0]);
     const V turn = p.x * q.y - p.y * q.x;
     const M up = hn::Gt(turn, hn::Zero(d)), down = hn::Lt(turn, hn::Zero(d));
     const M behind = hn::Not(hn::Or(p.is, q.is));
@@ -316,8 +342,8 @@ HWY_INLINE void find_rays(const GridWalkArgs& args, GridWalks& at, const double*
     Front p{hn::Load(d, x + i), hn::Load(d, y + i), {}, {}};
     Front q{hn::Load(d, x + i + lanes), hn::Load(d, y + i + lanes), {}, {}};
     p.is = hn::Gt(p.x, zero), q.is = hn::Gt(q.x, zero);
-    find_below(args.order, order_of(p.is, {p.x, p.y}), order_of(q.is, {q.x, q.y}), p.below,
-               q.below);
+    find_below(OrderOfWalks{args, at}, order_of(p.is, {p.x, p.y}), order_of(q.is, {q.x, q.y}),
+               p.below, q.below);
     hide(args, at, before, p, intervals + i);
     hide(args, at, p, q, intervals + i + lanes);
     before = q;
@@ -346,9 +372,8 @@ HWY_INLINE Corners moved_corners(const MovedPoints& moved, M second, M rising, V
 }  // namespace
 
 void walk_grid(const GridWalkArgs& args) {
-  const Frame frame = laid(args.frame);
-  for (std::int64_t group = 0; group < args.groups; ++group) begin(args, frame, args.walks[group]);
-  constexpr std::int64_t room = chunk_steps * GridWalks::most, together = 2;
+  for (std::int64_t group = 0; group < args.groups; ++group) begin(args, args.walks[group]);
+  constexpr std::int64_t room = chunk_steps * GridWalks::most, together = 3;
   alignas(64) double x[together][room], y[together][room];
   alignas(64) std::uint64_t faces[together][room], intervals[room];
   alignas(64) std::int64_t later[together][chunk_cells * GridWalks::most];
@@ -367,7 +392,7 @@ void walk_grid(const GridWalkArgs& args) {
           for (std::int64_t lane = 0; lane < lanes; ++lane)
             __builtin_prefetch(args.grid.z + places[lane] + north);
           const std::int64_t i = step_number * lanes;
-          step(args, frame, args.walks[first + k], x[k] + i, y[k] + i, faces[k] + i);
+          step(args.grid, args.walks[first + k], x[k] + i, y[k] + i, faces[k] + i);
         }
       any = false;
       for (std::int64_t k = 0; k < some; ++k) {

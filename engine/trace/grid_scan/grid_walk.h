@@ -37,13 +37,22 @@ struct GridFace {
   static constexpr int row = 32;    ///< of the cell, the bits from here on
 };
 
-/// As many walks over a grid as a register has lanes. Each follows a plane of the fan from one edge
-/// of the mesh to the next. The edge's ends lie to the left and to the right of the plane as the
-/// walk looks, and by that also on the positive or on the negative side.
+/// As many walks over a grid as a register has lanes, of any fans. Each follows a plane of the fan
+/// from one edge of the mesh to the next. The edge's ends lie to the left and to the right of the
+/// plane as the walk looks, and by that also on the positive or on the negative side.
 struct GridWalks {
   static constexpr std::size_t most = 8;  ///< lanes of any register
   template <class T>
   using Lanes = std::array<T, most>;
+  /// Of the walk's fan: its FanFrame, the square of its range, a bound on the rounding of a
+  /// crossing times its distance from the origin, and the number of its rays.
+  alignas(64) std::array<Lanes<double>, 3> origin;
+  alignas(64) std::array<Lanes<double>, 9> axes;
+  alignas(64) Lanes<double> range_m2, doubt_m2;
+  alignas(64) Lanes<std::int64_t> elevations;
+  /// And its ElevationOrder: how far its arrays are from those of GridWalkArgs, in numbers.
+  alignas(64) Lanes<std::int64_t> ascending, lines;
+  alignas(64) Lanes<double> first_q, steps_per_q, last_step;
   alignas(64) Lanes<double> sin_azimuth, cos_azimuth;
   /// The walk's horizontal direction in the plane: along the plane's elevation 0 and along the
   /// pole; and how far it goes, in metres from the origin.
@@ -71,12 +80,9 @@ struct GridWalks {
 };
 
 struct GridWalkArgs {
-  FanFrame frame;
-  double range_m;
-  double doubt_m2;  ///< bound on the rounding of a crossing, times its distance from the origin
-  std::int64_t elevations;
-  ElevationOrder order;
   GridArrays grid;
+  const double* ascending;  ///< of some fan's ElevationOrder
+  const std::uint64_t* lines;
   GridWalks* walks;
   std::int64_t groups;
   /// By walk, in rows of `room`: which rays (the end in the upper half) see which GridFace.

@@ -63,13 +63,14 @@ RayFan fan_of(const Look& look, std::shared_ptr<const FanGrid> grid) {
           .range_m = look.range_m};
 }
 
-std::shared_ptr<const FanGrid> angles(double low_deg, double high_deg, double truncation_rad) {
+std::shared_ptr<const FanGrid> angles(double low_deg, double high_deg, double truncation_rad,
+                                      int elevations = 600) {
   return std::make_shared<const FanGrid>(FanLayout{.sector_low_rad = low_deg * degree,
                                                    .sector_high_rad = high_deg * degree,
                                                    .truncation_rad = truncation_rad,
                                                    .main_lobe_rad = 0.04,
                                                    .planes = 6,
-                                                   .elevations = 600});
+                                                   .elevations = elevations});
 }
 
 Look random_look(tests::Random& random) {
@@ -325,6 +326,28 @@ TEST_CASE("Fans with equal rays each get their runs from a scanned grid") {
   Count count;
   CHECK(over.compare_runs(fans, count));
   CHECK(count.runs > 1000);
+  CHECK(count.differences == 0);
+}
+
+TEST_CASE("Fans that differ in rays, range and look get the same runs together as alone") {
+  tests::Random random(10);
+  const refine::HeightGrid grid = bed(300, 300, 0.1, 0.02, random).grid();
+  GridScan together(grid), alone(grid);
+  Count count;
+  for (int number = 0; number < 10; ++number) {
+    const Look look = random_look(random);
+    Look other = random_look(random);
+    other.range_m = 12.0;
+    const std::array<RayFan, 3> fans{fan_of(look, angles(5.0, 85.0, 0.05)),
+                                     fan_of(other, angles(20.0, 95.0, 0.4, 450)),
+                                     fan_of(look, angles(5.0, 85.0, 0.05, 700))};
+    if (!together.take(fans)) continue;
+    for (std::size_t i = 0; i < fans.size(); ++i) {
+      REQUIRE(alone.take({&fans[i], 1}));
+      compare(alone.runs(0), together.runs(i), together.triangles(), count);
+    }
+  }
+  CHECK(count.runs > 10'000);
   CHECK(count.differences == 0);
 }
 
