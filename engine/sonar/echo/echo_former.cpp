@@ -341,14 +341,18 @@ void EchoFormer::lay_shifted(std::size_t plane) {
   const auto shift = [&](double& range_m, std::size_t angle) {
     range_m -= nearer_m(range_m, drift_at(angle));
   };
-  // Halfway between rays j - 1 and j it is angle 2 j - 1; there neighbouring pieces meet.
-  const auto before_ray = [](std::size_t ray) { return ray > 0 ? 2 * ray - 1 : 0; };
-  for (std::size_t i = 0; i < pieces_.count; ++i) {
-    shift(pieces_.from_m[i], before_ray(pieces_.begin[i]));
-    shift(pieces_.until_m[i], before_ray(pieces_.end[i]));
-    if (closing_shift_m_ != 0.0 && pieces_.answers[i])
-      pieces_.energy[i] *= absorbed_beyond_bin(drift_at(pieces_.begin[i] + pieces_.end[i] - 1));
-  }
+  shift_ranges({.count = pieces_.count,
+                .begin = pieces_.begin.data(),
+                .end = pieces_.end.data(),
+                .rays = rays,
+                .drift_level = level,
+                .drift_pole = pole,
+                .closing_shift_m = closing_shift_m_},
+               pieces_.from_m.data(), pieces_.until_m.data());
+  if (closing_shift_m_ != 0.0)
+    for (std::size_t i = 0; i < pieces_.count; ++i)
+      if (pieces_.answers[i])
+        pieces_.energy[i] *= absorbed_beyond_bin(drift_at(pieces_.begin[i] + pieces_.end[i] - 1));
   bins_.lay(pieces_.to_lay());
   for (Shadow shadow : walk_.shadows()) {
     shift(shadow.from_m, 2 * shadow.ray);

@@ -496,6 +496,23 @@ void limit_runs(const RunLimitArgs& in, std::uint32_t* max_rays) {
   }
 }
 
+void shift_ranges(const RangeShiftArgs& in, double* from_m, double* until_m) {
+  for (std::size_t i = 0; i < in.count; i += lanes) {
+    const auto within = hn::FirstN(j32, in.count - i);
+    const auto shift = [&](const std::uint32_t* rays, double* range_m) HWY_ATTR {
+      // Halfway between rays j - 1 and j, where neighbouring pieces meet, it is angle 2 j - 1.
+      const VJ ray = hn::IfThenElseZero(within, load(j32, rays + i));
+      const auto angle = hn::PromoteTo(i64, hn::Max(ray + ray - hn::Set(j32, 1), hn::Zero(j32)));
+      const V drift = set(in.drift_level) * hn::GatherIndex(d, in.rays.cosines, angle) +
+                      set(in.drift_pole) * hn::GatherIndex(d, in.rays.sines, angle);
+      const V there = hn::LoadU(d, range_m + i);
+      hn::StoreU(there - (set(0.5) * there + set(in.closing_shift_m)) * drift, d, range_m + i);
+    };
+    shift(in.begin, from_m);
+    shift(in.end, until_m);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace ensonify::engine
 HWY_AFTER_NAMESPACE();
@@ -504,6 +521,7 @@ HWY_AFTER_NAMESPACE();
 namespace ensonify::engine {
 
 HWY_EXPORT(limit_runs);
+HWY_EXPORT(shift_ranges);
 HWY_EXPORT(compute_echoes);
 
 std::size_t compute_echoes(const PieceKernelArgs& in, const PieceEchoes& out) {
@@ -512,6 +530,10 @@ std::size_t compute_echoes(const PieceKernelArgs& in, const PieceEchoes& out) {
 
 void limit_runs(const RunLimitArgs& in, std::uint32_t* max_rays) {
   HWY_DYNAMIC_DISPATCH(limit_runs)(in, max_rays);
+}
+
+void shift_ranges(const RangeShiftArgs& in, double* from_m, double* until_m) {
+  HWY_DYNAMIC_DISPATCH(shift_ranges)(in, from_m, until_m);
 }
 
 }  // namespace ensonify::engine

@@ -123,4 +123,17 @@ struct RunLimitArgs {
 /// How many rays of each run may form one piece: so few that a straight line describes its ranges.
 void limit_runs(const RunLimitArgs& in, std::uint32_t* max_rays);
 
+/// How the echoes of a moving sonar are shifted in range: by the part of ReceiverMotion::drift
+/// along a ray, times half the range and `closing_shift_m`.
+struct RangeShiftArgs {
+  std::size_t count;  ///< of pieces
+  const std::uint32_t *begin, *end;
+  RayAngles rays;
+  double drift_level, drift_pole;  ///< as in AlongPlane
+  double closing_shift_m;
+};
+
+/// Shifts the ranges between which pieces are laid.
+void shift_ranges(const RangeShiftArgs& in, double* from_m, double* until_m);
+
 }  // namespace ensonify::engine

@@ -185,7 +185,7 @@ bool GridScan::take(std::span<const RayFan> fans, std::span<FanRuns> runs) {
   for (std::size_t i = 0; i < fans.size(); ++i) {
     if (!stayed_on_grid(some[i])) return false;
     runs[i].start(*fans[i].grid);
-    ++turn_;
+    first_of_fan_ = face_count_;
     for (std::size_t plane = 0; plane < fans[i].planes(); ++plane) collect(some[i], plane, runs[i]);
   }
   return true;
@@ -406,18 +406,21 @@ void GridScan::make_room(std::size_t faces) {
 /// Without a branch on whether the face is known, which is as good as random: its row is written
 /// either way, and kept if it is new.
 void GridScan::add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs) {
-  Known& known = known_[(face * 0x9e3779b97f4a7c15) >> 52];
+  std::uint32_t& known = known_[(face * 0x9e3779b97f4a7c15) >> 52];
   static_assert(known_faces == 1 << (64 - 52));
-  const bool is_new = known.face != face || known.turn != turn_;
+  const std::size_t before = known;
+  const bool is_new =
+      static_cast<bool>(static_cast<int>(before - first_of_fan_ >= face_count_ - first_of_fan_) |
+                        static_cast<int>(faces_[before] != face));
   const std::uint64_t cell_row = face >> GridFace::row;
   const std::uint64_t column = (face & 0xffffffff) >> GridFace::column;
   const auto number = static_cast<std::uint32_t>(
       2 * (cell_row * static_cast<std::uint64_t>(arrays_.cells_across) + column) + (face & 1));
   faces_[face_count_] = face;
   numbers_[face_count_] = number;
-  const std::uint32_t row = is_new ? static_cast<std::uint32_t>(face_count_) : known.row;
+  const auto row = static_cast<std::uint32_t>(is_new ? face_count_ : before);
   face_count_ += is_new ? 1 : 0;
-  known = {face, row, turn_};
+  known = row;
   if ((face >> GridFace::far & 1) != 0) far_.push_back(found_);
   runs.begin[found_] = begin;
   runs.end[found_] = end;

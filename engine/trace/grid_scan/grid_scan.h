@@ -99,14 +99,10 @@ class GridScan {
   std::size_t face_count_ = 0, found_ = 0, room_ = 0;
   std::size_t other_count_ = 0;
   std::uint64_t others_ = static_cast<std::uint64_t>(-1);  // their version
-  /// Finds a face that is there already. Two faces may share a place; then one is kept twice.
-  struct Known {
-    std::uint64_t face;
-    std::uint32_t row;
-    std::uint32_t turn;
-  };
-  std::vector<Known> known_;
-  std::uint32_t turn_ = 0;
+  std::size_t first_of_fan_ = 0;                           // of the faces
+  /// Finds the row of a face that the fan has hit before. Two faces may share a place; then one is
+  /// kept twice. Rows that are not of the face are left from others.
+  std::vector<std::uint32_t> known_;
   std::vector<std::size_t> far_;  // runs whose face is partly out of range
 };
 
