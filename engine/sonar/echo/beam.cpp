@@ -60,12 +60,19 @@ std::vector<float> row_of(const Shading& shading, double nearness, double step,
   return row;
 }
 
-/// The table of most sonars (no shading, no side lobes) is made once: its 33,000 integrals take as
-/// long as several pings.
-std::shared_ptr<const ArrayTable> array_table(int side_lobes, const Shading& shading) {
-  if (side_lobes > 0 || shading != Shading())
-    return std::make_shared<const ArrayTable>(side_lobes, shading);
-  static const auto usual = std::make_shared<const ArrayTable>(side_lobes, shading);
+/// The table of most sonars (no shading, no side lobes) is made once: its 33,000
+/// integrals take as long as several pings.
+std::shared_ptr<const ArrayTable> array_table(const Sonar& sonar, const Shading& shading,
+                                              double lobe_rad) {
+  // What an outer beam needs beyond a tenth of the range.
+  const double aside_rad = sonar.beam_offset_m(sonar.beams - 1) / (0.1 * sonar.range_m);
+  const int lobes = static_cast<int>(
+      std::clamp(std::ceil(aside_rad / lobe_rad), 1.0, double(sonar.lobes_beyond())));
+  const auto made = [&] {
+    return std::make_shared<const ArrayTable>(sonar.side_lobes, shading, lobes);
+  };
+  if (sonar.side_lobes > 0 || lobes > 1 || shading != Shading()) return made();
+  static const auto usual = made();
   return usual;
 }
 
@@ -77,9 +84,8 @@ double diamond_angle(double abeam, double down) {
 
 }  // namespace
 
-// One lobe more than asked for, because a moving receiver reaches beyond the transmitter's lobes.
-ArrayTable::ArrayTable(int side_lobes, const Shading& shading)
-    : reach_(shading.null_x(side_lobes + 1) + 1.0),
+ArrayTable::ArrayTable(int side_lobes, const Shading& shading, int lobes_beyond)
+    : reach_(shading.null_x(side_lobes + 1) + lobes_beyond),
       columns_(static_cast<std::size_t>(columns_per_lobe * std::ceil(reach_)) + 1),
       last_column_(static_cast<float>(columns_ - 1)),
       values_(2 * (rows - 1) * columns_) {
@@ -149,10 +155,10 @@ Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& recei
            double beam_offset_m)
     : focused_(sonar.focused && sonar.focus_zones_m.empty() && sonar.beams == 1),
       same_arrays_(receive == transmit && sonar.beams == 1),
-      transmit_table_(array_table(sonar.side_lobes, transmit.shading)),
+      transmit_table_(array_table(sonar, transmit.shading, transmit.null_rad(1))),
       receive_table_(receive.shading == transmit.shading
                          ? transmit_table_
-                         : array_table(sonar.side_lobes, receive.shading)),
+                         : array_table(sonar, receive.shading, transmit.null_rad(1))),
       vertical_{VerticalTable(sonar.vertical, Side::port),
                 VerticalTable(sonar.vertical, Side::starboard)} {
   const bool zones = !sonar.focus_zones_m.empty();

@@ -21,7 +21,8 @@ namespace ensonify::engine {
 /// table was made.
 class ArrayTable {
  public:
-  explicit ArrayTable(int side_lobes, const Shading& shading = {});
+  /// lobes_beyond: Sonar::lobes_beyond().
+  explicit ArrayTable(int side_lobes, const Shading& shading = {}, int lobes_beyond = 1);
 
   /// Two rows of the table, between which a nearness lies.
   struct Row {

@@ -184,6 +184,11 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
   const double first_return_m = sonar.range_m / range_over_height;
   // The transmitter lies as far from the outer beams as these lie from the array's middle.
   const double beam_offset_m = sonar.beam_offset_m(sonar.beams - 1);
+  // No more lobes than needed, because the planes are spread over them.
+  const auto lobes = [&](double aside_rad) {
+    return std::clamp(static_cast<int>(std::ceil(aside_rad / transmit.null_rad(1))), 1,
+                      sonar.lobes_beyond());
+  };
   const auto reach = [&](int null, double drifting_rad, double nearest_m) {
     const double worst_m = sonar.most_defocused_m(nearest_m);
     const double offset_rad = sonar.beams > 1 ? std::atan(beam_offset_m / nearest_m) : 0.0;
@@ -192,8 +197,10 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
                                 : reach_rad(transmit, null, sonar.defocus(worst_m), worst_m);
     const double received_rad = reach_rad(receive, null, sonar.defocus(worst_m), worst_m);
     return std::min(
-        offset_rad + sent_rad + next_lobe_rad(drifting_rad, sent_rad, transmit.null_rad(1)),
-        received_rad + drifting_rad + next_lobe_rad(offset_rad, sent_rad, receive.null_rad(1)));
+        offset_rad + sent_rad +
+            next_lobe_rad(drifting_rad, sent_rad, transmit.null_rad(lobes(drifting_rad))),
+        received_rad + drifting_rad +
+            next_lobe_rad(offset_rad, sent_rad, receive.null_rad(lobes(offset_rad))));
   };
   const double wider = reach(1, drift_rad, first_return_m) / reach(1, 0.0, first_return_m);
   const double null_rad = std::min(transmit.null_rad(1), receive.null_rad(1));

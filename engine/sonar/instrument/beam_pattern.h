@@ -49,10 +49,10 @@ struct LineArray {
 
 /// How much farther than the lobes that are traced a two-way beam is summed: where one array lies or
 /// looks aside of the other by more than half of the transmitter's lobes, the product has its power
-/// in the next lobe, too. At most one lobe, because the tables of the beams end there.
-inline double next_lobe_rad(double aside_rad, double transmit_lobes_rad, double lobe_rad) {
+/// in the next lobes, too. At most most_rad: Sonar::lobes_beyond().
+inline double next_lobe_rad(double aside_rad, double transmit_lobes_rad, double most_rad) {
   if (aside_rad <= 0.5 * transmit_lobes_rad) return 0.0;
-  return std::min(aside_rad - 0.25 * transmit_lobes_rad, lobe_rad);
+  return std::min(aside_rad - 0.25 * transmit_lobes_rad, most_rad);
 }
 
 /// One measured level of a vertical pattern.

@@ -64,6 +64,9 @@ struct Sonar {
   /// Its arrays, with their shading. Throws std::invalid_argument as Shading does.
   LineArray transmit_array(double wavelength_m) const;
   LineArray receive_array(double wavelength_m) const;
+  /// Lobes beyond the traced ones in which the two-way beam may have power: a moving receiver, and
+  /// even more an outer one of several beams, reaches beyond the transmitter's lobes.
+  int lobes_beyond() const { return beams > 1 ? 4 : 1; }
   /// How far ahead of the array's middle a beam lies; beam 0 is at the rear end.
   double beam_offset_m(int beam) const { return (beam - 0.5 * (beams - 1)) * beam_spacing_m; }
   /// How far out of focus the receiver and, of a single beam, the transmitter are at a range r: 1 -

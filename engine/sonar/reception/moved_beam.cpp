@@ -27,7 +27,7 @@ MovedBeam::MovedBeam(const Sonar& sonar, double wavelength_m)
     const double place = static_cast<double>(i) / share_rows;
     const double range_m = std::max(half_way_m_ * place / (1.0 - place), nearest_m);
     const double reach = lobes_rad(transmit_, sonar.transmit_defocus(range_m), range_m) +
-                         transmit_.null_rad(1) +
+                         transmit_.null_rad(sonar.lobes_beyond()) +
                          lobes_rad(receive_, sonar.defocus(range_m), range_m);
     Row& row = rows_.emplace_back();
     row.steps_per_shift = shift_steps / reach;
@@ -48,9 +48,10 @@ double MovedBeam::summed_share(double range_m, double shift, const Beam& beam,
   const double offset_rad = std::abs(ahead_m) / range_m, shift_rad = std::abs(shift);
   const double sent_rad = lobes_rad(transmit_, sonar_.transmit_defocus(range_m), range_m);
   const double reach_rad =
-      std::min(sent_rad + offset_rad + next_lobe_rad(shift_rad, sent_rad, transmit_.null_rad(1)),
+      std::min(sent_rad + offset_rad +
+                   next_lobe_rad(shift_rad, sent_rad, transmit_.null_rad(sonar_.lobes_beyond())),
                lobes_rad(receive_, sonar_.defocus(range_m), range_m) + shift_rad +
-                   next_lobe_rad(offset_rad, sent_rad, receive_.null_rad(1)));
+                   next_lobe_rad(offset_rad, sent_rad, receive_.null_rad(sonar_.lobes_beyond())));
   std::array<BeamSample, 256> samples;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double place = (2.0 * static_cast<double>(i) + 1.0) / samples.size() - 1.0;
