@@ -1,9 +1,6 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <atomic>
-#include <stdexcept>
 
 namespace ensonify::engine {
 
@@ -12,20 +9,13 @@ namespace ensonify::engine {
 /// done, and what it has locked stays locked.
 class CallsAtFork {
  public:
+  CallsAtFork();
+
   /// One call, while it lasts. Throws std::runtime_error in such a child.
   class Call {
    public:
-    explicit Call(CallsAtFork& of) : of_(of), counted_(getpid() == of.made_by_) {
-      if (counted_)
-        ++of_.calls_;
-      else if (of_.calls_ > 0)
-        throw std::runtime_error(
-            "another thread was in a call of this Simulator when this process was forked; make a "
-            "Simulator after the fork, or fork while no thread calls it");
-    }
-    ~Call() {
-      if (counted_) --of_.calls_;
-    }
+    explicit Call(CallsAtFork& of);
+    ~Call();
     Call(const Call&) = delete;
     Call& operator=(const Call&) = delete;
 
@@ -35,9 +25,8 @@ class CallsAtFork {
   };
 
  private:
-  const pid_t made_by_ = getpid();
-  std::atomic<int> calls_ =
-      0;  // of the process that made the object; in a child, those at the fork
+  const int made_by_;          // the process
+  std::atomic<int> calls_{0};  // of that process; in a child, those at the fork
 };
 
 }  // namespace ensonify::engine
