@@ -91,7 +91,8 @@ void add_compare(CLI::App& app, Action& action) {
       ->check(number(0.0, 1e6));
   command
       .add_option("--html", arguments->html, "Also write a page with both pictures and the table")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(a_path());
   command.add_flag("--json", arguments->json,
                    "Print one JSON object; unknown and infinite numbers are null");
   command.callback([&action, arguments] { action = [arguments] { compare(*arguments); }; });

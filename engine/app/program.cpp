@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <memory>
 #include <new>
 #include <sstream>
@@ -112,6 +113,9 @@ int perform(const app::Action& action) {
     return failed(wrong_input, error.what());
   } catch (const std::bad_alloc&) {
     return out_of_memory();
+  } catch (const std::filesystem::filesystem_error& error) {
+    return failed(run_failed, fmt::format("{}: {}; correct the path", error.path1().string(),
+                                          error.code().message()));
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::resource_unavailable_try_again)
       return failed(run_failed,

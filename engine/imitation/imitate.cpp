@@ -42,6 +42,16 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
     throw RecordingError(fmt::format(
         "the recording has {} ping{} of one range and length, and an imitation needs {}", pings,
         pings == 1 ? "" : "s", fewest_pings));
+  std::vector<float> lowest, highest;
+  for (const Side side : alike.sides()) {
+    lowest.push_back(std::ranges::min(alike.side(side)));
+    highest.push_back(std::ranges::max(alike.side(side)));
+  }
+  if (std::ranges::min(lowest) == std::ranges::max(highest))
+    throw RecordingError(fmt::format(
+        "all samples of the recording are {}, expected echoes; is it the recording of a sonar that "
+        "was on?",
+        highest.front()));
   if (!left_out.empty()) unknown.push_back(left_out);
   if (pings <= max_pings) return std::move(alike);
   unknown.push_back(
@@ -186,9 +196,10 @@ void note_gaps(const RecordedLine& line, const LineModel& model,
     unknown.emplace_back("the frequency: the file does not state it, and samples do not show it");
   if (model.recorder.has_automatic_gain())
     unknown.push_back(fmt::format(
-        "the vertical beam, the gain over range, the sediment{}: an automatic gain of the recorder "
+        "the vertical beam, the gain over range, the sediment{}: an automatic gain of the recorder{} "
         "makes {} equally bright, and the scene has what it left; record without it to have them",
         model.recorder.even_ranges ? " and the noise" : " and the tones",
+        model.recorder.even_ranges ? ", or noise that hides the echoes," : "",
         model.recorder.even_ranges
             ? "all ranges, the water column as well,"
             : fmt::format("stretches of {} samples", model.recorder.even_samples)));

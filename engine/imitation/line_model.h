@@ -9,7 +9,7 @@
 #include <vector>
 
 #include <ensonify/engine/imitation/evidence.h>
-#include <ensonify/engine/imitation/recorder_signs.h>
+#include <ensonify/engine/imitation/bed_levels.h>
 #include <ensonify/engine/imitation/tone_map.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/sonar/instrument/pulse.h>

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <ensonify/engine/imitation/recorder_signs.h>
+#include <ensonify/engine/imitation/bed_levels.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 
 namespace ensonify::engine {

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <numbers>
 #include <span>
+#include <utility>
 
 #include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/live/setting.h>
 #include <ensonify/engine/simulator/internals.h>
 
 namespace ensonify::engine {
@@ -56,6 +58,8 @@ std::vector<std::string> LiveScene::warnings() const {
   const std::span<const std::string> of_scene = simulator.warnings();
   std::vector<std::string> all(of_scene.begin(), of_scene.end());
   all.insert(all.end(), track.warnings().begin(), track.warnings().end());
+  if (std::string warning = keys_without_effect(scene.display); !warning.empty())
+    all.push_back(std::move(warning));
   return all;
 }
 

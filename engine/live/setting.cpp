@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/json_text.h>
@@ -45,6 +46,24 @@ Display line_display(Display display) {
   display.speed_correction = false;
   display.palette = Palette::grey;
   return display;
+}
+
+std::string keys_without_effect(const Display& display) {
+  std::string keys;
+  const auto add = [&](bool is_set, std::string_view key) {
+    if (is_set) keys += fmt::format("{}display.{}", keys.empty() ? "" : ", ", key);
+  };
+  add(display.speed_correction, "speed_correction");
+  add(display.smoothing_px > 0.0, "smoothing_px");
+  add(display.track_smoothing_px > 0.0, "track_smoothing_px");
+  add(display.beam_normalisation, "beam_normalisation");
+  add(display.flat_field, "flat_field");
+  add(display.mapping == Mapping::equalised, "mapping = \"equalised\"");
+  if (keys.empty()) return keys;
+  return fmt::format(
+      "the live view shows one column per bin, line by line, so that it has no {}: pictures of a run "
+      "have",
+      keys);
 }
 
 Bytes setting_frame(const LiveScene& live, const Display& display, const std::string& name) {

@@ -12,6 +12,10 @@ namespace ensonify::engine {
 /// smoothing), in slant range and grey.
 Display line_display(Display display);
 
+/// A warning of the keys of the display that line_display() switches off and the page does not
+/// apply; empty if the scene has none of them.
+std::string keys_without_effect(const Display& display);
+
 /// The frame that describes the lines after it: sonars, names, palettes, the display and the
 /// seabed. `name` is the scene's.
 Bytes setting_frame(const LiveScene& live, const Display& display, const std::string& name);

@@ -16,6 +16,12 @@ json number(const char* type, const Range& range) {
   return {{"type", type}, {"minimum", range.low}, {"maximum", range.high}};
 }
 
+json whole_number(const Range& range) {
+  return {{"type", "integer"},
+          {"minimum", whole_limit(range.low)},
+          {"maximum", whole_limit(range.high)}};
+}
+
 /// Words as they are, and with - and _ exchanged, since the reader takes both.
 json words(const std::vector<std::string_view>& choices) {
   json list = json::array();
@@ -40,7 +46,7 @@ json value_schema(const ConstOption& option, const Range& range,
           return {{"type", "boolean"}};
         else if constexpr (std::is_same_v<T, int> || std::is_same_v<T, std::uint64_t> ||
                            std::is_same_v<T, std::optional<std::uint64_t>>)
-          return number("integer", range);
+          return whole_number(range);
         else if constexpr (std::is_same_v<T, double> || std::is_same_v<T, std::optional<double>>)
           return number("number", range);
         else if constexpr (std::is_same_v<T, std::vector<double>>)

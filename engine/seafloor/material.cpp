@@ -224,11 +224,11 @@ const OwnModel* own_model(const Material& material) {
   return found == own_models.end() ? nullptr : &*found;
 }
 
+}  // namespace
+
 bool is_sediment(const Material& material) {
   return !own_model(material) && scatter::bottom_model_kind(material.model).by_sediment;
 }
-
-}  // namespace
 
 std::vector<MaterialModel> material_models() {
   std::vector<MaterialModel> models;

@@ -50,6 +50,10 @@ struct Material {
   std::optional<double> glint_share, glints_per_m2, variation_db, variation_m;
 };
 
+/// Whether its model scatters by the parameters of a sediment. Throws std::invalid_argument for an
+/// unknown model.
+bool is_sediment(const Material& material);
+
 /// The names of the covers, "seagrass, shells".
 std::string cover_names();
 

@@ -350,6 +350,24 @@ TEST_CASE("A fault of a scene is reported once, and nothing is left behind") {
   check_refused(run_program(folder.path(), {"merge", "file"}), 2, "file: there is no such folder");
 }
 
+TEST_CASE("A path that the system refuses, or an empty one, is named in the program's own words") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  const std::string longer(300, 'n');  // than the name of a file can be
+  fs::create_symlink("circle", folder / "circle");
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"run", "tiny.toml", "-o", longer},
+        {"merge", longer},
+        {"compare", longer, longer},
+        {"mosaic", longer, "-o", "map.tif"}})
+    check_refused(run_program(folder.path(), arguments), 1,
+                  ": File name too long; correct the path");
+  check_refused(run_program(folder.path(), {"run", "tiny.toml", "-o", "circle"}), 1,
+                "circle/manifest.json: Too many levels of symbolic links; correct the path");
+  check_refused(run_program(folder.path(), {"compare", "a.xtf", "b.xtf", "--html", ""}), 2,
+                "--html: the path is empty");
+}
+
 TEST_CASE("A survey is found under --data and ENSONIFY_DATA") {
   const TemporaryFolder folder;
   std::string grid =

@@ -93,6 +93,15 @@ for path in glob.glob("fault*.toml"):
     CHECK(status == 0);
 }
 
+TEST_CASE("Editors' JSON Schema has whole limits of whole numbers, none beyond 64 bits") {
+  // 9223372036854775807 is the largest whole number of TOML; as a double it would be one larger.
+  for (const bool recipe : {false, true}) {
+    const std::string schema = engine::json_schema(recipe);
+    CHECK(schema.find("\"maximum\": 9223372036854775807") != std::string::npos);
+    CHECK(schema.find("9.22") == std::string::npos);
+  }
+}
+
 TEST_CASE("The table of keys states what run takes, and rounds degrees") {
   const TemporaryFolder folder;
   const std::string scene = run_program(folder.path(), {"schema"}).out;

@@ -191,9 +191,6 @@ const std::vector<Rule<Sonar>>& sonar_rules() {
 
 const std::vector<Rule<Material>>& material_rules() {
   using M = const Material&;
-  static const auto is_sediment = [](M m) {
-    return m.model != "lambert" && m.model != "solid" && m.model != "gsab" && m.model != "table";
-  };
   static const std::vector<Rule<Material>> rules = {
       {{"lambert_mu_db"}, [](M m) { return m.model != "lambert"; }, "without model = \"lambert\""},
       {{"diffuse_db", "specular", "lobe_width_deg"},

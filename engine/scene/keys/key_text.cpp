@@ -52,6 +52,11 @@ std::string degrees_text(double rad) {
 
 }  // namespace
 
+std::int64_t whole_limit(double limit) {
+  constexpr auto largest = std::numeric_limits<std::int64_t>::max();
+  return limit < static_cast<double>(largest) ? static_cast<std::int64_t>(limit) : largest;
+}
+
 std::string expectation(std::string_view unit, const Range& range,
                         std::span<const std::string_view> choices, const ConstOption& option) {
   if (!choices.empty())
@@ -71,10 +76,8 @@ std::string expectation(std::string_view unit, const Range& range,
   if (std::holds_alternative<const std::uint64_t*>(option) ||
       std::holds_alternative<const int*>(option) ||
       std::holds_alternative<const std::optional<std::uint64_t>*>(option))
-    return fmt::format("a whole number from {:.0f} to {}", range.low,
-                       range.high == largest_seed
-                           ? std::to_string(std::numeric_limits<std::int64_t>::max())
-                           : fmt::format("{:.0f}", range.high));
+    return fmt::format("a whole number from {} to {}", whole_limit(range.low),
+                       whole_limit(range.high));
   return fmt::format("a number from {} to {}{}{}", range.low, range.high, space, unit);
 }
 

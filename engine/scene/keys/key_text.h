@@ -10,6 +10,10 @@
 
 namespace ensonify::engine {
 
+/// The limit of a whole number's range. The largest whole number of TOML is not a double: the range
+/// has the next one, 2^63.
+std::int64_t whole_limit(double limit);
+
 /// What a key accepts, by its option: "a number from 0.5 to 10000 m", "true or false", "one of
 /// grey, copper".
 std::string expectation(std::string_view unit, const Range& range,

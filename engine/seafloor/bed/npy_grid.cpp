@@ -12,6 +12,7 @@
 #include <cpl_string.h>
 #include <fmt/format.h>
 
+#include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -26,10 +27,6 @@ constexpr std::array number_types = {NumberType{"f8", "Float64", 8}, NumberType{
                                      NumberType{"i4", "Int32", 4},   NumberType{"u4", "UInt32", 4},
                                      NumberType{"i2", "Int16", 2},   NumberType{"u2", "UInt16", 2},
                                      NumberType{"u1", "Byte", 1}};
-
-[[noreturn]] void refuse_npy(const std::filesystem::path& file, const std::string& what) {
-  throw refine::MeshError(fmt::format("{}: {}", file.string(), what));
-}
 
 }  // namespace
 
@@ -51,26 +48,26 @@ std::string vrt_of_npy(const std::filesystem::path& file, double cell_m) {
       shape_item(R"('shape': *\((\d{1,10}), *(\d{1,10})\))");
   std::smatch type, order, shape;
   if (!in || header_size > longest || !std::regex_search(header, order, order_item))
-    refuse_npy(file,
-               "has no whole header of an .npy file; save the heights again with numpy.save()");
+    refuse_file(file,
+                "has no whole header of an .npy file; save the heights again with numpy.save()");
   if (!std::regex_search(header, shape, shape_item))
-    refuse_npy(file,
-               "does not hold an array of two dimensions, expected rows and columns of heights");
+    refuse_file(file,
+                "does not hold an array of two dimensions, expected rows and columns of heights");
   const NumberType* number = nullptr;
   if (std::regex_search(header, type, type_item))
     for (const NumberType& one : number_types)
       if (type[2].str() == one.numpy) number = &one;
   if (!number)
-    refuse_npy(file, "holds no numbers that are read; save the heights as float64 or float32");
+    refuse_file(file, "holds no numbers that are read; save the heights as float64 or float32");
   const std::uint64_t rows = std::stoull(shape[1]), columns = std::stoull(shape[2]),
                       offset = header_begin + header_size,
                       promised = offset + rows * columns * number->bytes;
   constexpr std::uint64_t most = 1u << 30;
   if (rows > most || columns > most || promised != std::filesystem::file_size(file))
-    refuse_npy(file,
-               fmt::format("has {} bytes where its header promises {} x {} numbers of {}; it is "
-                           "truncated or damaged",
-                           std::filesystem::file_size(file), rows, columns, number->bytes));
+    refuse_file(file,
+                fmt::format("has {} bytes where its header promises {} x {} numbers of {}; it is "
+                            "truncated or damaged",
+                            std::filesystem::file_size(file), rows, columns, number->bytes));
   const bool by_columns = order[1].str() == "True";
   const std::unique_ptr<char, void (*)(void*)> name(
       CPLEscapeString(std::filesystem::absolute(file).c_str(), -1, CPLES_XML), VSIFree);

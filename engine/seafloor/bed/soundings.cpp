@@ -16,6 +16,7 @@
 #include <gdal_alg.h>
 
 #include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed/unit_of_length.h>
 #include <ensonify/refine/triangle_mesh.h>
@@ -24,10 +25,6 @@ namespace ensonify::engine {
 namespace {
 
 constexpr int closed_cells = 2;  // from one with soundings
-
-[[noreturn]] void refuse_soundings(const std::filesystem::path& file, const std::string& what) {
-  throw refine::MeshError(fmt::format("{}: {}", file.string(), what));
-}
 
 using Sounding = std::array<double, 3>;
 
@@ -176,7 +173,7 @@ Soundings::Soundings(const std::filesystem::path& file, double cell_m)
   Columns place;
   for (bool first = true; lines.next(); first = false) {
     const auto refuse = [&](const std::string& what) {
-      refuse_soundings(file, fmt::format("line {}: {}", lines.number(), what));
+      refuse_file(file, fmt::format("line {}: {}", lines.number(), what));
     };
     if (has_decimal_commas(lines.line()))
       refuse("has commas inside its fields; write the numbers with points");
@@ -203,7 +200,7 @@ Soundings::Soundings(const std::filesystem::path& file, double cell_m)
                                lines.line().substr(0, 40)));
     }
   }
-  if (!lines.at_end()) refuse_soundings(file, "cannot be read to its end; check the disk");
+  if (!lines.at_end()) refuse_file(file, "cannot be read to its end; check the disk");
   const auto [west, east] = std::ranges::minmax(x_m_);
   const auto [south, north] = std::ranges::minmax(y_m_);
   west_m = std::floor(west / cell_m) * cell_m;
@@ -211,16 +208,16 @@ Soundings::Soundings(const std::filesystem::path& file, double cell_m)
   const double across = std::floor((east - west_m) / cell_m) + 1.0,
                along = std::floor((north - south_m) / cell_m) + 1.0;
   if (!(across >= 2.0 && along >= 2.0))
-    refuse_soundings(
-        file, fmt::format("has soundings over {:.4g} x {:.4g} m, fewer than 2 x 2 cells of {} m; "
-                          "check that they are in metres, or make {} smaller",
-                          east - west, north - south, cell_m, cell_key));
+    refuse_file(file,
+                fmt::format("has soundings over {:.4g} x {:.4g} m, fewer than 2 x 2 cells of {} m; "
+                            "check that they are in metres, or make {} smaller",
+                            east - west, north - south, cell_m, cell_key));
   const double most = std::min(1000.0 * static_cast<double>(x_m_.size()), 1073741824.0);
   if (!(across * along <= most))
-    refuse_soundings(file,
-                     fmt::format("would give {} soundings a grid of {:.0f} x {:.0f} cells; make {} "
-                                 "larger, or remove soundings that lie far off",
-                                 x_m_.size(), across, along, cell_key));
+    refuse_file(file,
+                fmt::format("would give {} soundings a grid of {:.0f} x {:.0f} cells; make {} "
+                            "larger, or remove soundings that lie far off",
+                            x_m_.size(), across, along, cell_key));
   columns = static_cast<int>(across);
   rows = static_cast<int>(along);
 }
@@ -275,7 +272,7 @@ std::vector<double> Soundings::heights() const {
         std::max(twice_area_m2, std::abs(longest.x() * place.y() - longest.y() * place.x()));
   }
   if (!(twice_area_m2 > 1e-3 * cell_m_ * longest.norm()))
-    refuse_soundings(file_, "has all its soundings on one line; a survey needs an area");
+    refuse_file(file_, "has all its soundings on one line; a survey needs an area");
   constexpr double hole = std::numeric_limits<double>::quiet_NaN();
   // Outside of all triangles: the nearest mean within a cell.
   const GDALGridLinearOptions how{
@@ -285,7 +282,7 @@ std::vector<double> Soundings::heights() const {
                      z_m.data(), 0.0, columns * cell_m_, 0.0, rows * cell_m_,
                      static_cast<GUInt32>(columns), static_cast<GUInt32>(rows), GDT_Float64,
                      heights.data(), nullptr, nullptr) != CE_None)
-    refuse_soundings(file_, "has soundings that make no triangles; is there enough memory?");
+    refuse_file(file_, "has soundings that make no triangles; is there enough memory?");
   for (std::size_t i = 0; i < heights.size(); ++i)
     if (!closed[i]) heights[i] = hole;
   return heights;

@@ -29,6 +29,7 @@
 #include <ensonify/engine/seafloor/bed/ascii_grid.h>
 #include <ensonify/engine/seafloor/bed/gdal_cache.h>
 #include <ensonify/engine/seafloor/bed/npy_grid.h>
+#include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/soundings.h>
 #include <ensonify/engine/seafloor/bed/survey_checks.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
@@ -300,9 +301,7 @@ class SurveyReader {
     return 0;
   }
 
-  [[noreturn]] void fail(const std::string& what) const {
-    throw refine::MeshError(fmt::format("{}: {}", file_.string(), what));
-  }
+  [[noreturn]] void fail(const std::string& what) const { refuse_file(file_, what); }
   void refuse(const std::string& fault) const {
     if (!fault.empty()) fail(fault);
   }

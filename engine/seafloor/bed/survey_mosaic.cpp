@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
+#include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -31,9 +32,7 @@ class SurveyMosaic {
   const std::vector<std::filesystem::path>& sources() const { return sources_; }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const {
-    throw refine::MeshError(fmt::format("{}: {}", file_.string(), what));
-  }
+  [[noreturn]] void fail(const std::string& what) const { refuse_file(file_, what); }
 
   void look_at(const CPLXMLNode& node) {
     constexpr std::array<std::string_view, 7> refused = {

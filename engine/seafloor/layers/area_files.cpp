@@ -16,6 +16,7 @@
 
 #include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/seafloor/bed/reference_map.h>
+#include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -24,10 +25,6 @@ namespace {
 
 constexpr double max_pixels = 268435456.0;  // 2^28
 constexpr std::size_t max_points = 100000;  // of all outlines
-
-[[noreturn]] void fail(const std::filesystem::path& file, const std::string& what) {
-  throw refine::MeshError(fmt::format("{}: {}", file.string(), what));
-}
 
 /// Settings of this thread's GDAL while a file is read: no messages, no files next to it.
 class Quiet {
@@ -40,7 +37,7 @@ std::unique_ptr<GDALDataset> open(const std::filesystem::path& file, unsigned ki
   [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
   std::unique_ptr<GDALDataset> dataset(GDALDataset::Open(
       std::filesystem::absolute(file).c_str(), kind | GDAL_OF_READONLY, drivers, nullptr, nullptr));
-  if (!dataset) fail(file, fmt::format("cannot be read as {}", what));
+  if (!dataset) refuse_file(file, fmt::format("cannot be read as {}", what));
   return dataset;
 }
 
@@ -58,9 +55,10 @@ void require_reference(const std::filesystem::path& file, const OGRSpatialRefere
     if (tangent_place(here(middle).where, there(middle).where).place.norm() < same_m) return;
   } catch (const std::invalid_argument&) {  // off the map of one of them
   }
-  fail(file, fmt::format("has another coordinate reference system ('{}') than the survey; put it "
-                         "into the survey's with {} -t_srs",
-                         its->GetName() ? its->GetName() : "", tool));
+  refuse_file(file,
+              fmt::format("has another coordinate reference system ('{}') than the survey; put it "
+                          "into the survey's with {} -t_srs",
+                          its->GetName() ? its->GetName() : "", tool));
 }
 
 void place(AreaImage& image, GDALDataset& dataset, const std::filesystem::path& file,
@@ -70,11 +68,11 @@ void place(AreaImage& image, GDALDataset& dataset, const std::filesystem::path& 
   std::array<double, 6> transform{};
   if (dataset.GetGeoTransform(transform.data()) == CE_None) {
     if (!(transform[1] > 0.0 && transform[5] < 0.0 && transform[2] == 0.0 && transform[4] == 0.0))
-      fail(file, "does not lie with north up; gdalwarp turns it");
+      refuse_file(file, "does not lie with north up; gdalwarp turns it");
     if (!std::ranges::all_of(transform, [](double x) { return std::isfinite(x); }))
-      fail(file,
-           "has no finite place and pixel size; give it the right corners with "
-           "gdal_translate -a_ullr");
+      refuse_file(file,
+                  "has no finite place and pixel size; give it the right corners with "
+                  "gdal_translate -a_ullr");
     image.west_m = transform[0] - grid.world_origin.x();
     image.north_m = transform[3] - grid.world_origin.y();
     image.pixel_east_m = transform[1];
@@ -83,18 +81,19 @@ void place(AreaImage& image, GDALDataset& dataset, const std::filesystem::path& 
     const double south_edge = image.north_m - image.rows * image.pixel_north_m;
     if (!(image.west_m <= grid.x_m(0) && image.north_m >= grid.y_m(grid.rows - 1) &&
           east_edge >= grid.x_m(grid.columns - 1) && south_edge <= grid.y_m(0)))
-      fail(file, fmt::format(
-                     "does not cover the seabed: it spans {:.1f} to {:.1f} m east and {:.1f} to "
-                     "{:.1f} m north of the seabed's middle, which reaches {:.1f} and {:.1f} m",
-                     image.west_m, east_edge, south_edge, image.north_m, 0.5 * east, 0.5 * north));
+      refuse_file(
+          file,
+          fmt::format("does not cover the seabed: it spans {:.1f} to {:.1f} m east and {:.1f} to "
+                      "{:.1f} m north of the seabed's middle, which reaches {:.1f} and {:.1f} m",
+                      image.west_m, east_edge, south_edge, image.north_m, 0.5 * east, 0.5 * north));
     return;
   }
   const double proportions = (image.columns / east) / (image.rows / north);
   if (!(std::abs(proportions - 1.0) <= 0.02))
-    fail(file,
-         fmt::format("has {} x {} pixels and no coordinates, and so would be stretched over a "
-                     "seabed of {:.1f} x {:.1f} m; give it the seabed's proportions",
-                     image.columns, image.rows, east, north));
+    refuse_file(
+        file, fmt::format("has {} x {} pixels and no coordinates, and so would be stretched over a "
+                          "seabed of {:.1f} x {:.1f} m; give it the seabed's proportions",
+                          image.columns, image.rows, east, north));
   image.west_m = grid.x_m(0);
   image.north_m = grid.y_m(grid.rows - 1);
   image.pixel_east_m = east / image.columns;
@@ -122,13 +121,15 @@ AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& 
   const double pixels = static_cast<double>(image.columns) * image.rows;
   const auto bytes = static_cast<double>(std::filesystem::file_size(file));
   if (pixels > max_pixels || pixels > 2000.0 * bytes)
-    fail(file, fmt::format("promises {} x {} pixels; expected at most 2^28, and a file that holds "
-                           "them",
-                           image.columns, image.rows));
+    refuse_file(file,
+                fmt::format("promises {} x {} pixels; expected at most 2^28, and a file that holds "
+                            "them",
+                            image.columns, image.rows));
   if (dataset->GetRasterCount() != 1)
-    fail(file, fmt::format("has {} channels; expected one, whose values are the patches' numbers "
-                           "(indexed colours or grey)",
-                           dataset->GetRasterCount()));
+    refuse_file(file,
+                fmt::format("has {} channels; expected one, whose values are the patches' numbers "
+                            "(indexed colours or grey)",
+                            dataset->GetRasterCount()));
   GDALRasterBand& band = *dataset->GetRasterBand(1);
   require_reference(file, dataset->GetSpatialRef(), grid, "gdalwarp");
   place(image, *dataset, file, grid);
@@ -138,15 +139,15 @@ AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& 
   for (int r = 0; r < image.rows; ++r) {
     if (band.RasterIO(GF_Read, 0, r, image.columns, 1, row.data(), image.columns, 1, GDT_Float64, 0,
                       0, nullptr) != CE_None)
-      fail(file, fmt::format("row {} of {} cannot be read; the file is truncated or damaged", r + 1,
-                             image.rows));
+      refuse_file(file, fmt::format("row {} of {} cannot be read; the file is truncated or damaged",
+                                    r + 1, image.rows));
     for (std::size_t c = 0; c < row.size(); ++c) {
       const bool counts = row[c] == value;
       found = found || counts;
       image.counts[static_cast<std::size_t>(r) * row.size() + c] = counts;
     }
   }
-  if (!found) fail(file, fmt::format("has no pixel of the value {}", value));
+  if (!found) refuse_file(file, fmt::format("has no pixel of the value {}", value));
   return image;
 }
 
@@ -159,17 +160,17 @@ std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
   std::size_t points = 0;
   const auto polygon_of = [&](const OGRLinearRing& ring) {
     points += static_cast<std::size_t>(ring.getNumPoints());
-    if (points > max_points) fail(file, fmt::format("has more than {} points", max_points));
+    if (points > max_points) refuse_file(file, fmt::format("has more than {} points", max_points));
     Polygon polygon;
     for (int i = 0; i < ring.getNumPoints(); ++i)
       polygon.emplace_back(ring.getX(i) - grid.world_origin.x(),
                            ring.getY(i) - grid.world_origin.y());
     if (!std::ranges::all_of(polygon,
                              [](const Eigen::Vector2d& point) { return point.allFinite(); }))
-      fail(file, "has a point whose coordinates are not finite numbers");
+      refuse_file(file, "has a point whose coordinates are not finite numbers");
     // The last point should be the first again, but not all programs write it.
     if (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
-    if (polygon.size() < 3) fail(file, "has a polygon of less than three points");
+    if (polygon.size() < 3) refuse_file(file, "has a polygon of less than three points");
     return polygon;
   };
   const auto add_polygon = [&](const OGRPolygon& polygon) {
@@ -192,14 +193,15 @@ std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
       if (const OGRGeometry* geometry = feature->GetGeometryRef())
         add_polygons(add_polygons, *geometry);
   }
-  if (outlines.empty()) fail(file, "holds no polygon");
+  if (outlines.empty()) refuse_file(file, "holds no polygon");
   Eigen::AlignedBox2d all;
   for (const PolygonWithHoles& outline : outlines)
     for (const Eigen::Vector2d& point : outline.border) all.extend(point);
   if (all.sizes().maxCoeff() < std::min(grid.cell_east_m, grid.cell_north_m))
-    fail(file,
-         "is smaller than a cell of the seabed, so it seems to be in degrees; put it into the "
-         "seabed's metres");
+    refuse_file(
+        file,
+        "is smaller than a cell of the seabed, so it seems to be in degrees; put it into the "
+        "seabed's metres");
   return outlines;
 }
 

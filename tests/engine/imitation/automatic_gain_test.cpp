@@ -9,7 +9,7 @@
 #include "made_line.h"
 
 #include <ensonify/engine/comparison/find_bed.h>
-#include <ensonify/engine/imitation/recorder_signs.h>
+#include <ensonify/engine/imitation/bed_levels.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/recording/recording_reader.h>
 

@@ -9,6 +9,8 @@
 #include <numeric>
 #include <random>
 
+#include <fmt/format.h>
+
 #include "support/catch.h"
 #include "support/files.h"
 #include "support/small_recording.h"
@@ -49,6 +51,18 @@ TEST_CASE("a range that no sonar has is named") {
     FAIL("no error");
   } catch (const RecordingError& error) {
     CHECK(std::string(error.what()).starts_with("the pings state a range of 1e+09 m"));
+  }
+}
+
+TEST_CASE("a line whose samples are all the same is refused") {
+  const tests::TemporaryFolder folder;
+  for (const float value : {0.0f, 1000.0f}) {
+    RecordedLine line = made_line({});
+    std::ranges::fill(line.port, value);
+    std::ranges::fill(line.starboard, value);
+    for (RecordedPing& ping : line.pings) ping.altitude_m = 8.0;
+    CHECK_THROWS_WITH(imitate(line, folder.path(), {}),
+                      Catch::Contains(fmt::format("all samples of the recording are {},", value)));
   }
 }
 

@@ -10,7 +10,7 @@
 
 #include "made_line.h"
 
-#include <ensonify/engine/imitation/recorder_signs.h>
+#include <ensonify/engine/imitation/bed_levels.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>

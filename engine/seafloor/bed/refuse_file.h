@@ -1,0 +1,15 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+
+/// Throws refine::MeshError: the file, and what is wrong with it.
+[[noreturn]] inline void refuse_file(const std::filesystem::path& file, const std::string& what) {
+  throw refine::MeshError(file.string() + ": " + what);
+}
+
+}  // namespace ensonify::engine
