@@ -23,7 +23,8 @@ struct Preparation {
   /// now and then while it lasts; by one thread at a time. What it throws ends the preparation.
   std::function<void(std::string_view stage)> progress;
   /// Called now and then during a ping, while an object is added, while a track is made, and while
-  /// the exact reference's tree and the grid for altitudes are made; by any thread. What it throws ends the call.
+  /// the exact reference's tree and the grid for altitudes are made; by any thread. What it throws
+  /// ends the call.
   std::function<void()> stop_check = {};
   /// The scene's seafloor, if the library has made it before (as for the samples of a dataset);
   /// null: it is made. It is shared, not copied. Programs leave it null.

@@ -37,9 +37,10 @@ struct SimulatorInternals;  // simulator/internals.h
 /// seafloor, with the scene's original settings and without objects that were added. A ping depends
 /// only on the scene, what was changed since, the pose and the ping's number. An exception comes
 /// before anything is changed, except one of the stop_check, after which lines are not complete.
-/// A child of fork() may use the Simulators of its parent. If a thread was in a call of one of those
-/// that share a seafloor, all of them throw std::runtime_error in the child. The caller's rounding
-/// mode, flush-to-zero flags and floating-point traps count for nothing, and stay as they are.
+/// A child of fork() may use the Simulators of its parent. If a thread was in a call of one of
+/// those that share a seafloor, all of them throw std::runtime_error in the child. The caller's
+/// rounding mode, flush-to-zero flags and floating-point traps count for nothing, and stay as they
+/// are.
 class Simulator {
  public:
   /// Throws SceneError, refine::MeshError, MemoryError, std::invalid_argument.

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/imitation/evidence.h>
 #include <ensonify/engine/imitation/bed_levels.h>
+#include <ensonify/engine/imitation/evidence.h>
 #include <ensonify/engine/imitation/tone_map.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/sonar/instrument/pulse.h>

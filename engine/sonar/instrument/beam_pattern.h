@@ -47,9 +47,9 @@ struct LineArray {
   bool operator==(const LineArray&) const = default;
 };
 
-/// How much farther than the lobes that are traced a two-way beam is summed: where one array lies or
-/// looks aside of the other by more than half of the transmitter's lobes, the product has its power
-/// in the next lobes, too. At most most_rad: Sonar::lobes_beyond().
+/// How much farther than the lobes that are traced a two-way beam is summed: where one array lies
+/// or looks aside of the other by more than half of the transmitter's lobes, the product has its
+/// power in the next lobes, too. At most most_rad: Sonar::lobes_beyond().
 inline double next_lobe_rad(double aside_rad, double transmit_lobes_rad, double most_rad) {
   if (aside_rad <= 0.5 * transmit_lobes_rad) return 0.0;
   return std::min(aside_rad - 0.25 * transmit_lobes_rad, most_rad);

@@ -237,10 +237,9 @@ TEST_CASE("A session has its scene's warnings, and those of changes become troub
 TEST_CASE("Keys of the picture that the live view does not have are named in one warning") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
-  const LiveSession session(
-      {.scene = folder / "tiny.toml",
-       .overrides = {"display.speed_correction=true", "display.smoothing_px=2",
-                     "display.mapping=equalised"}});
+  const LiveSession session({.scene = folder / "tiny.toml",
+                             .overrides = {"display.speed_correction=true",
+                                           "display.smoothing_px=2", "display.mapping=equalised"}});
   REQUIRE(session.warnings().size() == 1);
   CHECK(session.warnings()[0] ==
         "the live view shows one column per bin, line by line, so that it has no "
