@@ -59,7 +59,8 @@ TEST_CASE("pings in a wrong order are sorted by their numbers, with a warning") 
     auto& packets = other.packets;
     if (way == 0) std::ranges::shuffle(packets, random);
     if (way == 1) std::ranges::reverse(packets);
-    if (way == 2) std::ranges::rotate(packets, packets.begin() + pings / 2);
+    // Not std::ranges::rotate, which clang 14 does not compile.
+    if (way == 2) std::rotate(packets.begin(), packets.begin() + pings / 2, packets.end());
     const RecordedLine line = other.line();
     check_alike(line, whole);
     CHECK(line.warnings ==
