@@ -39,7 +39,7 @@ struct SimulatorInternals;  // simulator/internals.h
 /// before anything is changed, except one of the stop_check, after which lines are not complete.
 /// A child of fork() may use the Simulators of its parent. If a thread was in a call of one of
 /// those that share a seafloor, all of them throw std::runtime_error in the child. The caller's
-/// rounding mode, flush-to-zero flags and floating-point traps count for nothing, and stay as they
+/// rounding mode, flush-to-zero flags and floating-point traps have no effect, and stay as they
 /// are.
 class Simulator {
  public:

@@ -286,7 +286,7 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
                                : Evidence{Confidence::stated, from + " of the pings"};
 }
 
-/// No vehicle moves as far beside its heading: headings may be those of another axis, or mirrored.
+/// No vehicle moves so far off its heading: headings may be those of another axis, or mirrored.
 void leave_out_wrong_headings(VehiclePath& path) {
   if (path.heading_rad.empty() || path.place.how != Confidence::stated) return;
   constexpr double most_rad = 60.0 * degree;

@@ -8,7 +8,7 @@
 
 namespace ensonify::engine {
 
-/// Tells from the samples of a channel whether their bytes are stored in the other order, the
+/// Finds from the samples of a channel whether their bytes are stored in the other order, the
 /// highest first.
 class ByteOrder {
  public:
