@@ -11,7 +11,6 @@
 
 #include <ensonify/engine/calls_at_fork.h>
 #include <ensonify/engine/scene/checks/extrapolation.h>
-#include <ensonify/refine/standard_floats.h>
 
 namespace ensonify::python {
 namespace {

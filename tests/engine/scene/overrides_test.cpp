@@ -1,36 +1,14 @@
 // Values that the command line gives with -D.
 
-#include <ensonify/engine/scene/dump.h>
-#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/reader.h>
 
-#include <sys/stat.h>
-
-#include <algorithm>
-#include <bit>
-#include <filesystem>
-#include <random>
-#include <set>
-
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include "support/catch.h"
-#include "support/files.h"
 #include "support/parsed_scene.h"
-#include "support/temporary_folder.h"
-
-#include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene/output_formats.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;
 using ensonify::tests::error_of;
 using ensonify::tests::head;
 using ensonify::tests::parsed;
-using ensonify::tests::TemporaryFolder;
-using ensonify::tests::write_text;
-namespace fs = std::filesystem;
 
 TEST_CASE("An override is read as TOML, a bare word as a string, and errors name it") {
   const Scene scene = parsed(

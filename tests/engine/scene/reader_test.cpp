@@ -7,13 +7,11 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <bit>
 #include <filesystem>
 #include <random>
 #include <set>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "support/catch.h"
 #include "support/files.h"
@@ -21,7 +19,6 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene/output_formats.h>
 #include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;

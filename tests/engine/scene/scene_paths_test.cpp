@@ -6,29 +6,17 @@
 
 #include <sys/stat.h>
 
-#include <algorithm>
-#include <bit>
 #include <filesystem>
-#include <random>
-#include <set>
-
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "support/catch.h"
 #include "support/files.h"
 #include "support/parsed_scene.h"
 #include "support/temporary_folder.h"
 
-#include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene/output_formats.h>
-#include <ensonify/engine/units.h>
-
 using namespace ensonify::engine;
 using ensonify::tests::contents;
 using ensonify::tests::error_of;
 using ensonify::tests::head;
-using ensonify::tests::parsed;
 using ensonify::tests::TemporaryFolder;
 using ensonify::tests::write_text;
 namespace fs = std::filesystem;
