@@ -448,4 +448,8 @@ bool ranges_are_even(const RecordedLine& line, Side side) {
   return mean > 0.0 && squares - mean * mean < even * even * mean * mean;
 }
 
+bool ranges_are_even(const RecordedLine& line) {
+  return std::ranges::all_of(line.sides(), [&](Side side) { return ranges_are_even(line, side); });
+}
+
 }  // namespace ensonify::engine

@@ -34,5 +34,7 @@ FoundBed find_bed(const RecordedLine& line, Side side);
 /// Whether all ranges are equally bright, on the mean of all pings. No water column is as bright as
 /// the bed: the recorder has an automatic gain that evens each range, or noise hides all echoes.
 bool ranges_are_even(const RecordedLine& line, Side side);
+/// The same of all sides.
+bool ranges_are_even(const RecordedLine& line);
 
 }  // namespace ensonify::engine

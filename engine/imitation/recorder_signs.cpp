@@ -334,8 +334,7 @@ void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
 /// An automatic gain evens the level over range: its mean over all pings, or the mean of each ping
 /// within some distance. No bed and beam do, whatever the gain over range.
 void set_automatic_gain(const RecordedLine& line, RecorderSigns& signs) {
-  signs.even_ranges =
-      std::ranges::all_of(line.sides(), [&](Side side) { return ranges_are_even(line, side); });
+  signs.even_ranges = ranges_are_even(line);
   if (signs.even_ranges) return;
   constexpr double alike = 0.05, less = 0.6;
   constexpr std::size_t shortest = 32;

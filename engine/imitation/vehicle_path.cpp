@@ -305,13 +305,11 @@ void leave_out_wrong_headings(VehiclePath& path) {
 void set_altitudes(const RecordedLine& line, VehiclePath& path) {
   const std::size_t pings = line.pings.size();
   const Values ranges = first_bed_echoes_m(line);
-  const bool even =
-      std::ranges::all_of(line.sides(), [&](Side side) { return ranges_are_even(line, side); });
   const bool altitudes =
       2 * std::ranges::count_if(
               line.pings, [](const RecordedPing& ping) { return ping.altitude_m.has_value(); }) >=
       std::ssize(line.pings);
-  if (even && !altitudes)
+  if (!altitudes && ranges_are_even(line))
     throw RecordingError(
         "the recording is equally bright at all ranges, the water column as well, as an automatic "
         "gain makes it, or noise that hides all echoes, and its pings have no altitude; expected "

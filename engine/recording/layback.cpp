@@ -10,7 +10,9 @@
 namespace ensonify::engine {
 namespace {
 
-/// Metres per radian of latitude and of longitude about a place, WGS 84.
+/// Metres per radian of longitude and of latitude about a place, WGS 84. Not tangent_place(): it
+/// needs GeographicLib, without which recordings are read too, and refuses the impossible places
+/// of damaged pings.
 Eigen::Vector2d metres_per_radian(double latitude_rad) {
   constexpr double semi_major_m = 6378137.0, eccentricity_squared = 6.69437999014e-3;
   const double flattened = 1.0 - eccentricity_squared * std::pow(std::sin(latitude_rad), 2);
