@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -67,10 +68,17 @@ VisibilityCounter::VisibilityCounter(const Seafloor& seafloor)
 
 bool VisibilityCounter::in_view(const Object& object, const RayFan& fan) const {
   const Vector3d away = object.middle - fan.origin;
-  const double distance_m = away.norm();
-  return distance_m <= fan.range_m + object.radius_m &&
-         std::abs(away.dot(fan.array_axis)) <=
-             object.radius_m + fan.grid->sin_truncation * distance_m;
+  const double distance_m = away.norm(), beside_m = away.dot(fan.array_axis);
+  if (distance_m > fan.range_m + object.radius_m ||
+      std::abs(beside_m) > object.radius_m + fan.grid->sin_truncation * distance_m)
+    return false;
+  // What is behind both outermost planes is behind those between them: their directions are sums of
+  // positive shares of these two, which add up to at least 1.
+  const double before_m = away.dot(fan.middle);
+  const auto is_behind = [&](const FanGrid::Plane& plane) {
+    return plane.sin_azimuth * beside_m + plane.cos_azimuth * before_m < -object.radius_m;
+  };
+  return !is_behind(fan.grid->planes.front()) || !is_behind(fan.grid->planes.back());
 }
 
 /// Finds the faces of the wanted objects among the triangles of a ping, object by object.
@@ -87,15 +95,24 @@ void VisibilityCounter::find_faces(refine::Triangles triangles) {
   };
   found_.clear();
   first_of_wanted_.assign(wanted_.size() + 1, 0);
-  std::size_t wanted = 0;  // that of the face before, as neighbours are mostly of one object
+  // The last face's object in wanted_, and a gap between their faces: the next face is mostly in
+  // the same.
+  std::size_t wanted = 0;
+  std::uint32_t gap = 0, gap_end = 0;
   for (std::uint32_t place = 0; place < triangles.numbers.size(); ++place) {
     const std::uint32_t face = triangles.numbers[place];
+    if (face >= gap && face < gap_end) continue;
     if (!is_of(objects_[wanted_[wanted]], face)) {
-      if (face < objects_[wanted_.front()].first_face) continue;
       const auto behind = std::ranges::upper_bound(
           wanted_, face, {}, [this](std::uint32_t number) { return objects_[number].first_face; });
+      const Object* before = behind == wanted_.begin() ? nullptr : &objects_[*(behind - 1)];
+      if (!before || !is_of(*before, face)) {
+        gap = before ? before->first_face + before->faces : 0;
+        gap_end = behind == wanted_.end() ? std::numeric_limits<std::uint32_t>::max()
+                                          : objects_[*behind].first_face;
+        continue;
+      }
       wanted = static_cast<std::size_t>(behind - wanted_.begin() - 1);
-      if (!is_of(objects_[wanted_[wanted]], face)) continue;
     }
     found_.push_back({static_cast<std::uint32_t>(wanted), place});
     ++first_of_wanted_[wanted + 1];
@@ -148,27 +165,34 @@ void VisibilityCounter::look(const RayFan& fan, refine::Triangles triangles, con
 
 /// Marks the rays that go through a face, in every plane that cuts it.
 void VisibilityCounter::cover(const RayFan& fan, refine::Triangles triangles, std::uint32_t face) {
-  Eigen::Matrix3d corners;  // along the array, towards the middle, along the pole
-  for (int k = 0; k < 3; ++k) {
-    const Vector3d to = triangles.corner(face, k) - fan.origin;
-    corners.col(k) << fan.array_axis.dot(to), fan.middle.dot(to), fan.pole.dot(to);
-  }
+  const std::array<Vector3d, 3> to{triangles.corner(face, 0) - fan.origin,
+                                   triangles.corner(face, 1) - fan.origin,
+                                   triangles.corner(face, 2) - fan.origin};
+  const auto along = [&](const Vector3d& axis) {
+    return Eigen::RowVector3d(axis.dot(to[0]), axis.dot(to[1]), axis.dot(to[2]));
+  };
+  const Eigen::RowVector3d across = along(fan.array_axis), before = along(fan.middle);
+  const auto beside_plane = [&](const FanGrid::Plane& plane) -> Eigen::RowVector3d {
+    return plane.cos_azimuth * across - plane.sin_azimuth * before;
+  };
   // Before the sonar, the planes that cut the face lie between the azimuths of its corners.
   std::size_t first = 0, end = fan.planes();
-  if (corners.row(1).minCoeff() > 0.0) {
-    const Eigen::RowVector3d tangents = corners.row(0).cwiseQuotient(corners.row(1));
+  if (before.minCoeff() > 0.0) {
+    if (beside_plane(fan.grid->planes.front()).maxCoeff() < 0.0 ||
+        beside_plane(fan.grid->planes.back()).minCoeff() >= 0.0)
+      return;
+    const Eigen::RowVector3d tangents = across.cwiseQuotient(before);
     const double margin = rounding * (1.0 + tangents.cwiseAbs().maxCoeff());
     while (first < end && tangents_[first] < tangents.minCoeff() - margin) ++first;
     while (first < end && tangents_[end - 1] > tangents.maxCoeff() + margin) --end;
   }
+  const Eigen::RowVector3d up = along(fan.pole);
   for (std::size_t plane = first; plane < end; ++plane) {
     const FanGrid::Plane& p = fan.grid->planes[plane];
-    const Eigen::RowVector3d beside =
-        p.cos_azimuth * corners.row(0) - p.sin_azimuth * corners.row(1);
+    const Eigen::RowVector3d beside = beside_plane(p);
     if (beside.minCoeff() >= 0.0 || beside.maxCoeff() < 0.0) continue;
-    const Eigen::RowVector3d ahead =
-        p.sin_azimuth * corners.row(0) + p.cos_azimuth * corners.row(1);
-    cover_plane(fan, plane, beside, ahead, corners.row(2));
+    const Eigen::RowVector3d ahead = p.sin_azimuth * across + p.cos_azimuth * before;
+    cover_plane(fan, plane, beside, ahead, up);
   }
 }
 
