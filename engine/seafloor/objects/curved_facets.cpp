@@ -333,7 +333,8 @@ class Builder {
         for (std::size_t k = 0; k < 3; ++k) use(in_parts_[triangles[i]].facet.corners[k]);
     };
     const std::vector<FacetCorner> before = made_.corners;
-    std::vector<std::uint32_t> taken(count, FacesInParts::none);  // by which corner
+    // The last corner that a corner was a neighbour of, and whose places it was added to.
+    std::vector<std::uint32_t> near_to(count, FacesInParts::none), taken = near_to;
     for (std::uint32_t i = 0; i < count; ++i) {
       check_stop_();
       if (first[i] == first[i + 1]) continue;
@@ -344,9 +345,9 @@ class Builder {
       });
       QuadricFit fit(place, before[i].normal.cast<double>().normalized(), unit_m);
       for_triangles_at(i, [&](std::uint32_t near) {
+        if (std::exchange(near_to[near], i) == i) return;
         for_triangles_at(near, [&](std::uint32_t corner) {
-          if (taken[corner] == i || corner == i) return;
-          taken[corner] = i;
+          if (corner == i || std::exchange(taken[corner], i) == i) return;
           fit.add(before[corner].place.cast<double>());
         });
       });
