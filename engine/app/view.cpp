@@ -42,6 +42,7 @@ void view_scene(const ViewArguments& arguments) {
   Scene scene = arguments.scene.read();
   require_not_read(arguments.file, arguments.scene.files_read(scene));
   require_at_once(scene.seafloor);
+  refine::NewFile file(arguments.file);  // fails now, not after the drawing
   // The simulator only makes the seafloor and aims the fans; this builds no tree to trace with.
   scene.run.surface = static_surface;
   scene.run.intersector = "fan_scan";
@@ -79,7 +80,8 @@ void view_scene(const ViewArguments& arguments) {
              .height_px = std::max<std::size_t>(1, arguments.width_px * 9 / 16),
              .threads = refine::thread_count(0),
              .progress = [&](auto done, auto of) { report("picture", done, of); }});
-  refine::write_file(arguments.file, encode_png(view.picture));
+  file.write(encode_png(view.picture));
+  file.commit();
   print_warnings(simulator.warnings());
 }
 

@@ -67,7 +67,8 @@ TEST_CASE(
   check({"-o", "a.jpg"}, 2, "a.jpg");
   check({}, 2, "--output");
   check({"-o", "a.png", "--width-px", "0"}, 2, "--width-px");
-  check({"-o", "none/a.png", "--width-px", "16"}, 1, "none/a.png");
+  // The place is checked first, not after the drawing.
+  check({"-o", "none/a.png", "--ping", "9"}, 1, "none/a.png");
 }
 
 TEST_CASE("view stops at a signal and leaves nothing behind") {
