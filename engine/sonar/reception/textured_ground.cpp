@@ -42,9 +42,9 @@ std::vector<float> octaves_of(const GroundTexture& texture) {
     variance += std::sqrt(scale_m);
     amplitudes.push_back(static_cast<float>(std::sqrt(std::sqrt(scale_m))));
   }
-  // Smooth interpolation leaves the share (26 / 35)^2 of the corners' variance: the mean over both
-  // axes of u^2 + (1 - u)^2, with u = 3 t^2 - 2 t^3.
-  const double rms = texture.variation_db * std::numbers::ln10 / 10.0 * 35.0 / 26.0;
+  // Interpolation leaves the share (61 / 70)^2 of the corners' variance: the mean over both axes of
+  // u^2 + (1 - u)^2, which is 1 in half of a cell and 26 / 35 in the other (step_between()).
+  const double rms = texture.variation_db * std::numbers::ln10 / 10.0 * 70.0 / 61.0;
   for (float& amplitude : amplitudes) amplitude *= static_cast<float>(rms / std::sqrt(variance));
   return amplitudes;
 }
@@ -68,6 +68,12 @@ float number_at(std::int32_t x, std::int32_t y, std::uint32_t key) {
   const std::uint32_t h = hashed(static_cast<std::uint32_t>(x) * 0xcc9e2d51u +
                                  hashed(static_cast<std::uint32_t>(y) * 0x1b873593u + key));
   return number_of((h & 255u) + ((h >> 8) & 255u) + ((h >> 16) & 255u) + (h >> 24));
+}
+
+/// From 0 to 1 in the middle half of a cell: 3 t^2 - 2 t^3 there. The rest is even.
+float step_between(double place) {
+  const double t = std::clamp(2.0 * place - 0.5, 0.0, 1.0);
+  return static_cast<float>(t * t * (3.0 - 2.0 * t));
 }
 
 /// The logarithm of the mean of exp(weight * number), by weight.
@@ -177,25 +183,24 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
   places.glint_share[n] = glints ? of_angle.glint_share : 0.0f;
 }
 
-/// Octaves of lattice noise: skewed numbers at the corners, interpolated smoothly. The mean of each
-/// corner's exponential is taken out, so that the factor's mean is 1 everywhere. Forms are longer
-/// in one direction, as a current leaves them, and each octave is shifted by those before it, which
-/// tears its cells; its numbers do not depend on theirs, so the mean stays.
+/// Octaves of lattice noise: skewed numbers at the corners, interpolated. The mean of each corner's
+/// exponential is taken out, so that the factor's mean is 1 everywhere. Each octave is shifted by
+/// the finer ones, which makes the edges of its cells ragged at all scales, as those of patches of
+/// sediment are; its numbers do not depend on theirs, so the mean stays.
 float TexturedGround::variation(const Kind& kind, double x_m, double y_m, float grazing_rad) const {
   static const LnMeanExp ln_mean_exp;
   const float share = at_angle(kind, grazing_rad).variation;
-  constexpr double longer = 1.6;  // of the forms, and as much narrower
-  constexpr double shift = 0.6;   // of a cell, per standard deviation of an octave before
-  const double along = (x_m * along_x_ + y_m * along_y_) / longer;
-  const double across = (x_m * along_y_ - y_m * along_x_) * longer;
-  double per_m = 1.0 / kind.texture.variation_m;
-  double before = 0.0, before_that = 0.0;  // values of the last octaves, in standard deviations
+  constexpr double longer = 1.3;  // of the forms along a current, and as much narrower
+  constexpr double shift = 0.35;  // of a finer cell, per standard deviation of its octave
+  const double along_m = (x_m * along_x_ + y_m * along_y_) / longer;
+  const double across_m = (x_m * along_y_ - y_m * along_x_) * longer;
+  double shift_x_m = 0.0, shift_y_m = 0.0;
+  double scale_m = std::ldexp(kind.texture.variation_m, 1 - static_cast<int>(kind.octaves.size()));
   float sum = 0.0f;
-  for (std::size_t octave = 0; octave < kind.octaves.size(); ++octave, per_m *= 2.0) {
-    const double x = along * per_m + shift * before, y = across * per_m + shift * before_that;
+  for (std::size_t octave = kind.octaves.size(); octave-- > 0; scale_m *= 2.0) {
+    const double x = (along_m + shift_x_m) / scale_m, y = (across_m + shift_y_m) / scale_m;
     const double floor_x = std::floor(x), floor_y = std::floor(y);
-    const auto smooth = [](double t) { return static_cast<float>(t * t * (3.0 - 2.0 * t)); };
-    const float u = smooth(x - floor_x), v = smooth(y - floor_y);
+    const float u = step_between(x - floor_x), v = step_between(y - floor_y);
     const auto cell_x = static_cast<std::int32_t>(floor_x);
     const auto cell_y = static_cast<std::int32_t>(floor_y);
     const std::uint32_t key = key_ + static_cast<std::uint32_t>(octave + 1) * 0x9e3779b9u;
@@ -208,8 +213,10 @@ float TexturedGround::variation(const Kind& kind, double x_m, double y_m, float 
       sum -= ln_mean_exp.at(amplitude * weight);
     }
     sum += amplitude * value;
-    before_that = before;
-    before = static_cast<double>(value);
+    // A quarter turn, so that octaves shift along and across in turns.
+    const double before_m = shift_x_m;
+    shift_x_m = shift_y_m + shift * scale_m * static_cast<double>(value);
+    shift_y_m = -before_m;
   }
   return std::exp(sum);
 }
