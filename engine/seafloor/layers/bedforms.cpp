@@ -120,7 +120,7 @@ void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& d
                  std::span<const double> weight) {
   // With a point more on each side, for slopes.
   const Heightfield grid = field.window(-1, -1, field.columns + 2, field.rows + 2);
-  const double drift_m = relief.drift_m > 0.0 ? relief.drift_m : 20.0 * relief.wavelength_m;
+  const double drift_m = relief.drift_m > 0.0 ? relief.drift_m : 12.0 * relief.wavelength_m;
   const SmoothField bends(draws.of(layer_stream::bends), 0.6 * drift_m, 3.0 * drift_m);
   const SmoothField heights(draws.of(layer_stream::crest_heights), 0.6 * drift_m, 3.0 * drift_m);
   const std::vector<double> height = heights.over(grid);
@@ -257,7 +257,7 @@ const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
           {"bend_deg", "degrees", 0, 45,
            "Rms angle by which the crests turn; their spacing changes by the same share, in radians.",
            &Bedforms::bend_rad},
-          {"drift_m", "m", 0, 1e6, "Distance over which bend and height change; 0: 20 wavelengths.",
+          {"drift_m", "m", 0, 1e6, "Distance over which bend and height change; 0: 12 wavelengths.",
            &Bedforms::drift_m},
           {"height_spread", "", 0, 2,
            "Rms change of the logarithm of the height over drift_m. It makes no crest steeper than "

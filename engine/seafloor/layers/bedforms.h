@@ -18,15 +18,15 @@ struct Bedforms {
   double across_crests_rad = 0.0;  ///< heading across the crests, which the steep sides face
   double sharpness = 0.6;          ///< 0: a cosine, 1: crests are edges between round troughs
   double asymmetry = 0.0;          ///< 0: both sides equal; towards 1: steep lee sides
-  double bend_rad = 0.09;          ///< rms turn of the crests, and relative change of wavelength
-  double drift_m = 0.0;            ///< distance over which they change; 0: 20 wavelengths
+  double bend_rad = 0.14;          ///< rms turn of the crests, and relative change of wavelength
+  double drift_m = 0.0;            ///< distance over which they change; 0: 12 wavelengths
   /// Rms of the height's logarithm over such distances. Where a crest becomes higher than height_m,
   /// it becomes no steeper than the angle of repose of sand (33 degrees).
   double height_spread = 0.35;
   /// Rms change over about two wavelengths: of the crests' lines, as a share of the wavelength. The
   /// logarithm of the height changes by four times as much.
-  double raggedness = 0.06;
-  double forks = 1.0;  ///< pairs of fork and end in a square of 10 x 10 wavelengths
+  double raggedness = 0.1;
+  double forks = 3.0;  ///< pairs of fork and end in a square of 10 x 10 wavelengths
 };
 
 /// Adds them, with a mean of zero over a wavelength, at the points whose weight is not 0, or
