@@ -107,17 +107,38 @@ refine::TriangleMesh body(const char* shape, const ShapeSize& size) {
 
 constexpr scatter::Solid nothing{.diffuse_db = -100.0, .specular = 0.0};
 
+/// The two-way field of a sonar's array at a place, over that of a point source: a sum over the
+/// array, which is along y. A focused array adds its elements in phase on its axis at all ranges.
+std::complex<double> two_way_field(const Sonar& sonar, const Eigen::Vector3d& place) {
+  const double k = 2.0 * std::numbers::pi * sonar.frequency_hz / 1500.0, r = place.norm();
+  if (sonar.focused) {
+    const double x = 0.5 * k * sonar.array_length_m * place.y() / r;
+    return std::abs(x) < 1e-9 ? 1.0 : std::pow(std::sin(x) / x, 2.0);
+  }
+  constexpr int elements = 48;
+  std::complex<double> sum = 0.0;
+  for (int i = 0; i < elements; ++i) {
+    const double along_m = sonar.array_length_m * ((i + 0.5) / elements - 0.5);
+    sum +=
+        std::polar(1.0 / elements, k * ((place - along_m * Eigen::Vector3d::UnitY()).norm() - r));
+  }
+  return sum * sum;
+}
+
 /// The echo of a smooth cylinder seen across its axis from one point, by a sum over its length:
 /// a / (2 lambda) |integral of exp(2 i k (sqrt(r^2 + z^2) - r)) dz|^2 r / (r + a), with the range r
-/// of its side. It shares nothing with the program's Fresnel integrals.
-double cylinder_db(double radius_m, double length_m, double side_m, double wavelength_m) {
-  const int steps = 200000;
+/// of its side. It shares nothing with the program's Fresnel integrals. beam: of a sonar that
+/// passes the cylinder's middle at off_m.
+double cylinder_db(double radius_m, double length_m, double side_m, double wavelength_m,
+                   const Sonar* beam = nullptr, double off_m = 0.0) {
+  const int steps = beam ? 20000 : 200000;
   const double step_m = length_m / steps;
   std::complex<double> sum = 0.0;
   for (int i = 0; i < steps; ++i) {
-    const double z = (i + 0.5) * step_m - 0.5 * length_m;
+    const double z = off_m + (i + 0.5) * step_m - 0.5 * length_m;
     sum += std::polar(step_m,
-                      4.0 * std::numbers::pi / wavelength_m * (std::hypot(side_m, z) - side_m));
+                      4.0 * std::numbers::pi / wavelength_m * (std::hypot(side_m, z) - side_m)) *
+           (beam ? two_way_field(*beam, {side_m, z, 0.0}) : 1.0);
   }
   return scatter::to_db(radius_m * std::norm(sum) / (2.0 * wavelength_m) * side_m /
                         (side_m + radius_m));
@@ -260,10 +281,9 @@ double kirchhoff_db(const Body& body, const Sonar& sonar, double range_m) {
     const double area_m2 = 0.5 * one.cross(other).norm() / (steps * steps);
     const auto add = [&](double u, double v) {
       const Eigen::Vector3d place = a + u / steps * one + v / steps * other;
-      const double r = place.norm(),
-                   x = std::numbers::pi * sonar.array_length_m / wavelength_m * place.y() / r;
-      const double beam = std::abs(x) < 1e-9 ? 1.0 : std::pow(std::sin(x) / x, 2.0);
-      sum += std::polar(area_m2 * beam * std::pow(range_m / r, 2.0),
+      const double r = place.norm();
+      sum += two_way_field(sonar, place) *
+             std::polar(area_m2 * std::pow(range_m / r, 2.0),
                         4.0 * std::numbers::pi / wavelength_m * (r - range_m));
     };
     for (int i = 0; i < steps; ++i)
@@ -345,6 +365,7 @@ TEST_CASE("a smooth cylinder glints as its Fresnel zones say: a r / 4 near, a L^
       const double wavelength_m = 1500.0 / frequency_hz;
       Sonar sonar = wide_sonar(range_m + 2.0, frequency_hz);
       sonar.bins = 2000;
+      sonar.array_length_m = 6e3 / frequency_hz;  // its beam is wide against the Fresnel zone
       const Body cylinder{body("cylinder", size), nothing, 1.0};
       CAPTURE(frequency_hz, range_m);
       CHECK(target_strength_db(echo_of(cylinder, sonar, range_m), sonar) ==
@@ -467,6 +488,80 @@ TEST_CASE("a ring, a plate with a window and an angled one glint as Kirchhoff's 
           CHECK(scatter::from_db(got_db) ==
                 Approx(scatter::from_db(expected_db)).epsilon(0.2).margin(0.01 * mirror_m2));
         }
+}
+
+TEST_CASE(
+    "a plate in a beam narrower than the Fresnel zone glints as Kirchhoff's integral has it") {
+  const refine::TriangleMesh ring = upright_ring(0.4, 0.6);
+  const refine::TriangleMesh window =
+      upright_cells(1.0, [](int i, int k) { return i % 3 == 0 || k % 3 == 0; });
+  refine::TriangleMesh plate = upright_cells(1.0, [](int, int) { return true; });
+  for (Eigen::Vector3f& place : plate.positions) place.z() *= 0.6f;
+  refine::TriangleMesh leaning = plate, round;
+  for (Eigen::Vector3f& place : leaning.positions)
+    place = Eigen::AngleAxisf(0.5f, Eigen::Vector3f::UnitX()) * place;
+  for (int i = 0; i < 64; ++i) {
+    const auto rim = [](int side) {
+      const double angle_rad = 2.0 * std::numbers::pi * side / 64.0;
+      return Eigen::Vector2d(0.5 * std::cos(angle_rad), 0.3 * std::sin(angle_rad));
+    };
+    add_upright(round, {Eigen::Vector2d::Zero(), rim(i), rim(i + 1)});
+  }
+  struct Case {
+    const refine::TriangleMesh* mesh;
+    double frequency_hz, array_m, range_m;
+    bool focused;
+  };
+  for (const Case& of : {Case{&plate, 400e3, 0.5, 20.0, true},
+                         {&plate, 900e3, 0.5, 20.0, true},
+                         {&plate, 400e3, 0.5, 60.0, true},
+                         {&leaning, 400e3, 1.0, 8.0, true},
+                         {&leaning, 100e3, 0.5, 8.0, true},
+                         {&round, 400e3, 0.5, 20.0, true},
+                         {&plate, 400e3, 0.5, 20.0, false},
+                         {&leaning, 400e3, 0.5, 8.0, false},
+                         {&window, 400e3, 0.5, 60.0, true},
+                         {&ring, 400e3, 0.5, 60.0, false}}) {
+    Sonar sonar = wide_sonar(of.range_m + 2.0, of.frequency_hz);
+    sonar.array_length_m = of.array_m;
+    sonar.focused = of.focused;
+    struct Level {
+      double turned_deg, north_m, expected, got;
+    };
+    std::vector<Level> levels;
+    double brightest = 0.0;
+    for (const double turned_deg : {0.0, 0.3, 0.9})
+      for (const double north_m : {0.0, 0.25, -0.47}) {
+        const Body body{*of.mesh, nothing, 1.0, turned_deg * degree, north_m};
+        levels.push_back(
+            {turned_deg, north_m, scatter::from_db(kirchhoff_db(body, sonar, of.range_m)),
+             scatter::from_db(target_strength_db(echo_of(body, sonar, of.range_m), sonar))});
+        brightest = std::max(brightest, levels.back().expected);
+      }
+    for (const Level& level : levels) {
+      CAPTURE(of.frequency_hz, of.array_m, of.range_m, of.focused, level.turned_deg, level.north_m);
+      CHECK(level.got == Approx(level.expected).epsilon(0.1).margin(0.002 * brightest));
+    }
+  }
+}
+
+TEST_CASE("a cylinder in a beam narrower than the Fresnel zone glints as the sum over its length") {
+  ShapeSize size;
+  size.diameter_m = 0.4;
+  size.length_m = 2.0;
+  const refine::TriangleMesh cylinder = body("cylinder", size);
+  for (const bool focused : {true, false})
+    for (const double frequency_hz : {100e3, 400e3})
+      for (const double north_m : {0.0, 0.7, 1.0}) {
+        Sonar sonar = wide_sonar(22.0, frequency_hz);
+        sonar.array_length_m = 0.8;
+        sonar.focused = focused;
+        CAPTURE(focused, frequency_hz, north_m);
+        CHECK(target_strength_db(echo_of({cylinder, nothing, 1.0, 0.0, north_m}, sonar, 20.0),
+                                 sonar) ==
+              Approx(cylinder_db(0.2, 2.0, 19.8, 1500.0 / frequency_hz, &sonar, north_m))
+                  .margin(0.3));
+      }
 }
 
 TEST_CASE("two plates in a right angle glint by way of both, as Kirchhoff's integral has it") {

@@ -168,7 +168,8 @@ Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& recei
                               ? 0.0
                               : 0.5 * of.length_m * of.length_m / of.wavelength_m,
             .in_zones = focusing && zones,
-            .offset_m = static_cast<float>(offset_m)};
+            .offset_m = static_cast<float>(offset_m),
+            .shading = of.shading};
   };
   // The beam is that of a separate receiver; the transmitter stays in the array's middle.
   transmit_ = array(transmit, sonar.beams == 1, beam_offset_m);
@@ -177,24 +178,41 @@ Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& recei
     zones_per_m_.push_back(static_cast<float>(1.0 / zone_m));
 }
 
-// LineArray::nearness() with |Sonar::defocus()|, in the kernel's form.
+// LineArray::nearness() with Sonar::defocus(), in the kernel's form.
 double Beam::nearness_at(const Array& array, double range_m) const {
   double defocus = 1.0;
   if (array.in_zones) {
     defocus = std::numeric_limits<double>::infinity();
     for (const float zone_per_m : zones_per_m_)
-      defocus = std::min(defocus, std::abs(1.0 - range_m * double(zone_per_m)));
+      if (const double its = 1.0 - range_m * double(zone_per_m); std::abs(its) < std::abs(defocus))
+        defocus = its;
   }
   return array.nearness_m / range_m * defocus;
+}
+
+/// By how much a direction's sine is greater for the receiver that has moved.
+double Beam::heard_shift(const Eigen::Vector3d& direction, double range_m,
+                         const ReceiverMotion& motion) const {
+  if (motion.steady) return 0.0;
+  return range_m * (direction - motion.drift).dot(motion.array_turn) - motion.drift_along;
+}
+
+Beam::VerticalPowers Beam::vertical_powers(Side side, const Eigen::Vector3d& direction,
+                                           double range_m, const ReceiverMotion& motion) const {
+  const VerticalTable& vertical = vertical_table(side);
+  const double sent = vertical.power(direction.dot(motion.abeam), direction.dot(motion.down));
+  if (motion.steady) return {sent, sent};
+  const Eigen::Vector3d way = direction - motion.drift;
+  return {sent, vertical.power(way.dot(motion.abeam) + range_m * way.dot(motion.abeam_turn),
+                               way.dot(motion.down) + range_m * way.dot(motion.down_turn))};
 }
 
 double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
                      const Eigen::Vector3d& direction, double range_m,
                      const ReceiverMotion& motion) const {
-  const VerticalTable& vertical = vertical_table(side);
-  const double sent = vertical.power(direction.dot(motion.abeam), direction.dot(motion.down));
+  const auto [sent, heard] = vertical_powers(side, direction, range_m, motion);
   const auto cosine = static_cast<float>(cos_elevation);
-  const ArrayTable::Row row = transmit_table_->row(nearness_at(transmit_, range_m));
+  const ArrayTable::Row row = transmit_table_->row(std::abs(nearness_at(transmit_, range_m)));
   float sum = 0.0f;
   if (motion.steady && same_arrays_) {
     for (const BeamSample& sample : samples) {
@@ -202,19 +220,12 @@ double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_
           transmit_table_->value(row, cosine * sample.sin_azimuth * transmit_.x_per_sine);
       sum += sample.width_rad * one_way * one_way;
     }
-    return cos_elevation * sent * sent * row.scale * row.scale * sum;
+    return cos_elevation * sent * heard * row.scale * row.scale * sum;
   }
   const ArrayTable::Row heard_row =
-      same_arrays_ ? row : receive_table().row(nearness_at(receive_, range_m));
-  double heard = sent;
+      same_arrays_ ? row : receive_table().row(std::abs(nearness_at(receive_, range_m)));
   const auto sent_shift = static_cast<float>(double(transmit_.offset_m) / range_m);
-  float shift = 0.0f;
-  if (!motion.steady) {
-    const Eigen::Vector3d way = direction - motion.drift;
-    shift = static_cast<float>(range_m * way.dot(motion.array_turn) - motion.drift_along);
-    heard = vertical.power(way.dot(motion.abeam) + range_m * way.dot(motion.abeam_turn),
-                           way.dot(motion.down) + range_m * way.dot(motion.down_turn));
-  }
+  const auto shift = static_cast<float>(heard_shift(direction, range_m, motion));
   for (const BeamSample& sample : samples) {
     const float sine = cosine * sample.sin_azimuth;
     const float transmitted =
@@ -224,6 +235,32 @@ double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_
              receive_table().value(heard_row, (sine + shift) * receive_.x_per_sine);
   }
   return cos_elevation * sent * heard * row.scale * heard_row.scale * sum;
+}
+
+ArrayField Beam::field_near(const Eigen::Vector3d& direction, double range_m,
+                            const ReceiverMotion& motion) const {
+  ArrayField field;
+  field.beam_ = this;
+  field.sent_nearness_ = nearness_at(transmit_, range_m);
+  field.heard_nearness_ = nearness_at(receive_, range_m);
+  field.sent_shift_ = double(transmit_.offset_m) / range_m;
+  field.heard_shift_ = heard_shift(direction, range_m, motion);
+  const double sent = (std::abs(field.sent_nearness_) + transmit_table_->reach()) /
+                      double(transmit_.x_per_sine),
+               heard = (std::abs(field.heard_nearness_) + receive_table_->reach()) /
+                       double(receive_.x_per_sine);
+  field.low = std::max(-sent - field.sent_shift_, -heard - field.heard_shift_);
+  field.high = std::min(sent - field.sent_shift_, heard - field.heard_shift_);
+  return field;
+}
+
+std::complex<double> ArrayField::at(double sine) const {
+  const auto one_way = [&](const Beam::Array& array, double shift, double nearness) {
+    return array.shading.field((sine + shift) * double(array.x_per_sine), nearness);
+  };
+  const std::complex<double> sent = one_way(beam_->transmit(), sent_shift_, sent_nearness_);
+  if (beam_->same_arrays() && heard_shift_ == sent_shift_) return sent * sent;
+  return sent * one_way(beam_->receive(), heard_shift_, heard_nearness_);
 }
 
 }  // namespace ensonify::engine

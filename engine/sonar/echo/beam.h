@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <complex>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -10,6 +11,7 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/sonar/echo/beam_tables.h>
+#include <ensonify/engine/sonar/instrument/shading.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 
@@ -86,6 +88,22 @@ struct ReceiverMotion {
 /// to range_m. The axes are interpolated linearly over r.
 ReceiverMotion receiver_motion(const Pose& pose, Side side, double range_m, double sound_speed_mps);
 
+class Beam;
+
+/// The two-way field of a sonar's arrays at about one range, without the vertical patterns, over
+/// the sine of the angle from the arrays' broadside plane. Its square is what Beam::two_way() has a
+/// table of; its phase is that against the spherical wave of the array's middle.
+class ArrayField {
+ public:
+  std::complex<double> at(double sine) const;
+  double low, high;  ///< beyond these sines it counts as 0
+
+ private:
+  friend class Beam;
+  const Beam* beam_;
+  double sent_nearness_, heard_nearness_, sent_shift_, heard_shift_;
+};
+
 /// The two-way beam of a sonar, in the near field and the far field.
 class Beam {
  public:
@@ -98,6 +116,15 @@ class Beam {
   double two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
                  const Eigen::Vector3d& direction, double range_m,
                  const ReceiverMotion& motion) const;
+  /// The vertical patterns' part of two_way().
+  struct VerticalPowers {
+    double sent, heard;
+  };
+  VerticalPowers vertical_powers(Side side, const Eigen::Vector3d& direction, double range_m,
+                                 const ReceiverMotion& motion) const;
+  /// The arrays' part.
+  ArrayField field_near(const Eigen::Vector3d& direction, double range_m,
+                        const ReceiverMotion& motion) const;
 
   /// How a line array uses its table: x over sin(psi), nearness times range without focus (0:
   /// focused at all ranges); and where the array is.
@@ -106,6 +133,7 @@ class Beam {
     double nearness_m;
     bool in_zones;   ///< focused in zones_per_m()
     float offset_m;  ///< how far it lies behind the beam, along the array
+    Shading shading;
   };
   const Array& transmit() const { return transmit_; }
   const Array& receive() const { return receive_; }
@@ -125,6 +153,8 @@ class Beam {
   Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& receive,
        double beam_offset_m);
   double nearness_at(const Array& array, double range_m) const;
+  double heard_shift(const Eigen::Vector3d& direction, double range_m,
+                     const ReceiverMotion& motion) const;
 
   bool focused_, same_arrays_;
   std::vector<float> zones_per_m_;

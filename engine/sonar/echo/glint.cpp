@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <span>
 
+#include <ensonify/engine/sonar/echo/glint_in_beam.h>
 #include <ensonify/engine/sonar/instrument/sinc.h>
 
 namespace ensonify::engine {
@@ -16,6 +18,7 @@ using Eigen::Vector3d;
 using std::numbers::inv_sqrtpi, std::numbers::pi;
 
 constexpr double side_lobes = 10.0;  // of a straight line that count
+constexpr double zones = 1.5;        // lambda r beyond its end, squared, within which it counts
 constexpr double rounding_margin = 1.001;
 
 /// C(t) + i S(t): the integral of exp(i pi u^2 / 2) from 0 to t. Near 0 by its power series (7.3.11
@@ -39,10 +42,14 @@ std::complex<double> fresnel(double t) {
   return t < 0.0 ? -value : value;
 }
 
-/// How far a straight line may be inclined, beyond what its length spans, to have a glint.
-double reach_of(double length_m, double wavelength_m) {
-  return 0.5 * side_lobes * wavelength_m / length_m;
+/// How far a straight line may be inclined, beyond what its length spans, to have a glint: some
+/// side lobes, a Fresnel zone, or the array's length.
+double reach_of(double length_m, double wavelength_m, double range_m, double array_m) {
+  return std::max({0.5 * side_lobes * wavelength_m / length_m,
+                   std::sqrt(zones * wavelength_m / range_m), array_m / range_m});
 }
+
+double array_length_m(const GlintBeam* beam) { return beam ? beam->array_m : 0.0; }
 
 /// I_1 I_2 for an ellipse with the half axes a and b, whose normal is inclined by t and by s in
 /// their directions, m^4. It is a unit disc in (p, w) if u = a (c p - d w) and v = b (d p + c w);
@@ -73,23 +80,26 @@ double ellipse_power_m4(const MirrorExtent& one, const MirrorExtent& other, doub
 
 /// Whether a direction is inclined too far for a glint at that range, by products only. foot_m:
 /// from the flat part's middle to the foot of the line of sight.
-bool beyond_reach(double foot_m, double length_m, double range_m2, double wavelength_m) {
-  const double off_m = std::abs(foot_m) - 0.5 * length_m;
-  const double reach = rounding_margin * reach_of(length_m, wavelength_m);
-  return off_m > 0.0 && off_m * off_m > reach * reach * range_m2;
+bool beyond_reach(double foot_m, double length_m, double range_m2, double wavelength_m,
+                  double array_m) {
+  const double off_m = std::abs(foot_m) - 0.5 * length_m, off_m2 = off_m * off_m;
+  const double lobes = 0.5 * side_lobes * wavelength_m / length_m, zone_m = zones * wavelength_m;
+  return off_m > rounding_margin * array_m && off_m2 > rounding_margin * lobes * lobes * range_m2 &&
+         off_m2 * off_m2 > rounding_margin * zone_m * zone_m * range_m2;
 }
 
 std::optional<Mirror> flat_mirror(const FlatPart& flat_part, const Vector3d& away,
-                                  double wavelength_m) {
+                                  double wavelength_m, const GlintBeam* beam) {
   const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
   const double length_m = double(flat_part.length_m), width_m = double(flat_part.width_m);
+  const double array_m = array_length_m(beam);
   // The foot of the line of sight, and the place that is most nearly a mirror. Its range counts,
   // which on a long flat part is not that of the middle.
   const double along_m = -away.dot(along), across_m = -away.dot(across);
   // Most are inclined too far even at the range of the middle, which is not nearer.
   const double middle_m2 = away.squaredNorm();
-  if (beyond_reach(along_m, length_m, middle_m2, wavelength_m) ||
-      beyond_reach(across_m, width_m, middle_m2, wavelength_m))
+  if (beyond_reach(along_m, length_m, middle_m2, wavelength_m, array_m) ||
+      beyond_reach(across_m, width_m, middle_m2, wavelength_m, array_m))
     return std::nullopt;
   const auto within = [&](double share) -> Vector3d {
     return std::clamp(along_m, -share * length_m, share * length_m) * along +
@@ -97,6 +107,12 @@ std::optional<Mirror> flat_mirror(const FlatPart& flat_part, const Vector3d& awa
   };
   const Vector3d offset = within(0.5);
   const double range_m = (away + offset).norm();
+  double beam_rad = 0.0;
+  if (beam) {
+    const FlatPartInBeam in_beam(flat_part, away, range_m, wavelength_m, *beam);
+    if (in_beam.counts()) return in_beam.mirror();
+    if (flat_part.piece) beam_rad = in_beam.beam_rad(offset);
+  }
   const MirrorExtent one{length_m, along_m / range_m, range_m};
   const MirrorExtent other{width_m, across_m / range_m, range_m};
   if (!one.reaches(wavelength_m) || !other.reaches(wavelength_m)) return std::nullopt;
@@ -106,9 +122,9 @@ std::optional<Mirror> flat_mirror(const FlatPart& flat_part, const Vector3d& awa
   return Mirror{.offset = offset,
                 .inside = within(flat_part.round ? 0.3 : 0.4),
                 .cross_section_m2 = power_m4 / (wavelength_m * wavelength_m),
-                .phase_rad = flat_part.piece
-                                 ? one.phase_rad(wavelength_m) + other.phase_rad(wavelength_m)
-                                 : 0.0};
+                .phase_rad = flat_part.piece ? one.phase_rad(wavelength_m) +
+                                                   other.phase_rad(wavelength_m) + beam_rad
+                                             : 0.0};
 }
 
 /// A corner of a facet, with the normal on the side that the sonar sees, and the sonar from there.
@@ -186,7 +202,7 @@ double tapered_power_m3(const MirrorExtent& line, double width_m, double other_w
 }
 
 std::optional<Mirror> strip_mirror(const Corners& corners, const Vector3d& middle,
-                                   double wavelength_m) {
+                                   double wavelength_m, const GlintBeam* beam) {
   // From the sonar to the planes of its sides, positive if the strip is on that side of it.
   const auto from_plane_m = [&](std::size_t side) {
     const Vector3d& begin = corners[side].place;
@@ -206,65 +222,74 @@ std::optional<Mirror> strip_mirror(const Corners& corners, const Vector3d& middl
   const Vector3d begin = on_line(0), end = on_line(1);
   const double length_m = (end - begin).norm();
   const Vector3d along = (end - begin) / length_m;
-  const double foot_m = (sonar - begin).dot(along);
-  const Vector3d place = begin + std::clamp(foot_m, 0.0, length_m) * along;
-  const double range_m = (sonar - place).norm();
-  const MirrorExtent line{length_m, (foot_m - 0.5 * length_m) / range_m, range_m};
-  if (!line.reaches(wavelength_m)) return std::nullopt;
   const auto width_m = [&](std::size_t at) {
     return (corners[2 + at].place - corners[at].place).cross(along).norm();
   };
   const double first_m = width_m(0), last_m = width_m(1);
-  constexpr double same = 1e-3;
-  const double power_m3 = std::abs(first_m - last_m) < same * std::max(first_m, last_m)
-                              ? 0.5 * (first_m + last_m) * line.power_m2(wavelength_m)
-                              : tapered_power_m3(line, first_m, last_m, wavelength_m);
+  const Vector3d line_middle = 0.5 * (begin + end);
+  const auto line =
+      glint_of_line(line_middle - sonar, along, length_m, first_m, last_m, wavelength_m, beam);
+  if (!line) return std::nullopt;
+  const Vector3d place = line_middle + line->place_m * along;
   const double most_m = std::max(std::abs(both_m), std::max(first_m, last_m));
   return Mirror{.offset = place - middle,
                 .inside = place - middle,
-                .cross_section_m2 = range_m / (2.0 * wavelength_m * most_m) * power_m3,
-                .phase_rad = 0.0};
+                .cross_section_m2 = line->range_m / (2.0 * wavelength_m * most_m) * line->power_m3,
+                .phase_rad = 0.0,
+                .in_beam = line->in_beam};
 }
 
 }  // namespace
 
-bool MirrorExtent::reaches(double wavelength_m) const {
-  return std::abs(tilt) < 0.5 * length_m / range_m + reach_of(length_m, wavelength_m);
+bool MirrorExtent::reaches(double wavelength_m, double array_m) const {
+  return std::abs(tilt) <
+         0.5 * length_m / range_m + reach_of(length_m, wavelength_m, range_m, array_m);
 }
 
 bool MirrorExtent::is_far(double wavelength_m) const {
   return length_m * length_m < 0.09 * (wavelength_m * range_m);
 }
 
-double MirrorExtent::power_m2(double wavelength_m) const {
-  const double zone_m2 = wavelength_m * range_m;
-  if (is_far(wavelength_m)) {
-    const double field_m = length_m * sinc(2.0 * length_m * tilt / wavelength_m);
-    return field_m * field_m;
-  }
-  const double per_m = 2.0 / std::sqrt(zone_m2), middle_m = range_m * tilt;
-  return 0.25 * zone_m2 *
-         std::norm(fresnel(per_m * (0.5 * length_m - middle_m)) -
-                   fresnel(per_m * (-0.5 * length_m - middle_m)));
+std::complex<double> MirrorExtent::field_m(double wavelength_m) const {
+  const double zone_m2 = wavelength_m * range_m, middle_m = range_m * tilt;
+  if (is_far(wavelength_m))
+    return std::polar(1.0, 2.0 * pi / zone_m2 * middle_m * middle_m) *
+           (length_m * sinc(2.0 * length_m * tilt / wavelength_m));
+  const double per_m = 2.0 / std::sqrt(zone_m2);
+  return 0.5 * std::sqrt(zone_m2) *
+         (fresnel(per_m * (0.5 * length_m - middle_m)) -
+          fresnel(per_m * (-0.5 * length_m - middle_m)));
 }
 
 double MirrorExtent::phase_rad(double wavelength_m) const {
-  const double zone_m2 = wavelength_m * range_m, middle_m = range_m * tilt;
-  const double off_m = std::max(std::abs(middle_m) - 0.5 * length_m, 0.0);  // the nearest place
-  const double per_m2 = 2.0 * pi / zone_m2;
-  if (is_far(wavelength_m))
-    return per_m2 * (middle_m * middle_m - off_m * off_m) +
-           (sinc(2.0 * length_m * tilt / wavelength_m) < 0.0 ? pi : 0.0);
-  const double per_m = 2.0 / std::sqrt(zone_m2);
-  return std::arg(fresnel(per_m * (0.5 * length_m - middle_m)) -
-                  fresnel(per_m * (-0.5 * length_m - middle_m))) -
-         per_m2 * off_m * off_m;
+  const double off_m = std::max(range_m * std::abs(tilt) - 0.5 * length_m, 0.0);
+  return std::arg(field_m(wavelength_m)) - 2.0 * pi / (wavelength_m * range_m) * off_m * off_m;
+}
+
+std::optional<LineGlint> glint_of_line(const Vector3d& middle, const Vector3d& along,
+                                       double length_m, double width_m, double other_width_m,
+                                       double wavelength_m, const GlintBeam* beam) {
+  const double foot_m = -middle.dot(along), half_m = 0.5 * length_m;
+  const double place_m = std::clamp(foot_m, -half_m, half_m);
+  const double range_m = (middle + place_m * along).norm();
+  if (beam)
+    if (const BeamOnLine in_beam(middle, along, 0.5 * length_m, range_m, wavelength_m, *beam);
+        in_beam.counts())
+      return line_glint_in_beam(in_beam, middle, along, width_m, other_width_m);
+  const MirrorExtent line{length_m, foot_m / range_m, range_m};
+  if (!line.reaches(wavelength_m)) return std::nullopt;
+  constexpr double same = 1e-3;
+  const double power_m3 =
+      std::abs(width_m - other_width_m) < same * std::max(width_m, other_width_m)
+          ? 0.5 * (width_m + other_width_m) * line.power_m2(wavelength_m)
+          : tapered_power_m3(line, width_m, other_width_m, wavelength_m);
+  return LineGlint{place_m, range_m, power_m3, false};
 }
 
 std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& curved,
                                 const Vector3d& away, double wavelength_m,
-                                const SonarFrom& sonar_from) {
-  if (flat_part.facets == 0) return flat_mirror(flat_part, away, wavelength_m);
+                                const SonarFrom& sonar_from, const GlintBeam* beam) {
+  if (flat_part.facets == 0) return flat_mirror(flat_part, away, wavelength_m, beam);
   // A little beside where it is, because between exactly equal facets none has the glint.
   constexpr double beside = 1e-6;
   const Vector3d off = beside * away.norm() * Vector3d(0.36, 0.48, 0.8);
@@ -295,15 +320,18 @@ std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& c
       }
     }
     if (const std::optional<Mirror> mirror =
-            facet.strip ? strip_mirror(corners, flat_part.middle, wavelength_m)
+            facet.strip ? strip_mirror(corners, flat_part.middle, wavelength_m, beam)
                         : triangle_mirror(std::span(corners).first<3>(), flat_part.middle))
       return mirror;
   }
   return std::nullopt;
 }
 
-double glint_reach(const FlatPartBlock& block, double wavelength_m) {
-  return rounding_margin * std::sqrt(2.0) * reach_of(block.shortest_straight_m, wavelength_m);
+double glint_reach(const FlatPartBlock& block, double wavelength_m, double range_m,
+                   const GlintBeam* beam) {
+  if (block.shortest_straight_m == std::numeric_limits<double>::infinity()) return 0.0;
+  return rounding_margin * std::sqrt(2.0) *
+         reach_of(block.shortest_straight_m, wavelength_m, range_m, array_length_m(beam));
 }
 
 double corner_power_m2(double width_m, double excess_rad, double range_m, double wavelength_m) {

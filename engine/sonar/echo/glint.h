@@ -1,11 +1,13 @@
 #pragma once
 
+#include <complex>
 #include <functional>
 #include <optional>
 
 #include <Eigen/Core>
 
 #include <ensonify/engine/seafloor/objects/object_surface.h>
+#include <ensonify/engine/sonar/echo/beam.h>
 
 namespace ensonify::engine {
 
@@ -48,6 +50,23 @@ namespace ensonify::engine {
 // Handbook, 1970, ch. 8: 8 pi a^2 L^2 / lambda^2 over 4 pi). An angle that is d over a right one
 // turns what returns by 2 d: I = |2 integral from 0 to W / 2 of exp(i k (z + r d)^2 / r) dz|^2.
 // Both reflections lose.
+//
+// Where the beam changes over what returns the sound, its two-way field b is part of the integral:
+//
+//     sigma = |integral of b exp(i k ...)|^2 / lambda^2.
+//
+// That is so where it is not wide against the Fresnel zone (glint_in_beam.h). Over a flat part the
+// integral across the array is Fresnel's, the one along the array is a sum. Elsewhere b is that of
+// the glint's place.
+
+/// A sonar's arrays, for glints in a beam that is narrow against what returns the sound.
+struct GlintBeam {
+  const Beam& beam;
+  const ReceiverMotion& motion;
+  Eigen::Vector3d array_axis;  ///< unit
+  double array_m;              ///< the length of the longer array
+  double sin_truncation;       ///< as in FanGrid
+};
 
 /// A straight line of a surface at a range, whose normal is inclined by `tilt` to the sonar.
 struct MirrorExtent {
@@ -55,10 +74,14 @@ struct MirrorExtent {
   double tilt;  ///< a sine
   double range_m;
 
-  bool reaches(double wavelength_m) const;  ///< whether it has a glint
-  bool is_far(double wavelength_m) const;   ///< far enough for the sinc of a plane wave
+  /// Whether it has a glint; array_m: the length of an array whose beam counts.
+  bool reaches(double wavelength_m, double array_m = 0.0) const;
+  bool is_far(double wavelength_m) const;  ///< far enough for the sinc of a plane wave
+  /// The integral whose square is I; its phase is against that of the path to the foot of the line
+  /// of sight, also where this is not on the line.
+  std::complex<double> field_m(double wavelength_m) const;
   /// I, m^2.
-  double power_m2(double wavelength_m) const;
+  double power_m2(double wavelength_m) const { return std::norm(field_m(wavelength_m)); }
   /// The phase of the integral, against that of the path to its nearest place.
   double phase_rad(double wavelength_m) const;
 };
@@ -70,21 +93,39 @@ struct Mirror {
   /// meet what is beside it.
   Eigen::Vector3d inside;
   double cross_section_m2;
-  double phase_rad;  ///< of a piece's echo, against that of the path to the place
+  double phase_rad;      ///< of a piece's echo, against that of the path to the place
+  bool in_beam = false;  ///< the cross-section contains the beam along the array
 };
 
 /// Where the sonar appears to be from a place.
 using SonarFrom = std::function<Eigen::Vector3d(const Eigen::Vector3d& place)>;
 
 /// That of a flat part whose middle is `away` from the sonar; none where it has no glint. curved:
-/// the facets of its body. sonar_from: from other places of a curved one, if not the same.
+/// the facets of its body. sonar_from: from other places of a curved one, if not the same. beam:
+/// none, if the whole flat part is on its axis.
 std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& curved,
                                 const Eigen::Vector3d& away, double wavelength_m,
-                                const SonarFrom& sonar_from = {});
+                                const SonarFrom& sonar_from = {}, const GlintBeam* beam = nullptr);
 
-/// The largest inclination (a sine) of a normal of the block to the sonar at which its flat part
-/// has a glint.
-double glint_reach(const FlatPartBlock& block, double wavelength_m);
+/// The glint of a straight line whose middle is `middle` away from the sonar.
+struct LineGlint {
+  double place_m;  ///< along the line, from its middle
+  double range_m;
+  /// |integral of the root of the width exp(i k (z - r t)^2 / r) dz|^2.
+  double power_m3;
+  bool in_beam;  ///< as in Mirror
+};
+
+/// That of a line of a surface that changes evenly from one width to another; none if it has no
+/// glint.
+std::optional<LineGlint> glint_of_line(const Eigen::Vector3d& middle, const Eigen::Vector3d& along,
+                                       double length_m, double width_m, double other_width_m,
+                                       double wavelength_m, const GlintBeam* beam);
+
+/// The largest inclination (a sine) of a normal of the block to a sonar at which its flat part has
+/// a glint, at ranges of at least range_m.
+double glint_reach(const FlatPartBlock& block, double wavelength_m, double range_m,
+                   const GlintBeam* beam = nullptr);
 
 /// I of a right corner across its edge, m^2.
 double corner_power_m2(double width_m, double excess_rad, double range_m, double wavelength_m);

@@ -99,6 +99,11 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
   }
   const Label& label = (*labels_)[object.label];
   const double specular = surfaces_.specular_of(label);
+  const GlintBeam beam = glint_beam();
+  const auto reach_of = [&](const FlatPartBlock& block) {
+    const double nearest_m = (block.middle - fan.origin).norm() - block.radius_m;
+    return nearest_m > 0.0 ? glint_reach(block, wavelength_m_, nearest_m, &beam) : 1.0;
+  };
   if (small) {
     if (small_.size() <= object.label) small_.resize(object.label + std::size_t{1}, 0);
     small_[object.label] = 1;
@@ -109,8 +114,7 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
   for (const FlatPartBlock& block : object.blocks) {
     const bool may_glint =
         specular > 0.0 && may_be_in_beam(block.middle, block.radius_m) &&
-        block.may_face(fan.origin, glint_reach(block, wavelength_m_) + fan.bend.turn_rad,
-                       label.two_sided);
+        block.may_face(fan.origin, reach_of(block) + fan.bend.turn_rad, label.two_sided);
     const bool may_echo = small && may_be_in_beam(block.middle, block.radius_m);
     if (!may_echo && !may_glint) continue;
     for (const FlatPart& flat_part : flat_parts.subspan(block.first, block.count)) {
@@ -197,11 +201,12 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
       const std::optional<RayToPlace> ray = ray_to(place - origin);
       return ray ? place - ray->apparent : origin;
     };
+  const GlintBeam beam = glint_beam();
   const std::optional<Mirror> mirror =
-      mirror_of(flat_part, object.curved, apparent, wavelength_m_, sonar_from);
+      mirror_of(flat_part, object.curved, apparent, wavelength_m_, sonar_from, &beam);
   if (!mirror) return;
   const Vector3d place = away + mirror->offset;
-  const std::optional<Sight> sight = sight_of(place, away + mirror->inside);
+  const std::optional<Sight> sight = sight_of(place, away + mirror->inside, 0.0, !mirror->in_beam);
   if (!sight) return;
   add_mirror_at(place, sight->range_m, sight->energy * specular, object.label, flat_part, *mirror);
 }
@@ -214,22 +219,24 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   if (!ray_to_middle) return;
   // The point of the edge that is nearest to the sonar.
   const Vector3d& apparent = ray_to_middle->apparent;
-  const double along_m = -apparent.dot(edge), half_m = 0.5 * double(corner.length_m);
-  const Vector3d offset = std::clamp(along_m, -half_m, half_m) * edge;
-  const Vector3d from = apparent + offset;
-  const double range_m = from.norm();
-  const Vector3d back = -from / range_m;
+  const double length_m = double(corner.length_m);
+  const GlintBeam beam = glint_beam();
+  const std::optional<LineGlint> lengthwise =
+      glint_of_line(apparent, edge, length_m, 1.0, 1.0, wavelength_m_, &beam);
+  if (!lengthwise) return;
+  const Vector3d offset = lengthwise->place_m * edge;
+  const double range_m = lengthwise->range_m;
+  const Vector3d back = -(apparent + offset) / range_m;
   const double sine_one = back.dot(corner.other.cast<double>());
   const double sine_other = back.dot(corner.one.cast<double>());
   if (!(sine_one > 0.0 && sine_other > 0.0)) return;
-  const MirrorExtent lengthwise{double(corner.length_m), along_m / range_m, range_m};
-  if (!lengthwise.reaches(wavelength_m_)) return;
   const double width_m =
       2.0 * std::min(double(corner.one_m) * sine_one, double(corner.other_m) * sine_other);
   const Vector3d place = to + offset;
   // A corner may be inside an open body, which is seen only where it is open towards the sonar: by
   // its flat parts, not at the very ends of the edge, next to which other rays pass.
-  const Vector3d inner = to + std::clamp(along_m, -0.8 * half_m, 0.8 * half_m) * edge;
+  const Vector3d inner =
+      to + std::clamp(lengthwise->place_m, -0.4 * length_m, 0.4 * length_m) * edge;
   const auto seen_of = [&](const Eigen::Vector3f& from_edge, float reach_m, double sine) {
     const std::optional<RayToPlace> ray =
         ray_to(inner + 0.5 * double(reach_m) * from_edge.cast<double>());
@@ -245,11 +252,11 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   if (!(flat_parts_seen > 0.0)) return;
   // The corner's own flat parts are nearer than its edge.
   const std::optional<Sight> sight =
-      sight_of(place, place, double(std::max(corner.one_m, corner.other_m)));
+      sight_of(place, place, double(std::max(corner.one_m, corner.other_m)), !lengthwise->in_beam);
   if (!sight) return;
   const double cross_section_m2 =
       corner_power_m2(width_m, double(corner.excess_rad), range_m, wavelength_m_) *
-      lengthwise.power_m2(wavelength_m_) / (wavelength_m_ * wavelength_m_);
+      lengthwise->power_m3 / (wavelength_m_ * wavelength_m_);
   add_glint_at(place, sight->range_m,
                flat_parts_seen * sight->energy * specular * specular * cross_section_m2,
                object.label, corner.surface);

@@ -111,7 +111,7 @@ class ObjectEchoes {
     double sin_azimuth, sin_elevation;
   };
   std::optional<RayToPlace> ray_to(const Eigen::Vector3d& away) const;
-  bool see(const RayToPlace& ray, Line& line) const;
+  bool see(const RayToPlace& ray, Line& line, bool with_arrays = true) const;
   double seen_share(const Line& line, double time_range_m, int own_label = -1, double own_m = 0.0,
                     double own_slope = 0.0) const;
   struct Sight {  // of a place
@@ -120,7 +120,8 @@ class ObjectEchoes {
     double energy;  // of 1 m^2 of cross-section there, of what is seen
   };
   std::optional<Sight> sight_of(const Eigen::Vector3d& place, const Eigen::Vector3d& shows_seen,
-                                double nearer_m = 0.0) const;
+                                double nearer_m = 0.0, bool with_arrays = true) const;
+  GlintBeam glint_beam() const;
   struct FirstHit {  // of a ray
     double range_m = std::numeric_limits<double>::infinity();
     int label = -1;

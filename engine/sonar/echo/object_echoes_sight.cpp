@@ -25,8 +25,9 @@ std::optional<RayToPlace> ObjectEchoes::ray_to(const Eigen::Vector3d& away) cons
                     .absorption_db = db_per_m * range_m};
 }
 
-/// The line of a ray to its place, if that is within the fan and its beam.
-bool ObjectEchoes::see(const RayToPlace& ray, Line& line) const {
+/// The line of a ray to its place, if that is within the fan and its beam. with_arrays: its energy
+/// contains their beam, not the vertical pattern alone.
+bool ObjectEchoes::see(const RayToPlace& ray, Line& line, bool with_arrays) const {
   const RayFan& fan = *view_->fan;
   const double side = ray.launch.dot(fan.array_axis), ahead = ray.launch.dot(fan.middle);
   line.sin_elevation = ray.launch.dot(fan.pole);
@@ -37,9 +38,17 @@ bool ObjectEchoes::see(const RayToPlace& ray, Line& line) const {
     return false;
   line.sin_azimuth = side / cos_elevation;
   const BeamSample sample{static_cast<float>(line.sin_azimuth), 1.0f};
-  const double weight = view_->beam->two_way(view_->side, {&sample, 1}, cos_elevation, ray.launch,
-                                             ray.range_m, *view_->motion) /
-                        cos_elevation;
+  const Beam& beam = *view_->beam;
+  double weight;
+  if (with_arrays) {
+    weight = beam.two_way(view_->side, {&sample, 1}, cos_elevation, ray.launch, ray.range_m,
+                          *view_->motion) /
+             cos_elevation;
+  } else {
+    const auto [sent, heard] =
+        beam.vertical_powers(view_->side, ray.launch, ray.range_m, *view_->motion);
+    weight = sent * heard;
+  }
   // EchoFormer absorbs over the range, the same at all depths.
   const double more_db = ray.absorption_db - medium_.absorption_db_per_m * ray.range_m;
   line.energy = weight / std::pow(ray.apparent.squaredNorm(), 2) * scatter::from_db(-2.0 * more_db);
@@ -114,10 +123,10 @@ double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_l
 /// to it along the array as the beam reaches, do not go as far, less nearer_m.
 std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Eigen::Vector3d& place,
                                                           const Eigen::Vector3d& shows_seen,
-                                                          double nearer_m) const {
+                                                          double nearer_m, bool with_arrays) const {
   const std::optional<RayToPlace> ray = ray_to(place);
   Line line;
-  if (!ray || !see(*ray, line)) return std::nullopt;
+  if (!ray || !see(*ray, line, with_arrays)) return std::nullopt;
   const RayFan& fan = *view_->fan;
   // Between its last planes and the truncation some rays are missing.
   const double farthest_m = 0.7 * fan.grid->sin_truncation * place.norm();
@@ -131,6 +140,16 @@ std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Eigen::Vector3d&
                           : seen_share(line, ray->range_m - nearer_m);
   if (!(seen > 0.0)) return std::nullopt;
   return Sight{.range_m = ray->range_m, .seen = seen, .energy = seen * line.energy};
+}
+
+GlintBeam ObjectEchoes::glint_beam() const {
+  const Beam& beam = *view_->beam;
+  return {.beam = beam,
+          .motion = *view_->motion,
+          .array_axis = view_->fan->array_axis,
+          .array_m = wavelength_m_ *
+                     double(std::max(beam.transmit().x_per_sine, beam.receive().x_per_sine)),
+          .sin_truncation = view_->fan->grid->sin_truncation};
 }
 
 /// Whether a ball may reach into the fan's beam and range.

@@ -1,4 +1,6 @@
+#include <array>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "support/catch.h"
@@ -233,6 +235,46 @@ TEST_CASE("an unfocused array's beam changes from the array's length nearby to s
   CHECK(array.power(0.5 * array.length_m / near_m, near_m) * array.length_m * array.length_m /
             (array.wavelength_m * near_m) ==
         Approx(0.25).epsilon(0.1));
+}
+
+TEST_CASE(
+    "the square of the arrays' field is the two-way beam: near, shaded, in zones, on the move") {
+  Pose moving;
+  moving.velocity_mps = {3.0, 0.5, 0.0};
+  moving.heading_rate_radps = 0.05;
+  Sonar near, focused, shaded, zones, several;
+  focused.focused = true;
+  shaded.receive_shading = ShadingKind::hann;
+  shaded.receive_array_length_m = 0.8;
+  zones.focus_zones_m = {12.0, 50.0};
+  several.beams = 5;
+  several.array_length_m = 0.06;
+  several.receive_array_length_m = 0.7;
+  several.focused = true;
+  for (Sonar sonar : {near, focused, shaded, zones, several})
+    for (const Pose& pose : {Pose{}, moving}) {
+      sonar.vertical.beamwidth_rad = 0.0;
+      const Beam beam(sonar, 0.00375, sonar.beam_offset_m(sonar.beams - 1));
+      const ReceiverMotion motion = receiver_motion(pose, Side::starboard, 75.0, 1500.0);
+      const Eigen::Matrix3d body = body_to_world(pose);
+      for (const double range_m : {10.0, 20.0, 60.0}) {
+        const Eigen::Vector3d abeam = body.col(1);
+        const ArrayField field = beam.field_near(abeam, range_m, motion);
+        const double middle = 0.5 * (field.low + field.high), half = 0.5 * (field.high - field.low);
+        REQUIRE(half > 0.0);
+        for (double share = -1.2; share < 1.2; share += 0.0371) {
+          const double sine = middle + share * half;
+          const std::array<BeamSample, 1> sample{{{static_cast<float>(sine), 1.0f}}};
+          CAPTURE(sonar.beams, motion.steady, range_m, share);
+          const double power = beam.two_way(Side::starboard, sample, 1.0, abeam, range_m, motion);
+          if (std::abs(share) > 1.001) {
+            CHECK(power == 0.0);
+          } else if (std::abs(share) < 0.999) {
+            CHECK(std::norm(field.at(sine)) == Approx(power).margin(0.006));
+          }
+        }
+      }
+    }
 }
 
 TEST_CASE("the array's table agrees with the array's pattern, near and far") {

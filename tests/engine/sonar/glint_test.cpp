@@ -318,7 +318,7 @@ TEST_CASE("a block of flat parts contains the glints of their surface, which fac
           ++glints;
           CAPTURE(mesh.faces.size(), sonar.transpose());
           CHECK((part.middle + mirror->offset - block.middle).norm() < block.radius_m);
-          CHECK(block.may_face(sonar, glint_reach(block, wavelength_m), false));
+          CHECK(block.may_face(sonar, glint_reach(block, wavelength_m, away.norm()), false));
         }
     }
     CHECK(glints > 20);
