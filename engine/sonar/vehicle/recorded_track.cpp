@@ -132,12 +132,24 @@ Spline::Spline(std::vector<double> times_s, std::vector<double> values)
   const auto secant = [&](std::size_t i) { return (values_[i + 1] - values_[i]) / step(i); };
   rates_.front() = rates_.back() = secant(0);
   if (n == 2) return;
-  const auto stands = [&](std::size_t i) { return secant(i) == 0.0; };
+  const auto stands = [&](std::size_t i) { return secant(i) == 0.0 && !is_gap(i); };
+  // The parabola at an end would turn back after a gap.
+  const auto end_rate = [&](std::size_t i, double inner_rate) {
+    if (is_gap(i)) return secant(i);
+    return stands(i) ? 0.0 : 2.0 * secant(i) - inner_rate;
+  };
   for (std::size_t i = 1; i + 1 < n; ++i)
     if (!stands(i - 1) && !stands(i))
       rates_[i] = (step(i) * secant(i - 1) + step(i - 1) * secant(i)) / (step(i - 1) + step(i));
-  rates_.front() = stands(0) ? 0.0 : 2.0 * secant(0) - rates_[1];
-  rates_.back() = stands(n - 2) ? 0.0 : 2.0 * secant(n - 2) - rates_[n - 2];
+  rates_.front() = end_rate(0, rates_[1]);
+  rates_.back() = end_rate(n - 2, rates_[n - 2]);
+}
+
+bool Spline::is_gap(std::size_t i) const {
+  constexpr double times_longer = 10.0;
+  const auto step = [&](std::size_t k) { return times_s_[k + 1] - times_s_[k]; };
+  return (i > 0 && step(i) > times_longer * step(i - 1)) ||
+         (i + 2 < times_s_.size() && step(i) > times_longer * step(i + 1));
 }
 
 std::pair<double, double> Spline::cubic(double t_s) const {
@@ -151,7 +163,9 @@ std::pair<double, double> Spline::cubic(double t_s) const {
   const auto i = static_cast<std::size_t>(after - times_s_.begin()) - 1;
   // Hermite: value and slope at both ends.
   const double h = times_s_[i + 1] - times_s_[i], u = t_s - times_s_[i];
+  if (u == 0.0) return line(i);
   const double secant = (values_[i + 1] - values_[i]) / h;
+  if (is_gap(i)) return {values_[i] + u * secant, secant};
   const double c2 = (3.0 * secant - 2.0 * rates_[i] - rates_[i + 1]) / h;
   const double c3 = (rates_[i] + rates_[i + 1] - 2.0 * secant) / (h * h);
   return {values_[i] + u * (rates_[i] + u * (c2 + u * c3)),

@@ -29,7 +29,8 @@ struct NavigationLog {
 /// A column as a smooth function of time: cubics between the rows, straight lines beyond the ends.
 /// The slope at a row is that of the parabola through the row and its neighbours, so constant
 /// acceleration is reproduced exactly. Between two rows with the same value the function is
-/// constant.
+/// constant. A gap in the rows is crossed in a straight line: the slopes at its ends belong to much
+/// shorter times.
 class Spline {
  public:
   Spline() = default;  ///< always 0
@@ -40,6 +41,7 @@ class Spline {
   std::span<const double> times_s() const { return times_s_; }
 
  private:
+  bool is_gap(std::size_t i) const;                   // between row i and the next one
   std::pair<double, double> cubic(double t_s) const;  // value and rate
   std::vector<double> times_s_, values_, rates_;
 };

@@ -54,6 +54,37 @@ TEST_CASE("a vehicle that stands still keeps its course and its place") {
   CHECK(track.at(4.7).position.x() == Approx(2.0).margin(1e-9));
 }
 
+TEST_CASE("a recorded track crosses a gap in its rows in a straight line") {
+  // Two lines at 2 m/s, rolling, with four minutes between them.
+  NavigationLog log;
+  for (const double begin_s : {0.0, 260.0})
+    for (int i = 0; i <= 20; ++i) {
+      log.t_s.push_back(begin_s + i);
+      log.x_m.push_back(begin_s == 0.0 ? 0.0 : 30.0);
+      log.y_m.push_back(begin_s == 0.0 ? 2.0 * i : 40.0 - 2.0 * i);
+      log.z_m.push_back(-10.0 + 0.2 * std::sin(0.5 * i));
+      log.heading_rad.push_back(begin_s == 0.0 ? 5.0 * degree * i : 180.0 * degree);
+    }
+  for (const double smooth_s : {0.0, 2.0}) {
+    const RecordedTrack track(log, smooth_s);
+    for (double t_s = 20.0; t_s <= 260.0; t_s += 0.5) {
+      CAPTURE(smooth_s, t_s);
+      const double share = (t_s - 20.0) / 240.0;
+      const Pose pose = track.at(t_s);
+      CHECK(pose.position.x() == Approx(30.0 * share).margin(0.2));
+      CHECK(pose.position.y() == Approx(40.0).margin(0.5));
+      CHECK(std::abs(pose.position.z() + 10.0) < 0.25);
+      CHECK(pose.heading_rad == Approx((100.0 + 80.0 * share) * degree).margin(1e-6));
+    }
+    CHECK(track.at(20.0).velocity_mps.y() == Approx(2.0).margin(0.2));
+    CHECK(track.at(260.0).velocity_mps.y() == Approx(-2.0).margin(0.2));
+  }
+  // Also at the ends.
+  const NavigationLog late{.t_s = {0, 1, 2, 1000}, .x_m = {0, 0, 0, 0}, .y_m = {0, 5, 10, 11}};
+  CHECK(RecordedTrack(late, 0.0).at(1000.0).velocity_mps.y() == Approx(1.0 / 998.0));
+  CHECK(RecordedTrack(late, 0.0).at(500.0).position.y() == Approx(10.5).margin(0.01));
+}
+
 TEST_CASE("smoothing keeps a steady course, though every place is repeated and rounded") {
   NavigationLog log;
   const double speed_mps = 0.9, step_m = 0.18;
