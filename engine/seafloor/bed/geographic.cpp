@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -24,6 +25,10 @@ constexpr double most_from_middle_deg = 30.0;  // the series is exact to nanomet
 double middle_of_zone_deg(int zone) { return 6.0 * std::abs(zone) - 183.0; }
 
 Eigen::Vector2d false_origin_m(int zone) { return {500e3, zone > 0 ? 0.0 : 10e6}; }
+
+/// The direction of a plane's north at a place, clockwise from true north. The columns of `axes`
+/// are the place's own east, north and up, in those of the plane.
+double convergence_rad(const std::vector<double>& axes) { return std::atan2(axes[3], axes[4]); }
 
 void check(const GeographicPlace& where) {
   if (!(where.latitude_rad >= -90.0 * degree && where.latitude_rad <= 90.0 * degree &&
@@ -63,8 +68,10 @@ MapPlace tangent_place(const GeographicPlace& where, const GeographicPlace& orig
                                             origin.longitude_rad / degree);
   MapPlace map;
   double up_m = 0.0;
+  std::vector<double> axes(9);
   plane.Forward(where.latitude_rad / degree, where.longitude_rad / degree, 0.0, map.place.x(),
-                map.place.y(), up_m);
+                map.place.y(), up_m, axes);
+  map.convergence_rad = convergence_rad(axes);
   return map;
 }
 
@@ -87,8 +94,9 @@ PlaceOnEarth place_of_tangent(const Eigen::Vector2d& place, const GeographicPlac
   const GeographicLib::LocalCartesian plane(origin.latitude_rad / degree,
                                             origin.longitude_rad / degree);
   double latitude_deg = 0.0, longitude_deg = 0.0, up_m = 0.0;
-  plane.Reverse(place.x(), place.y(), 0.0, latitude_deg, longitude_deg, up_m);
-  return {{latitude_deg * degree, longitude_deg * degree}, 0.0};
+  std::vector<double> axes(9);
+  plane.Reverse(place.x(), place.y(), 0.0, latitude_deg, longitude_deg, up_m, axes);
+  return {{latitude_deg * degree, longitude_deg * degree}, convergence_rad(axes)};
 }
 
 #else

@@ -82,3 +82,25 @@ TEST_CASE(
   CHECK(east.place.x() ==
         Approx(arc_rad * a / std::sqrt(w) * std::cos(origin.latitude_rad)).epsilon(1e-5));
 }
+
+TEST_CASE("away from its origin, the north of a tangent plane is not true north") {
+  if (missing_library()) return;
+  const GeographicPlace origin{78.0 * degree, 15.0 * degree};
+  const PlaceOnEarth place = place_of_tangent({8000.0, -3000.0}, origin);
+  // Meridians converge by the difference in longitude times the sine of the latitude.
+  CHECK(place.convergence_rad / degree ==
+        Approx((place.where.longitude_rad - origin.longitude_rad) / degree *
+               std::sin(place.where.latitude_rad))
+            .epsilon(1e-3));
+  CHECK(place.convergence_rad > 0.3 * degree);
+  CHECK(tangent_place(place.where, origin).convergence_rad ==
+        Approx(place.convergence_rad).epsilon(1e-9));
+  // The azimuth of a short way to the plane's north.
+  const PlaceOnEarth north = place_of_tangent({8000.0, -2990.0}, origin);
+  const Eigen::Vector2d way = tangent_place(north.where, place.where).place;
+  CHECK(std::atan2(way.x(), way.y()) == Approx(place.convergence_rad).epsilon(1e-4));
+  CHECK(place_of_tangent({0.0, 0.0}, origin).convergence_rad == Approx(0.0).margin(1e-12));
+  // Beyond the pole it is south.
+  const PlaceOnEarth beyond = place_of_tangent({0.0, 100.0}, {90.0 * degree, 0.0});
+  CHECK(std::abs(beyond.convergence_rad) == Approx(180.0 * degree));
+}
