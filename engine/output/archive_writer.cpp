@@ -71,9 +71,12 @@ void ArchiveWriter::add(const std::string& name, std::span<const std::byte> cont
   archive_entry_set_size(entry.get(), static_cast<la_int64_t>(content.size()));
   archive* const output = impl_->output.get();
   impl_->check(archive_write_header(output, entry.get()));
-  const bool whole = archive_write_data(output, content.data(), content.size()) ==
-                     static_cast<la_ssize_t>(content.size());
-  impl_->check(whole ? ARCHIVE_OK : ARCHIVE_FATAL);
+  // libarchive takes at most 2 GiB at once.
+  while (!content.empty()) {
+    const la_ssize_t written = archive_write_data(output, content.data(), content.size());
+    impl_->check(written > 0 ? ARCHIVE_OK : ARCHIVE_FATAL);
+    content = content.subspan(static_cast<std::size_t>(written));
+  }
 }
 
 void ArchiveWriter::finish() { impl_->check(archive_write_close(impl_->output.get())); }

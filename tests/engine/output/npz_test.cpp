@@ -1,7 +1,11 @@
+#include <ensonify/engine/output/archive_writer.h>
 #include <ensonify/engine/output/npz.h>
+
+#include <sys/mman.h>
 
 #include <cstdlib>
 #include <cstring>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -135,6 +139,21 @@ TEST_CASE("A NumPy archive has the same bytes a second time, and in another time
   CHECK(npz(waterfall, origin) == bytes);
   const OtherSettings other;
   CHECK(npz(waterfall, origin) == bytes);
+}
+
+TEST_CASE("An archive takes files of more than 2 GiB") {
+  // Pages of zeros, which take no memory.
+  const std::size_t size = (std::size_t{1} << 31) + 4096;
+  void* const zeros =
+      mmap(nullptr, size, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  REQUIRE(zeros != MAP_FAILED);
+  std::size_t written = 0;
+  ArchiveWriter tar(ArchiveFormat::ustar, "cannot make it",
+                    [&](std::span<const std::byte> bytes) { written += bytes.size(); });
+  CHECK_NOTHROW(tar.add("layer.npy", {static_cast<const std::byte*>(zeros), size}));
+  CHECK_NOTHROW(tar.finish());
+  CHECK(written > size);
+  munmap(zeros, size);
 }
 
 TEST_CASE("A NumPy archive reports each piece that cannot be written") {

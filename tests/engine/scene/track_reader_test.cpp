@@ -1,5 +1,6 @@
 #include <ensonify/engine/scene/tables/track_reader.h>
 
+#include <cmath>
 #include <cstring>
 
 #include <fmt/format.h>
