@@ -81,8 +81,9 @@ void put_time(PackedBytes& bytes, std::int64_t unix_ms) {
 
 /// Heading in degrees. North is 360, because some readers take an attitude of zeros as missing.
 float heading_deg(double heading_rad) {
+  constexpr float rounding_deg = 1e-6f;
   const float degrees = as_float(heading_rad / degree);
-  return degrees == 0.0f ? 360.0f : degrees;
+  return degrees < rounding_deg ? 360.0f : degrees;
 }
 
 void add_channel(PackedBytes& bytes, std::size_t at, std::size_t channel,

@@ -387,14 +387,18 @@ TEST_CASE("a recording has the sonar's position and attitude, not the vehicle's"
   CHECK(there.place.latitude_rad / degree == Approx(55.0 + 0.198 / 111.315).margin(2e-7));
   CHECK(there.depth_m == Approx(13.5));
   CHECK(there.altitude_m == Approx(7.25 - 1.0 - 0.6));
-  CHECK(there.heading_rad / degree == Approx(90.0));
+  // From true north at its place, where meridians have converged by the sine of the latitude.
+  const auto north_deg = [&] {
+    return (there.place.longitude_rad / degree - 10.0) * std::sin(there.place.latitude_rad);
+  };
+  CHECK(there.heading_rad / degree == Approx(90.0 + north_deg()).epsilon(1e-9));
   CHECK(there.speed_mps == Approx(std::hypot(1.0 - 0.5 * 2.0, 1.0 - 0.5 * 6.0)));  // it turns
 
   // The array lies athwart: the vehicle's roll is the sonar's pitch.
   line.sonar.mounting = {.azimuth_rad = -90.0 * degree};
   ping.reported.roll_rad = 3.0 * degree;
   there = recorded();
-  CHECK(there.heading_rad / degree == Approx(360.0).margin(1e-9));
+  CHECK(there.heading_rad / degree == Approx(north_deg()).margin(1e-6));
   CHECK(there.pitch_rad / degree == Approx(3.0));
   CHECK(there.roll_rad / degree == Approx(0.0).margin(1e-9));
   line.sonar.mounting = {.pitch_rad = 20.0 * degree};
