@@ -343,6 +343,8 @@ class SurveyReader {
       // Absolute, so that no name is taken for one of GDAL's prefixes ("NETCDF:...").
       open_as(std::filesystem::absolute(file_), survey_drivers.data());
     }
+    if (!dataset_ && refine::begins_with(file_, "\xef\xbb\xbf"))
+      fail("begins with a byte-order mark, which GDAL does not take; save it as UTF-8 without one");
     if (!dataset_)
       fail_with_gdal(
           "cannot be read as GeoTIFF, BAG, ESRI ASCII grid, netCDF, VRT, .npy or lines of x y z; is "

@@ -140,6 +140,7 @@ TEST_CASE("Text grids that are truncated, contradict their header or hold no num
   CHECK(has(error(text_grid("-9999 -2 -9999 -4\n-5 -9999 -7 -9999\n-9999 -1 -9999 2\n")),
             "all four corners"));
   CHECK(has(error("hello, I am no grid"), "cannot be read"));
+  CHECK(has(survey_error(folder, "\xef\xbb\xbf" + whole, "grid.asc"), "byte-order mark"));
   CHECK_THROWS_AS(read_survey(folder / "absent.asc", 0.0), MeshError);
   CHECK_THROWS_AS(read_survey(folder.path(), 0.0), MeshError);
   CHECK_THROWS_AS(survey_of(folder, whole, "grid.asc", std::numeric_limits<double>::quiet_NaN()),
