@@ -5,7 +5,10 @@
 #include <cctype>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -70,9 +73,43 @@ std::optional<double> middle_value(const PingColumn& column, const RecordedPing&
   return *from + 0.5 * (is_angle ? std::remainder(*to - *from, 360.0) : *to - *from);
 }
 
+/// The outermost beams of one ping; the same one if it has one packet.
+struct PingBeams {
+  const RecordedPing *rear, *front;
+};
+
+/// A column of the pings; NaN where they do not state it.
+std::vector<double> recorded_values(const PingColumn& column, std::span<const PingBeams> pings) {
+  std::vector<double> values;
+  for (const auto& [rear, front] : pings)
+    values.push_back(
+        middle_value(column, *rear, *front).value_or(std::numeric_limits<double>::quiet_NaN()));
+  return values;
+}
+
+/// Replaces NaN by what lies between the values before and after, in time; one value at least is
+/// known.
+void fill_gaps(std::vector<double>& values, std::span<const PingBeams> pings, bool is_angle_deg) {
+  const auto begin = values.begin();
+  auto last = std::ranges::find_if_not(values, [](double value) { return std::isnan(value); });
+  std::fill(begin, last, *last);
+  const auto time_s = [&](auto at) {
+    return *pings[static_cast<std::size_t>(at - begin)].front->t_s;
+  };
+  for (auto next = last + 1; next != values.end(); ++next) {
+    if (std::isnan(*next)) continue;
+    const double change = is_angle_deg ? std::remainder(*next - *last, 360.0) : *next - *last;
+    for (auto at = last + 1; at != next; ++at)
+      *at = *last + change * (time_s(at) - time_s(last)) / (time_s(next) - time_s(last));
+    last = next;
+  }
+  std::fill(last + 1, values.end(), *last);
+}
+
 /// The navigation of a recording's first line: its pings with a place and a time later than all
-/// before. A column that one of them lacks is left out.
-CsvTable navigation_table(const std::filesystem::path& file, std::vector<std::string>& warnings) {
+/// before. A height or an angle that some of them lack is interpolated, or left out if most do.
+CsvTable navigation_table(const std::filesystem::path& file, Vertical vertical,
+                          std::vector<std::string>& warnings) {
   RecordedLine line;
   try {
     line = std::move(read_recording(file).front());
@@ -80,10 +117,7 @@ CsvTable navigation_table(const std::filesystem::path& file, std::vector<std::st
     throw SceneError(error.what());
   }
   warnings = line.warnings;
-  struct Beams {
-    const RecordedPing *rear, *front;
-  };
-  std::vector<Beams> pings;
+  std::vector<PingBeams> pings;
   std::vector<int> numbers;
   std::size_t not_after = 0;
   for (std::size_t i = 0; i < line.pings.size(); ++i) {
@@ -112,15 +146,27 @@ CsvTable navigation_table(const std::filesystem::path& file, std::vector<std::st
   std::vector<bool> has;
   std::vector<double> values(pings.size() * track_columns.size(), 0.0);
   for (std::size_t i = 0; i < track_columns.size(); ++i) {
-    const PingColumn* column = recorded_column(track_columns[i].name);
-    bool all = column != nullptr;
-    for (std::size_t row = 0; all && row < pings.size(); ++row) {
-      const std::optional<double> value =
-          middle_value(*column, *pings[row].rear, *pings[row].front);
-      all = value.has_value();
-      values[row * track_columns.size() + i] = value.value_or(0.0);
-    }
-    has.push_back(all);
+    const std::string_view name = track_columns[i].name;
+    has.push_back(false);
+    const PingColumn* const column = recorded_column(name);
+    if (!column) continue;
+    std::vector<double> of_pings = recorded_values(*column, pings);
+    const auto lacking = static_cast<std::size_t>(
+        std::ranges::count_if(of_pings, [](double value) { return std::isnan(value); }));
+    if (lacking == pings.size()) continue;
+    // Places have no gaps, or are of another kind. An altitude has no effect where a depth is kept.
+    const bool needed =
+        i >= z_m && !(i == altitude_m && has[depth_m] && vertical == Vertical::depth);
+    if (lacking > 0 && !needed) continue;
+    has.back() = 2 * lacking <= pings.size();
+    if (lacking > 0)
+      warnings.push_back(fmt::format("{}: {} of its {} pings have no {}, which is {}",
+                                     file.string(), lacking, pings.size(), name,
+                                     has.back() ? "interpolated between the others" : "not used"));
+    if (!has.back()) continue;
+    fill_gaps(of_pings, pings, name.ends_with("_deg"));
+    for (std::size_t row = 0; row < pings.size(); ++row)
+      values[row * track_columns.size() + i] = of_pings[row];
   }
   return CsvTable::of(file.string(), std::move(has), std::move(values), std::move(numbers));
 }
@@ -331,8 +377,8 @@ NavigationLog parse_track(std::string_view text, std::string_view name, const Tr
 NavigationLog read_track(const TrackOptions& track, const LocalFrame& frame) {
   const std::filesystem::path& file = track.file.path;
   std::vector<std::string> warnings;
-  const CsvTable table =
-      is_recording(file) ? navigation_table(file, warnings) : CsvTable::read(file, track_format);
+  const CsvTable table = is_recording(file) ? navigation_table(file, track.vertical, warnings)
+                                            : CsvTable::read(file, track_format);
   NavigationLog log = TrackReader(table, file.string(), track, frame).read();
   log.warnings.insert(log.warnings.begin(), warnings.begin(), warnings.end());
   return log;

@@ -28,8 +28,9 @@ struct LocalFrame {
 ///   with latitudes, else from the y axis.
 ///
 /// Or an XTF or JSF recording: the navigation of its pings (RecordedPing), with `utc_s`. Pings
-/// without a place, or whose time is not after those of all earlier pings, are left out; so is a
-/// column that is missing in one of the other pings. Warnings are those of the recording, and one
+/// without a place, or whose time is not after those of all earlier pings, are left out. A height
+/// or an angle that some of the other pings lack is interpolated between those that have it; it is
+/// not used if most lack it. Warnings are those of the recording, one for each such column, and one
 /// for each column whose name resembles a height or an angle but is not listed here. In messages
 /// about a recording the number after the file's name is the ping's.
 ///

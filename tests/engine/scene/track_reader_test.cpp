@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -196,6 +197,55 @@ TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {
               .ends_with("none of its 3 pings has a time and a position, so it "
                          "is no track; give a CSV file"));
   }
+}
+
+TEST_CASE("a height or an angle that some pings of a recording lack is interpolated") {
+  const tests::TemporaryFolder folder;
+  Recording recording = tests::small_recording();
+  const NavPing ping = recording.pings[0];
+  recording.pings.assign(6, ping);
+  for (int i = 0; i < 6; ++i) {
+    NavPing& at = recording.pings[static_cast<std::size_t>(i)];
+    at.unix_ms += 100 * i + (i > 3 ? 200 : 0);
+    at.place.latitude_rad += 1e-7 * i;
+    at.depth_m = 0.0;  // not stated
+    at.altitude_m = 5.0 + i;
+    at.heading_rad = (i < 3 ? 357.0 + i : i - 3.0) * degree;
+  }
+  // The bed was not found in one ping, the altitude of the first was not known.
+  recording.pings[0].altitude_m = recording.pings[4].altitude_m = 0.0;
+  std::string bytes = tests::as_text(encode_xtf({&recording, 1}));
+  const std::size_t packet = (bytes.size() - 1024) / 6;
+  const float none = std::numeric_limits<float>::quiet_NaN();
+  for (const std::size_t i : {2u, 3u})  // with headings of 359 and 0 degrees
+    std::memcpy(bytes.data() + 1024 + i * packet + 212, &none, sizeof none);
+  tests::write_text(folder / "line", bytes);
+  const NavigationLog log =
+      read_track({.kind = TrackKind::file, .file = {"line", folder / "line"}}, {});
+  REQUIRE(log.altitude_m.size() == 6);
+  CHECK(log.altitude_m[0] == Approx(6.0));                    // as the next one
+  CHECK(log.altitude_m[4] == Approx(8.0 + 2.0 * 300 / 400));  // 0.3 of 0.4 s after 8 m, before 10 m
+  REQUIRE(log.heading_rad.size() == 6);
+  for (const std::size_t i : {2u, 3u}) {  // from 358 degrees at 0.1 s to 1 degree at 0.6 s
+    const double deg = 358.0 + 3.0 * (0.1 * static_cast<double>(i) - 0.1) / 0.5;
+    CHECK(std::remainder(log.heading_rad[i] / degree - deg, 360.0) == Approx(0.0).margin(1e-3));
+  }
+  REQUIRE(log.warnings.size() == 2);
+  CHECK(log.warnings[0].ends_with(
+      "line: 2 of its 6 pings have no altitude_m, which is interpolated between the others"));
+  CHECK_THAT(log.warnings[1], Catch::Contains("2 of its 6 pings have no heading_deg"));
+
+  // Of no use are altitudes next to depths, and what most pings lack.
+  for (NavPing& at : recording.pings) at.depth_m = 12.0;
+  for (const std::size_t i : {1u, 2u, 3u}) recording.pings[i].altitude_m = 0.0;
+  tests::write_text(folder / "line", tests::as_text(encode_xtf({&recording, 1})));
+  TrackOptions track{.kind = TrackKind::file, .file = {"line", folder / "line"}};
+  CHECK(read_track(track, {}).warnings.empty());
+  track.vertical = Vertical::altitude;
+  const NavigationLog over_bed = read_track(track, {});
+  CHECK(over_bed.altitude_m.empty());
+  REQUIRE(over_bed.warnings.size() == 1);
+  CHECK(over_bed.warnings[0].ends_with("5 of its 6 pings have no altitude_m, which is not used"));
 }
 
 TEST_CASE("the track of an XTF of several beams is that of the middle of the beams") {
