@@ -142,7 +142,7 @@ TEST_CASE("A file without a profile is refused, and the error names what is miss
   check_refused(std::string("\xff\xfe"
                             "d\0e\0p\0t\0h\0",
                             12),
-                1, "no column depth_m");  // UTF-16
+                1, "is in UTF-16");
   check_refused(std::string(300, '\0'), 1, "no column depth_m");
   check_refused("\x89PNG\r\n\x1a\n", 1, "no column depth_m");
   check_refused("{\"depth_m\": [0, 10]}", 1, "no column");
