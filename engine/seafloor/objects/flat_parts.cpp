@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -76,10 +77,13 @@ struct Moments {
   Vector3d x, y;
   double xx, yy, xy;
   double root_m2() const { return std::sqrt(std::max(xx * yy - xy * xy, 0.0)); }
+  /// Whether no axis has a greater one than another, as those of a square.
+  bool are_equal() const { return std::hypot(xx - yy, 2.0 * xy) < 1e-3 * (xx + yy); }
 };
 
 /// What the faces of a flat part add up to.
 struct Sum {
+  std::uint32_t faces = 0;
   double area_m2 = 0.0;
   Vector3d first = Vector3d::Zero();   // integral of the place
   Matrix3d second = Matrix3d::Zero();  // integral of place times place, about the first corner
@@ -96,6 +100,7 @@ struct Sum {
       second += its_area_m2 / 12.0 * off * off.transpose();
     }
     area_m2 += its_area_m2;
+    ++faces;
   }
   Vector3d middle() const { return origin + first / area_m2; }
   Matrix3d spread() const {
@@ -145,6 +150,28 @@ struct Sum {
   }
 };
 
+/// Turns the axes of a flat part whose second moments are equal, so that they define none: its
+/// length lies along the edge on which the smallest rectangle around its faces stands.
+void turn_to_sides(FlatPart& part, std::span<const Corners> faces) {
+  constexpr std::size_t enough = 8;  // faces whose edges are tried
+  const Vector3d normal = part.normal.cast<double>();
+  double smallest_m2 = std::numeric_limits<double>::infinity();
+  for (const Corners& face : faces.first(std::min(enough, faces.size())))
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3d edge = face[(k + 1) % 3] - face[k];
+      const Vector3d along = (edge - normal.dot(edge) * normal).normalized();
+      const Vector3d across = normal.cross(along);
+      Eigen::AlignedBox2d box;
+      for (const Corners& its : faces)
+        for (const Vector3d& corner : its)
+          box.extend(Eigen::Vector2d(along.dot(corner), across.dot(corner)));
+      if (!(box.volume() < (1.0 - 1e-6) * smallest_m2)) continue;
+      smallest_m2 = box.volume();
+      part.along = along.cast<float>();
+      part.across = across.cast<float>();
+    }
+}
+
 /// What of a face lies on one side of the plane through `place` that is square to `way`: on that of
 /// `way` or, if not `beyond`, on the other.
 void add_half(const Corners& face, const Vector3d& place, const Vector3d& way, bool beyond,
@@ -175,6 +202,7 @@ void add_pieces(std::vector<Corners> faces, const Vector3d& normal, std::uint32_
   for (const Corners& face : faces) sum.add(face, area_m2_of(face));
   if (!(sum.area_m2 > 0.0)) return;
   FlatPart piece = sum.flat_part(normal, surface);
+  if (sum.moments(normal).are_equal()) turn_to_sides(piece, faces);
   piece.round = false;
   piece.piece = true;
   const Vector3d along = piece.along.cast<double>(), across = piece.across.cast<double>();
@@ -284,22 +312,30 @@ FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>
   flat_parts.whole.reserve(sums.size());
   for (std::size_t i = 0; i < sums.size(); ++i)
     flat_parts.whole.push_back(sums[i].flat_part(normals[first_faces[i]], surface[first_faces[i]]));
-  flat_parts.curved = curved_facets({triangles, place, part, surface}, std::move(bent),
-                                    flat_parts.whole, stop_check);
   std::vector<std::uint32_t> parts_of_surface(faces, 0);  // those of a curved surface are not cut
   for (const FlatPart& flat_part : flat_parts.whole) ++parts_of_surface[flat_part.surface];
-  std::map<std::uint32_t, std::vector<Corners>> hollow;  // the faces of such flat parts
+  const auto is_hollow = [&](std::uint32_t i) {
+    return parts_of_surface[flat_parts.whole[i].surface] == 1 &&
+           sums[i].is_hollow(normals[first_faces[i]]);
+  };
+  const auto is_square = [&](std::uint32_t i) {
+    return sums[i].faces > 1 && sums[i].moments(normals[first_faces[i]]).are_equal();
+  };
+  std::map<std::uint32_t, std::vector<Corners>> needed;  // the faces of such flat parts
   for (std::uint32_t i = 0; i < sums.size(); ++i)
-    if (parts_of_surface[flat_parts.whole[i].surface] == 1 &&
-        sums[i].is_hollow(normals[first_faces[i]]))
-      hollow[i];
-  for (std::uint32_t f = 0; f < faces && !hollow.empty(); ++f) {
+    if (is_square(i) || is_hollow(i)) needed[i];
+  for (std::uint32_t f = 0; f < faces && !needed.empty(); ++f) {
     check_stop();
-    if (const auto its = hollow.find(part[f]); its != hollow.end())
+    if (const auto its = needed.find(part[f]); its != needed.end())
       its->second.push_back(
           {triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)});
   }
-  for (auto& [i, its_faces] : hollow) {
+  for (const auto& [i, its_faces] : needed)
+    if (is_square(i)) turn_to_sides(flat_parts.whole[i], its_faces);
+  flat_parts.curved = curved_facets({triangles, place, part, surface}, std::move(bent),
+                                    flat_parts.whole, stop_check);
+  for (auto& [i, its_faces] : needed) {
+    if (!is_hollow(i)) continue;
     const FlatPart& whole = flat_parts.whole[i];
     add_pieces(std::move(its_faces), normals[first_faces[i]], whole.surface,
                std::max(shortest_piece_m, shortest_piece * double(whole.length_m)),

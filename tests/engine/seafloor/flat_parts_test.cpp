@@ -126,6 +126,33 @@ TEST_CASE("Flat parts that are convex, or nearly so, and curved surfaces are not
     CHECK_FALSE(is_cut(make_body(shape_named(shape), {}, RandomStream(7, Purpose::test)).mesh));
 }
 
+TEST_CASE("The axes of a square lie along its sides, however it is turned and divided") {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> turn_rad(0.0, 3.0), place_m(-50.0, 50.0);
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Affine3d move =
+        Eigen::Translation3d(place_m(random), place_m(random), place_m(random)) *
+        Eigen::AngleAxisd(turn_rad(random), direction(random));
+    const auto cells = static_cast<std::uint32_t>(1 + i % 4);
+    refine::TriangleMesh mesh;
+    for (std::uint32_t row = 0; row <= cells; ++row)
+      for (std::uint32_t column = 0; column <= cells; ++column)
+        mesh.positions.push_back((move * (Vector3d(column, row, 0.0) / cells)).cast<float>());
+    for (std::uint32_t row = 0; row < cells; ++row)
+      for (std::uint32_t column = 0; column < cells; ++column) {
+        const std::uint32_t at = row * (cells + 1) + column, above = at + cells + 1;
+        mesh.faces.push_back({at, at + 1, above + 1});
+        mesh.faces.push_back({at, above + 1, above});
+      }
+    const std::vector<FlatPart> parts = flat_parts_of(mesh).in_pieces();
+    REQUIRE(parts.size() == 1);
+    const Vector3d side = move.linear() * Vector3d::UnitX();
+    const double cosine = std::abs(side.dot(parts[0].along.cast<double>()));
+    CAPTURE(i, cosine);
+    CHECK(std::min(cosine, 1.0 - cosine) < 1e-3);
+  }
+}
+
 TEST_CASE("The right corners of many flat parts are those of all their pairs, in their order") {
   const std::vector<FlatPart> flat_parts = flat_parts_of(boxes(60, 12.0)).whole;
   std::vector<RightCorner> of_pairs;
