@@ -131,6 +131,19 @@ constexpr std::array models{
                     .by_sediment = false},
 };
 
+/// The mean of a cross-section over all directions within a small angle of vertical, over even
+/// steps of the logarithm of the angle: so it includes lobes of any width.
+double mean_about_vertical(const Backscatter& model, double within_rad) {
+  constexpr double narrowest_rad = 1e-14, ratio = 0.97;
+  double sum = 0.0, weights = 0.0;
+  for (double off_rad = within_rad * std::sqrt(ratio); off_rad > narrowest_rad; off_rad *= ratio) {
+    const double weight = off_rad * off_rad;
+    sum += weight * model.cross_section(pi / 2.0 - off_rad);
+    weights += weight;
+  }
+  return sum / weights;
+}
+
 }  // namespace
 
 Lambert::Lambert(double mu_db) : mu_(from_db(mu_db)) {
@@ -176,9 +189,14 @@ double Bottom::cross_section(double grazing_rad) const {
   return offset_ * (sum.roughness + sum.volume);
 }
 
-BackscatterTable::BackscatterTable(const Backscatter& model) {
+BackscatterTable::BackscatterTable(const Backscatter& model, double resolved_rad) {
+  const double mean = resolved_rad > 0.0 ? mean_about_vertical(model, resolved_rad) : 0.0;
+  // Written so that a strength at vertical that is infinite counts as such a lobe, too.
+  const bool spread = resolved_rad > 0.0 && !(model.cross_section(pi / 2.0) <= 2.0 * mean);
+  const double from_rad = spread ? pi / 2.0 - resolved_rad : pi;
   const auto quotient = [&](double grazing_rad) {
-    return static_cast<float>(model.cross_section(grazing_rad) / std::sin(grazing_rad));
+    const double sigma = grazing_rad > from_rad ? mean : model.cross_section(grazing_rad);
+    return static_cast<float>(sigma / std::sin(grazing_rad));
   };
   constexpr std::uint64_t last = std::bit_cast<std::uint64_t>(highest);
   for (std::uint64_t bits = lowest_bits; bits < last; bits += std::uint64_t{1} << cell_bits)

@@ -104,7 +104,10 @@ class Bottom final : public Backscatter {
 /// sediments from 0.05 degrees up, at 10 kHz to 1 MHz.
 class BackscatterTable {
  public:
-  explicit BackscatterTable(const Backscatter& model);
+  /// A lobe about vertical that is much narrower than `resolved_rad` (the strength at vertical is
+  /// more than twice the mean within that angle) is spread evenly over that angle, with the same
+  /// energy. 0: no lobe is.
+  explicit BackscatterTable(const Backscatter& model, double resolved_rad = 0.0);
 
   /// sin_grazing in [0, 1]; below 0.0035 degrees returns the value at 0.0035 degrees.
   double sigma_over_sine(double sin_grazing) const {

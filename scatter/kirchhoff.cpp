@@ -1,5 +1,6 @@
 #include <ensonify/scatter/kirchhoff.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -34,7 +35,8 @@ double kirchhoff(const Sediment& sediment, double k_per_cm, double grazing_rad) 
   const double sine = std::sin(grazing_rad);
   const double cosine = std::sin(pi / 2.0 - grazing_rad);  // 0 at vertical, where cos() is not
   const double bracket = std::pow(cosine, 4.0 * a) + A * qc * qc * std::pow(sine, 4.0);
-  return B * qc * R2 / (8.0 * pi * std::pow(bracket, (1.0 + a) / (2.0 * a)));
+  constexpr double strongest = 1e100;  // exponents near 2 may give infinity at vertical
+  return std::min(B * qc * R2 / (8.0 * pi * std::pow(bracket, (1.0 + a) / (2.0 * a))), strongest);
 }
 
 double kirchhoff_end_cosine(const Sediment& sediment, double k_per_cm) {

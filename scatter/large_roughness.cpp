@@ -17,7 +17,8 @@ double critical_angle_deg(const Sediment& sediment) {
 
 double large_roughness(const Sediment& sediment, double grazing_rad, double slope) {
   if (sediment.smooth()) return 0.0;
-  const double s = slope;
+  constexpr double gentlest = 1e-50;  // exponents near 2 may give a slope of 0
+  const double s = std::max(slope, gentlest);
   const double rho = sediment.density_ratio, nu = sediment.sound_speed_ratio;
   const double theta = grazing_rad * 180.0 / pi;  // the formula uses degrees
   const double theta_s = s * 180.0 / pi;

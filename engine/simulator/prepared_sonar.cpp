@@ -11,6 +11,7 @@
 #include <ensonify/engine/scene/tables/vertical_pattern_reader.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/solid_target.h>
 
@@ -36,7 +37,10 @@ scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, 
                                           relief ? scene.seafloor.cell_m : 0.0);
   for (std::string& warning : warnings_of(material, *backscatter, sonar.frequency_hz))
     add_once(warnings, std::move(warning));
-  return scatter::BackscatterTable(*backscatter);
+  // Near vertical the rays of a plane are a quarter of a degree apart, and planes often more. They
+  // would miss a narrower lobe, or take one hit in it for all of a cell. (Glints are for solids.)
+  constexpr double resolved_rad = 0.5 * degree;
+  return scatter::BackscatterTable(*backscatter, as_solid(material) ? 0.0 : resolved_rad);
 }
 
 /// The strength of a bed of several materials: that of a bed of one material whose echo has the

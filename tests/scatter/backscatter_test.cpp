@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -365,6 +366,59 @@ TEST_CASE("the table gives the model over the sine within 0.01 dB at any angle")
     }
   for (const char* name : {"rough rock", "medium sand", "clay"})
     check_table(Bottom(sediment_named(name), 400e3, 1500.0, "small-slope"), 0.01, 0.173);
+}
+
+TEST_CASE(
+    "a lobe that is too narrow for rays keeps its energy in the table; others do not change") {
+  constexpr double resolved = 0.5 * degree;
+  Sediment smooth = sediment_named("silt");
+  const auto lobe_energy = [](auto&& sigma) {  // within 2 degrees, over ln of the angle
+    double sum = 0.0;
+    for (double off = 2.0 * degree; off > 1e-13; off *= 0.995) sum += off * off * sigma(off);
+    return sum;
+  };
+  struct Case {
+    double exponent, strength_cm4, frequency_hz;
+  };
+  for (const auto& [exponent, strength_cm4, frequency_hz] :
+       {Case{2.4, 5e-4, 30e3}, Case{2.4, 1e-4, 100e3}, Case{2.6, 1e-5, 100e3},
+        Case{3.0, 1e-6, 10e3}}) {
+    smooth.exponent = exponent;
+    smooth.strength_cm4 = strength_cm4;
+    const Bottom bed(smooth, frequency_hz, 1500.0);
+    const auto energy_of = [&](const BackscatterTable& table) {
+      return lobe_energy([&](double off) { return table.sigma_over_sine(std::cos(off)); });
+    };
+    const double energy = lobe_energy([&](double off) { return bed.cross_section(pi / 2 - off); });
+    CAPTURE(exponent, strength_cm4, frequency_hz);
+    CHECK(std::abs(to_db(energy_of(BackscatterTable(bed, resolved)) / energy)) < 0.1);
+    CHECK(to_db(energy_of(BackscatterTable(bed)) / energy) > 3.0);
+  }
+  for (const NamedSediment& named : named_sediments())
+    for (const double frequency_hz : {10e3, 100e3, 1e6}) {
+      CAPTURE(named.name, frequency_hz);
+      const Bottom bed(named.sediment, frequency_hz, 1500.0);
+      CHECK(std::ranges::equal(BackscatterTable(bed, resolved).values(),
+                               BackscatterTable(bed).values()));
+    }
+}
+
+TEST_CASE("no exponent and no strength gives an infinite strength, or none that is a number") {
+  Sediment s = sediment_named("silt");
+  for (const double exponent : {2.001, 2.005, 2.01, 2.05, 2.4, 3.999})
+    for (const double strength_cm4 : {0.0, 1e-11, 1e-7, 1e-6, 1e-3, 1.0})
+      for (const double frequency_hz : {1e3, 100e3, 10e6}) {
+        s.exponent = exponent;
+        s.strength_cm4 = strength_cm4;
+        const Bottom bed(s, frequency_hz, 1500.0);
+        CAPTURE(exponent, strength_cm4, frequency_hz);
+        for (const double degrees : {0.0, 0.1, 20.0, 60.0, 89.99, 90.0}) {
+          const double sigma = bed.cross_section(degrees * degree);
+          CHECK((std::isfinite(sigma) && sigma >= 0.0));
+        }
+        for (const float value : BackscatterTable(bed, 0.5 * degree).values())
+          REQUIRE((std::isfinite(value) && value >= 0.0f));
+      }
 }
 
 TEST_CASE("decibels and ratios undo each other") {
