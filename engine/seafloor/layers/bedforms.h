@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <ensonify/engine/seafloor/layers/relief_kind.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 
@@ -18,7 +19,7 @@ struct Bedforms {
   double across_crests_rad = 0.0;  ///< heading across the crests, which the steep sides face
   double sharpness = 0.6;          ///< 0: a cosine, 1: crests are edges between round troughs
   double asymmetry = 0.0;          ///< 0: both sides equal; towards 1: steep lee sides
-  double bend_rad = 0.14;          ///< rms turn of the crests, and relative change of wavelength
+  double bend_rad = 8.0 * degree;  ///< rms turn of the crests, and relative change of wavelength
   double drift_m = 0.0;            ///< distance over which they change; 0: 12 wavelengths
   /// Rms of the height's logarithm over such distances. Where a crest becomes higher than height_m,
   /// it becomes no steeper than the angle of repose of sand (33 degrees).
