@@ -44,7 +44,7 @@ GroundTexture ground_texture_of(const Sediment& sediment) {
   if (sediment.sound_speed_ratio < 1.05)  // silt and clay
     return {.shape = 0.8, .glint_share = 0.03, .glints_per_m2 = 3.0, .variation_db = 2.0};
   if (sediment.sound_speed_ratio < 1.33)  // sand
-    return {.shape = 0.5, .glint_share = 0.25, .glints_per_m2 = 8.0, .variation_db = 2.4};
+    return {.shape = 0.5, .glint_share = 0.22, .glints_per_m2 = 8.0, .variation_db = 2.4};
   if (sediment.sound_speed_ratio < 2.0)  // gravel and stones
     return {.shape = 0.3, .glint_share = 0.15, .glints_per_m2 = 20.0, .variation_db = 3.0};
   return {.shape = 0.25, .glint_share = 0.1, .glints_per_m2 = 10.0, .variation_db = 3.2};  // rock

@@ -369,7 +369,7 @@ TEST_CASE("the table gives the model over the sine within 0.01 dB at any angle")
 }
 
 TEST_CASE(
-    "a lobe that is too narrow for rays keeps its energy in the table; others do not change") {
+    "a lobe that is too narrow for rays keeps its energy in the table, and others do not change") {
   constexpr double resolved = 0.5 * degree;
   Sediment smooth = sediment_named("silt");
   const auto lobe_energy = [](auto&& sigma) {  // within 2 degrees, over ln of the angle
