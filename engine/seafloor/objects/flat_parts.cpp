@@ -77,7 +77,7 @@ struct Moments {
   Vector3d x, y;
   double xx, yy, xy;
   double root_m2() const { return std::sqrt(std::max(xx * yy - xy * xy, 0.0)); }
-  /// Whether no axis has a greater one than another, as those of a square.
+  /// Whether they are the same about all axes, as those of a square.
   bool are_equal() const { return std::hypot(xx - yy, 2.0 * xy) < 1e-3 * (xx + yy); }
 };
 
@@ -321,7 +321,7 @@ FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>
   const auto is_square = [&](std::uint32_t i) {
     return sums[i].faces > 1 && sums[i].moments(normals[first_faces[i]]).are_equal();
   };
-  std::map<std::uint32_t, std::vector<Corners>> needed;  // the faces of such flat parts
+  std::map<std::uint32_t, std::vector<Corners>> needed;  // the faces of these flat parts
   for (std::uint32_t i = 0; i < sums.size(); ++i)
     if (is_square(i) || is_hollow(i)) needed[i];
   for (std::uint32_t f = 0; f < faces && !needed.empty(); ++f) {
