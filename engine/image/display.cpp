@@ -419,17 +419,33 @@ Picture Renderer::render(const Waterfall& waterfall, int bits,
     return static_cast<std::size_t>(std::lround(full * std::clamp(brightness(level), 0.0, 1.0)));
   };
   StepTable steps(step_of);
+  const PictureColumns columns = picture_columns(sonar_, display, row_spacing_m_);
+  const bool of_bins = columns == columns_of_bins(sonar_);
+  const std::size_t width = of_bins ? columns_ : sides_of(sonar_).size() * columns.per_side;
   const auto grey = [&](const Waterfall& of, const Levels& its_levels) {
-    Picture picture{columns_, of.rows(), 1, {}, bits};
-    picture.pixels.resize(of.rows() * columns_ * (bits == 16 ? 2 : 1));
+    Picture picture{width, of.rows(), 1, {}, bits};
+    picture.pixels.resize(of.rows() * width * (bits == 16 ? 2 : 1));
     std::uint8_t* pixel = picture.pixels.data();
+    const auto show = [&](double level) {
+      const std::size_t step = steps.at(level);
+      if (bits == 16) *pixel++ = static_cast<std::uint8_t>(step >> 8);
+      *pixel++ = static_cast<std::uint8_t>(step & 0xff);
+    };
     for (std::size_t row = of.rows(); row-- > 0;)
-      for (std::size_t column = 0; column < columns_; ++column) {
-        const std::size_t step = steps.at(its_levels.at(row, column));
-        if (bits == 16) *pixel++ = static_cast<std::uint8_t>(step >> 8);
-        *pixel++ = static_cast<std::uint8_t>(step & 0xff);
+      if (of_bins) {
+        for (std::size_t column = 0; column < columns_; ++column) show(its_levels.at(row, column));
+      } else {
+        // Amplitudes are averaged, not brightnesses: those above white count in full, so that a
+        // thin strong echo stays bright.
+        const auto amplitude = [&](std::size_t column) {
+          return std::sqrt(its_levels.at(row, column));
+        };
+        for (const ShownColumns& shown : shown_columns(of, row, columns)) {
+          const double mean = mean_over(shown, amplitude);
+          show(mean * mean);
+        }
       }
-    return in_columns(picture_columns(sonar_, display, row_spacing_m_), of, std::move(picture));
+    return picture;
   };
   Picture picture = grey(waterfall, levels);
   if (smoothed_rows(display) > 0) {

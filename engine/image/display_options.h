@@ -33,7 +33,7 @@ struct Display {
   /// Columns are equally spaced in ground range, without the water column.
   bool slant_range_correction = false;
   /// Columns are as wide as rows are usually apart along the track, but not narrower than a bin, so
-  /// that the picture is to scale: each has the mean brightness of what it shows.
+  /// that the picture is to scale: each has the mean amplitude of what it shows.
   bool speed_correction = false;
   /// Divide by the median level of the bed, of each side per depression angle. The water stays.
   bool beam_normalisation = false;

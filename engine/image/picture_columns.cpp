@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -68,43 +67,6 @@ std::vector<ShownColumns> shown_columns(const Waterfall& waterfall, std::size_t 
       shown.push_back({first_starboard + from, first_starboard + until});
   }
   return shown;
-}
-
-Picture in_columns(PictureColumns columns, const Waterfall& waterfall, Picture picture) {
-  if (picture.width != waterfall.columns() || picture.height != waterfall.rows())
-    throw std::invalid_argument("in_columns: the picture's size is not the waterfall's");
-  if (columns == columns_of_bins(waterfall.sonar)) return picture;
-  const auto channels = static_cast<std::size_t>(picture.channels);
-  const bool wide = picture.bits == 16;
-  Picture made{sides_of(waterfall.sonar).size() * columns.per_side,
-               picture.height,
-               picture.channels,
-               {},
-               picture.bits};
-  made.pixels.reserve(made.width * made.height * channels * (wide ? 2 : 1));
-  for (std::size_t row = waterfall.rows(); row-- > 0;) {  // the newest is on top
-    const std::size_t first = (picture.height - 1 - row) * picture.width * channels;
-    const auto value = [&](std::size_t column, std::size_t channel) {
-      const std::size_t i = first + column * channels + channel;
-      const unsigned step =
-          wide ? 256u * picture.pixels[2 * i] + picture.pixels[2 * i + 1] : picture.pixels[i];
-      return static_cast<double>(step);
-    };
-    for (const ShownColumns& shown : shown_columns(waterfall, row, columns))
-      for (std::size_t channel = 0; channel < channels; ++channel) {
-        double sum = 0.0;
-        for (std::size_t column = shown.first(); column < shown.end(); ++column) {
-          const double left = std::max(shown.from, static_cast<double>(column));
-          const double right = std::min(shown.until, static_cast<double>(column + 1));
-          sum += (right - left) * value(column, channel);
-        }
-        const double width = shown.until - shown.from;
-        const auto mean = static_cast<unsigned>(width > 0.0 ? std::lround(sum / width) : 0);
-        if (wide) made.pixels.push_back(static_cast<std::uint8_t>(mean >> 8));
-        made.pixels.push_back(static_cast<std::uint8_t>(mean & 0xff));
-      }
-  }
-  return made;
 }
 
 std::ptrdiff_t labelled_column(const Waterfall& waterfall, std::size_t row, ShownColumns shown) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -40,9 +41,18 @@ struct ShownColumns {
 std::vector<ShownColumns> shown_columns(const Waterfall& waterfall, std::size_t row,
                                         PictureColumns columns);
 
-/// A picture with one column per bin, in other columns: each has the mean of what it shows, and is
-/// black where that is nothing. Throws std::invalid_argument if its size is not the waterfall's.
-Picture in_columns(PictureColumns columns, const Waterfall& waterfall, Picture picture);
+/// The mean of at(column) over what a column of a picture shows; 0 for nothing.
+template <class At>
+double mean_over(ShownColumns shown, At&& at) {
+  double sum = 0.0;
+  for (std::size_t column = shown.first(); column < shown.end(); ++column) {
+    const double left = std::max(shown.from, static_cast<double>(column));
+    const double right = std::min(shown.until, static_cast<double>(column + 1));
+    sum += (right - left) * at(column);
+  }
+  const double width = shown.until - shown.from;
+  return width > 0.0 ? sum / width : 0.0;
+}
 
 /// Which of the waterfall's columns stands for what a picture's column shows, because labels have
 /// no mean: the one nearest to its middle of those with an object or a feature, or else with the

@@ -229,10 +229,8 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
   for (std::size_t i = 0; i < pings.images.size(); ++i) {
     const Waterfall& image = pings.images[i];
     const PictureColumns columns = columns_of_picture(scene, simulator, i);
-    // Unless the picture is smoothed in its own columns, it is rendered once for both.
     const bool picture_is_of_preview =
-        output.exr && output.png_bits == 8 &&
-        (columns == columns_of_bins(image.sonar) || smoothed_rows(scene.display) == 0);
+        output.exr && output.png_bits == 8 && columns == columns_of_bins(image.sonar);
     const NeighbourRows& neighbours = pings.neighbours[i];
     const std::string name = image.sonar.name + ending;
     const std::shared_future<Picture> preview =
@@ -251,8 +249,7 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
     if (!output.one_recording) add_recordings(i, i + 1, name);
     tasks.emplace_back([&, name, i, preview, columns, picture_is_of_preview] {
       write_bytes(name + ".png", picture_is_of_preview
-                                     ? encode_png(painted(in_columns(columns, image, preview.get()),
-                                                          scene.display.palette))
+                                     ? encode_png(painted(preview.get(), scene.display.palette))
                                      : encode_picture(scene, image, simulator, i, &neighbours));
     });
     tasks.emplace_back([&, name] { write_text(name + "_pings.csv", pings_csv(image)); });

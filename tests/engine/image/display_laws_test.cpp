@@ -391,22 +391,28 @@ TEST_CASE(
   CHECK(render16(marked, display).at(3, bins + 20) == 0);
 }
 
-TEST_CASE("with speed correction a column is as wide as rows are apart, and shows its mean") {
-  const Waterfall waterfall = bed(5, stripes);  // bins of 0.2 m, to 80 m
+TEST_CASE(
+    "with speed correction a column is as wide as rows are apart, and shows its mean amplitude") {
+  // Bins of 0.2 m, to 80 m; some are far above white.
+  const Waterfall waterfall = bed(5, [](std::size_t ping, std::size_t column, double depression) {
+    return (column % 17 == 0 ? 300.0 : 1.0) * stripes(ping, column, depression);
+  });
+  constexpr double darker_db = 40.0;  // then all are below white
   Calibration calibration;
   for (std::size_t column = 0; column < columns; ++column)
     calibration.level_bed.push_back(1e9 * std::pow(0.2 * double(column % bins + 1), -3.0));
   for (const bool ground : {false, true})
     for (const double spacing_m : {0.5, 0.32, 0.2, 0.05, 0.0}) {
       Display display = levelling();
-      display.slant_range_correction = ground;
+      display.gamma = 1.0;  // brightness is amplitude
       const auto bright = [&](bool corrected, double row_spacing_m) -> Bright {
         display.speed_correction = corrected;
         calibration.row_spacing_m = row_spacing_m;
         return {render(waterfall, display, calibration, 16)};
       };
-      display.slant_range_correction = false;
+      display.gain_db = -darker_db;
       const Bright by_bin = bright(false, 0.0);
+      display.gain_db = 0.0;
       display.slant_range_correction = ground;
       const Bright picture = bright(true, spacing_m);
       CAPTURE(ground, spacing_m);
@@ -431,8 +437,8 @@ TEST_CASE("with speed correction a column is as wide as rows are apart, and show
             ++inside;
             sum += by_bin.at(ping, bins + static_cast<std::size_t>(r / 0.2));
           }
-          const double mean = inside > 0 ? sum / inside : 0.0;
-          CHECK(picture.at(ping, side + column) == Approx(mean).margin(5.0));
+          const double mean = inside > 0 ? std::pow(10.0, darker_db / 20.0) * sum / inside : 0.0;
+          CHECK(picture.at(ping, side + column) == Approx(std::min(mean, 65535.0)).margin(60.0));
           CAPTURE(column);
         }
     }
