@@ -1,7 +1,9 @@
 #include <ensonify/scatter/ground_texture.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include <ensonify/scatter/angle.h>
@@ -42,11 +44,11 @@ double GroundTexture::glint_shape() const {
 // that of the water within 2 %, in sandy gravel (-1 phi) 1.34 times, in rock 2.5 times as high.
 GroundTexture ground_texture_of(const Sediment& sediment) {
   if (sediment.sound_speed_ratio < 1.05)  // silt and clay
-    return {.shape = 0.8, .glint_share = 0.03, .glints_per_m2 = 3.0, .variation_db = 2.0};
+    return {.shape = 0.8, .glint_share = 0.03, .glints_per_m2 = 3.0, .variation_db = 1.5};
   if (sediment.sound_speed_ratio < 1.33)  // sand
-    return {.shape = 0.5, .glint_share = 0.22, .glints_per_m2 = 8.0, .variation_db = 2.4};
+    return {.shape = 0.5, .glint_share = 0.22, .glints_per_m2 = 8.0, .variation_db = 2.2};
   if (sediment.sound_speed_ratio < 2.0)  // gravel and stones
-    return {.shape = 0.3, .glint_share = 0.15, .glints_per_m2 = 20.0, .variation_db = 3.0};
+    return {.shape = 0.3, .glint_share = 0.15, .glints_per_m2 = 20.0, .variation_db = 2.8};
   return {.shape = 0.25, .glint_share = 0.1, .glints_per_m2 = 10.0, .variation_db = 3.2};  // rock
 }
 
@@ -82,6 +84,12 @@ GammaTable::GammaTable() : values_(static_cast<std::size_t>(rows) * columns, 1.0
       from_mean = to_mean;
     }
   }
+}
+
+int GammaTable::column_of(float share) {
+  static_assert(columns_per_octave == 1 << 4);
+  const int step = static_cast<int>(std::bit_cast<std::uint32_t>(share) >> (23 - 4));
+  return std::clamp(step - (127 - octaves) * columns_per_octave, 0, columns - 1);
 }
 
 int GammaTable::row_of(double log2_shape) {

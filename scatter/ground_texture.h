@@ -70,6 +70,8 @@ class GammaTable {
   GammaTable();
   /// The nearest row to a shape, by its logarithm to the base 2.
   static int row_of(double log2_shape);
+  /// The column of a share of larger values, in (0, 1].
+  static int column_of(float share);
   const std::vector<float>& values() const { return values_; }
   float value(int row, int column) const {
     return values_[static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)];

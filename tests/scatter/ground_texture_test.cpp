@@ -48,6 +48,8 @@ TEST_CASE("quantiles of the shape 1 are those of the exponential distribution") 
   for (int column = 16; column < GammaTable::columns; column += 7) {
     const double low = std::ldexp(1.0 + (column % 16) / 16.0, column / 16 - 16);
     const double high = low + width_of(column);
+    CHECK(GammaTable::column_of(static_cast<float>(low)) == column);
+    CHECK(GammaTable::column_of(static_cast<float>(0.99 * high + 0.01 * low)) == column);
     CHECK(table.value(row, column) <= -std::log(low) + 0.01);
     CHECK(table.value(row, column) >= -std::log(high) - 0.01);
   }

@@ -57,12 +57,12 @@ std::uint32_t hashed(std::uint32_t h) {  // the finaliser of Appleby's MurmurHas
 
 /// Numbers of variance 1 that are skewed as strong patches on weaker ground are: a sum of four even
 /// numbers, which is nearly normal, and a share of its square.
-constexpr float square_share = 0.4f;
+constexpr float square_share = 0.7f;
 constexpr int sums = 4 * 255 + 1;
 float number_of(std::uint32_t sum) {
   const float z = (static_cast<float>(sum) - 510.0f) * 0.0067658f;  // 1 / sqrt(4 (256^2 - 1) / 12)
   // The fourth moment of z is 2.7.
-  return (z + square_share * (z * z - 1.0f)) * 0.886659f;  // 1 / sqrt(1 + 1.7 square_share^2)
+  return (z + square_share * (z * z - 1.0f)) * 0.738607f;  // 1 / sqrt(1 + 1.7 square_share^2)
 }
 float number_at(std::int32_t x, std::int32_t y, std::uint32_t key) {
   const std::uint32_t h = hashed(static_cast<std::uint32_t>(x) * 0xcc9e2d51u +
@@ -190,7 +190,7 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
 float TexturedGround::variation(const Kind& kind, double x_m, double y_m, float grazing_rad) const {
   static const LnMeanExp ln_mean_exp;
   const float share = at_angle(kind, grazing_rad).variation;
-  constexpr double longer = 1.3;  // of the forms along a current, and as much narrower
+  constexpr double longer = 1.7;  // of the forms along a current, and as much narrower
   constexpr double shift = 0.35;  // of a finer cell, per standard deviation of its octave
   const double along_m = (x_m * along_x_ + y_m * along_y_) / longer;
   const double across_m = (x_m * along_y_ - y_m * along_x_) * longer;
