@@ -33,6 +33,7 @@ enum class Purpose : std::uint64_t {
   survey_scatter = 38,
   ground_texture = 40,
   bed_sample = 41,
+  water_scatterers = 42,
   recipe = 60,
   dataset_split = 61,
   background_chip = 62,

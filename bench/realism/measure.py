@@ -19,7 +19,7 @@ from pathlib import Path
 SHOWN = (
     "kurtosis", "bright_per_10000", "contrast", "skew", "range_correlation", "track_correlation",
     "tone_change",
-    "ping_brightness", "column_over_bed", "first_return_wander", "first_return_overshoot",
+    "ping_brightness", "column_over_bed", "column_bright", "first_return_wander", "first_return_overshoot",
     "clipped_share",
 )
 

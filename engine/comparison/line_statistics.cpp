@@ -107,9 +107,10 @@ struct Samples {
   std::array<Mean, 10> power_by_range;    // tenths of the range
   std::array<Mean, 2> bed_power;          // by side
   std::size_t silent = 0, rows = 0;
-  std::vector<double> column;    // amplitudes of the water column
-  std::vector<double> first_m;   // range of the first return, by ping and side
-  std::vector<double> wander_m;  // its distance from the mean over the neighbouring pings
+  std::vector<double> column;     // amplitudes of the water column
+  std::size_t column_bright = 0;  // of these, over 3 times the median of their ping
+  std::vector<double> first_m;    // range of the first return, by ping and side
+  std::vector<double> wander_m;   // its distance from the mean over the neighbouring pings
   std::vector<double> overshoot_db;
   std::vector<double> row_brightness;            // the bed's mean over that of the pings around
   std::array<std::optional<double>, 2> drift_m;  // of the bed per ping, by side
@@ -160,9 +161,16 @@ void add_side(const RecordedLine& line, Side side, std::size_t first, std::size_
     }
     brightness.push_back(sum / static_cast<double>(line.samples - begin));
     // Beyond the transmit leakage, and clear of the first return.
-    for (std::size_t k = std::max(begin / 3, line.pings[ping].unrecorded);
-         k + begin / 10 + 3 < begin; ++k)
-      to.column.push_back(row[k]);
+    const std::size_t from = std::max(begin / 3, line.pings[ping].unrecorded);
+    const std::size_t until = begin - std::min(begin, begin / 10 + 3);
+    if (from < until) {
+      const std::vector<double> column(row.begin() + static_cast<std::ptrdiff_t>(from),
+                                       row.begin() + static_cast<std::ptrdiff_t>(until));
+      const double middle = median(column);
+      to.column_bright += static_cast<std::size_t>(
+          std::ranges::count_if(column, [&](double value) { return value > 3.0 * middle; }));
+      to.column.insert(to.column.end(), column.begin(), column.end());
+    }
     const double sample_m = line.pings[ping].range_m / static_cast<double>(line.samples);
     first_m.push_back(static_cast<double>(begin) * sample_m);
     if (begin + begin / 2 + 8 < line.samples) {
@@ -253,6 +261,10 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
   const double column = median_of_enough(samples.column);
   add("column_over_bed_db", scatter::amplitude_to_db(column / std::sqrt(bed_power)));
   add("column_over_bed", column / std::sqrt(bed_power));
+  add("column_bright_per_10000", samples.column.size() < fewest
+                                     ? unknown
+                                     : 1e4 * static_cast<double>(samples.column_bright) /
+                                           static_cast<double>(samples.column.size()));
   add("first_return_m", median_of_enough(samples.first_m));
   add("first_return_wander_m", 1.4826 * median_of_enough(samples.wander_m));
   add("first_return_overshoot_db", median_of_enough(samples.overshoot_db));

@@ -88,6 +88,46 @@ TEST_CASE("volume reverberation has the level of the sonar equation for the wate
   }
 }
 
+TEST_CASE("few scatterers in the water make a K distributed echo of the same mean") {
+  const Sonar sonar = open_sonar();
+  constexpr double per_m3 = 4.0;
+  const std::vector<double> mean = received(sonar, {.volume = true});
+  const SignalChain chain(sonar, {.speckle = true,
+                                  .absorption_db_per_m = 0.03,
+                                  .sea = {.volume_scatterers_per_m3 = per_m3},
+                                  .arrivals = {.volume = true}});
+  SignalChain::Scratch scratch;
+  EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+  constexpr int pings = 4000;
+  constexpr std::size_t near = 20;  // bins whose moments are averaged
+  for (const double r : {6.0, 20.0, 60.0}) {
+    const auto first = static_cast<std::size_t>(r / sonar.bin_m());
+    double sum = 0.0, squares = 0.0;
+    for (int ping = 0; ping < pings; ++ping) {
+      std::ranges::fill(line.bins.intensity_mean, 0.0f);
+      PingContext now = context;
+      now.ping = static_cast<std::uint64_t>(ping);
+      chain.receive(now, std::span(&line, 1), scratch);
+      for (std::size_t n = first; n < first + near; ++n) {
+        const double share = line.bins.intensity[n] / mean[n];
+        sum += share / (pings * near);
+        squares += share * share / (pings * near);
+      }
+    }
+    // The volume is that of the mean's test above. With n scatterers, <I^2> / <I>^2 = 2 (1 + 1 /
+    // n).
+    const double middle_m = r + 0.5 * near * sonar.bin_m();
+    const double angle = 2.0 / 3.0 * 1500.0 / sonar.frequency_hz / sonar.array_length_m;
+    const double around = 2.0 * (std::asin(std::min(depth_m / middle_m, 1.0)) +
+                                 std::asin(std::min(altitude_m / middle_m, 1.0)));
+    const double count = per_m3 * angle * around * middle_m * middle_m * 0.5 * 1500.0 *
+                         sonar.pulse.effective_length_s();
+    CAPTURE(r, count);
+    CHECK(sum == Approx(1.0).epsilon(0.05));
+    CHECK(squares / (sum * sum) == Approx(2.0 * (1.0 + 1.0 / count)).epsilon(0.1));
+  }
+}
+
 TEST_CASE("a sonar that rolls receives the same as one whose sides are mounted lower and higher") {
   const double roll_rad = 0.3;  // starboard down
   Sonar upright = quiet_sonar(), mounted = upright;

@@ -28,9 +28,12 @@ const std::vector<Rule<Scene>>& scene_rules() {
       {{"sea.temperature_c"},
        [](S s) { return !s.sea.profile.empty(); },
        "with 'sea.profile', from whose sound speeds temperatures follow"},
-      {{"sea.volume_scattering_db"},
+      {{"sea.volume_scattering_db", "sea.volume_scatterers_per_m3"},
        [](S s) { return !s.arrivals.volume; },
        "without 'arrivals.volume'"},
+      {{"sea.volume_scatterers_per_m3"},
+       [](S s) { return !s.speckle; },
+       "without 'speckle'"},
 
       {{"seafloor.extent_east_m", "seafloor.extent_north_m", "seafloor.cell_m", "seafloor.depth_m",
         "seafloor.fractal.height_at_1m_m", "seafloor.fractal.hurst", "seafloor.fractal.spectrum",

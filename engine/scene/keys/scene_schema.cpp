@@ -107,10 +107,10 @@ const std::vector<Section<Scene>>& scene_sections() {
        {
            {"conditions", "", {},
             "Chooses the values of keys that the scene does not give. survey: a vehicle that moves, "
-            "the sea surface's echo, transmit leakage, a recorder with noise, three looks and samples "
-            "that clip, and a display on which beds get darker with range. ideal: none of these, and "
-            "even ground (texture = false), for exact levels. auto: survey if a sonar has a preset; "
-            "otherwise ideal, but with texture.",
+            "echoes of the water and of its surface, transmit leakage, a recorder with noise, "
+            "three looks and samples that clip, and a display on which beds get darker with range. "
+            "ideal: none of these, and even ground (texture = false), for exact levels. auto: "
+            "survey if a sonar has a preset; otherwise ideal, but with texture.",
             at(&Scene::conditions), {"auto", "ideal", "survey"}},
            {"seed", "", {0, largest_seed}, "Seed of all random numbers.", at(&Scene::seed)},
            {"speckle", "", {},
@@ -156,6 +156,11 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"volume_scattering_db", "dB re 1/m", {-200, 0},
             "Backscattering strength of the water itself, for arrivals.volume.",
             at(&Scene::sea, &Sea::state, &SeaState::volume_scattering_db)},
+           {"volume_scatterers_per_m3", "per m^3", {0, 1e9},
+            "How many scatterers (bubbles, plankton, grains) make up arrivals.volume: with few of "
+            "them, the water near the sonar has single bright points, if speckle = true; 0: very "
+            "many.",
+            at(&Scene::sea, &Sea::state, &SeaState::volume_scatterers_per_m3)},
        }},
       {"seafloor",
        "Where the seabed comes from and what it is made of.",
@@ -536,7 +541,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::display, &Display::slant_range_correction)},
            {"speed_correction", "", {},
             "Whether the picture is to scale: its columns are as wide as pings are usually apart, "
-            "but not narrower than a sample, and show the mean brightness of their samples. The "
+            "but not narrower than a sample, and show the mean amplitude of their samples. The "
             "image's columns are then not those of the layers.",
             at(&Scene::display, &Display::speed_correction)},
            {"beam_normalisation", "", {},

@@ -4,14 +4,18 @@
 #include <cmath>
 #include <numbers>
 
+#include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/reception/bin_steps.h>
+#include <ensonify/engine/sonar/reception/textured_ground.h>
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/ground_texture.h>
 #include <ensonify/scatter/reflection.h>
 
 namespace ensonify::engine {
 namespace {
 
+using scatter::GammaTable;
 using std::numbers::pi;
 
 constexpr std::size_t sine_steps = 1024;    // of the tables over the sine of the grazing angle
@@ -76,7 +80,8 @@ double VerticalSum::up_to(double depression_rad) const {
 }
 
 OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, const SeaState& sea,
-                       const SonarEquation& law, const Bed& bed, double ping_m)
+                       const SonarEquation& law, const Bed& bed, double ping_m,
+                       std::optional<std::uint64_t> seed)
     : options_(options),
       law_(law),
       bed_strength_(bed.strength),
@@ -90,6 +95,8 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
       surface_slope_(std::min(sea.wind_mps, 1.0) *
                      std::sqrt(0.5 * scatter::facet_slope2(surface_))),
       bed_slope_(sediment_ ? scatter::rms_slope(*sediment_, k_per_cm_) : 0.0),
+      scatterers_per_m3_(sea.volume_scatterers_per_m3),
+      seed_(seed),
       vertical_sums_{VerticalSum(law, Side::port), VerticalSum(law, Side::starboard)} {
   // A leg is shorter than both together, which are twice the echo's range.
   if (options.multiples || options.double_bounce)
@@ -122,7 +129,7 @@ void OtherPaths::add(const PingContext& context, const EchoLine& line,
   const BeamPlane plane(context, line.side);
   if (options_.second_time_around) add_earlier_pings(context, line.side, plane, power);
   if (options_.surface) add_surface(context, line.side, plane, power);
-  if (options_.volume) add_volume(context, depth_m, altitude_m, line.side, plane, power);
+  if (options_.volume) add_volume(context, depth_m, altitude_m, line.side, plane, power, sums);
   if (options_.multiples) add_multiples(depth_m, altitude_m, line.side, plane, direct, power, sums);
   if (options_.double_bounce) add_double_bounce(context, line, plane, direct, power, sums);
 }
@@ -248,7 +255,8 @@ void OtherPaths::add_surface(const PingContext& context, Side side, const BeamPl
 // vertical patterns of a sonar that rolls are taken at the mean of their angles, and what is left
 // of its beam along the track, in some directions.
 void OtherPaths::add_volume(const PingContext& context, double depth_m, double altitude_m,
-                            Side side, const BeamPlane& plane, std::span<float> power) const {
+                            Side side, const BeamPlane& plane, std::span<float> power,
+                            std::vector<double>& random) const {
   const VerticalSum& sum = vertical_sums_[static_cast<std::size_t>(side)];
   const double roll_tilt = std::atan2(plane.sin_roll_tilt, plane.cos_roll_tilt);
   const double surface_m = plane.slant_m(depth_m), bed_m = plane.slant_m(altitude_m);
@@ -270,8 +278,31 @@ void OtherPaths::add_volume(const PingContext& context, double depth_m, double a
     return between(-up, down, plane.turns() ? directions_of_volume : 1) +
            between(pi - down, pi + up, 1);
   };
+  // Scatterers of exponentially distributed strengths: the sum of n is gamma distributed of the
+  // shape n, and the echo K distributed (Abraham and Lyons, IEEE J. Oceanic Eng. 27, 800, 2002).
+  // They drift, and the beam leaves most of them until the next ping, which gets others.
+  const double received_m = this->received_m();
+  const bool few = scatterers_per_m3_ > 0.0 && seed_.has_value();
+  const auto received_at = [&](std::size_t n) {
+    return static_cast<std::size_t>(law_.cell_middle_m(n) / received_m);
+  };
+  if (few) {
+    random.resize(received_at(power.size() - 1) + 1);
+    RandomStream(
+        *seed_, Purpose::water_scatterers,
+        {context.ping, static_cast<std::uint64_t>(context.beam), static_cast<std::uint64_t>(side)})
+        .uniform(random);
+  }
+  const auto share_of_mean = [&](std::size_t n, double width) {
+    const double r = law_.cell_middle_m(n);
+    const double count = scatterers_per_m3_ * law_.width_m_at(r) * r * width * law_.cell_m();
+    return double{TexturedGround::quantiles().value(
+        GammaTable::row_of(std::log2(count)),
+        GammaTable::column_of(static_cast<float>(random[received_at(n)])))};
+  };
   const auto add = [&](std::size_t n, double width) {
-    power[n] += static_cast<float>(context.beam_share(n) * volume_[n] * width);
+    const double mean = context.beam_share(n) * volume_[n] * width;
+    power[n] += static_cast<float>(few && width > 0.0 ? mean * share_of_mean(n, width) : mean);
   };
   const auto bin_of = [&](double range_m) {
     return static_cast<std::size_t>(

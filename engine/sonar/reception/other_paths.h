@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
@@ -44,10 +45,12 @@ class OtherPaths {
     std::function<double(double sine)> strength;
     std::optional<scatter::Sediment> sediment;
   };
-  /// `ping_m` is the range that sound covers both ways between two pings, c P / 2. The sonar
-  /// equation, which is that of the sonar, must outlive this object.
+  /// `ping_m` is the range that sound covers both ways between two pings, c P / 2. `seed`
+  /// is that of the water's scatterers; unset: their mean. The sonar equation, which is that of the
+  /// sonar, must outlive this object.
   OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, const SeaState& sea,
-             const SonarEquation& law, const Bed& bed, double ping_m);
+             const SonarEquation& law, const Bed& bed, double ping_m,
+             std::optional<std::uint64_t> seed);
 
   /// Adds to the intensity `power` in each bin, which is the noise before; `direct` is the expected
   /// direct echo, per bin. `sums` is working memory.
@@ -61,7 +64,8 @@ class OtherPaths {
   void add_surface(const PingContext& context, Side side, const BeamPlane& plane,
                    std::span<float> power) const;
   void add_volume(const PingContext& context, double depth_m, double altitude_m, Side side,
-                  const BeamPlane& plane, std::span<float> power) const;
+                  const BeamPlane& plane, std::span<float> power,
+                  std::vector<double>& random) const;
   void sum_bed(double slant_m, Side side, const BeamPlane& plane, std::span<const float> direct,
                std::vector<double>& sums) const;
   void add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
@@ -107,6 +111,8 @@ class OtherPaths {
   std::vector<double> surface_strength_;  // by the sine of the grazing angle
   std::vector<double> bed_reflection_;    // of energy, by the same
   std::vector<double> volume_;            // per bin, for one radian of the vertical beam
+  double scatterers_per_m3_;              // 0: very many
+  std::optional<std::uint64_t> seed_;     // of these
   std::array<VerticalSum, 2> vertical_sums_;
   std::optional<OneWayBeams> beams_;  // if multiples or walls are received
   PulseKernel pulse_;                 // if walls are received

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
@@ -122,7 +123,8 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
       waves_(meets_sea_surface(options) ? waves_under(options.sea.wind_mps) : Oscillation{},
              options.seed, wave_oscillator),
       other_paths_(options.arrivals, sonar, options.sea, law_,
-                   {options.nominal_strength, options.bed}, ping_m(sonar, options)),
+                   {options.nominal_strength, options.bed}, ping_m(sonar, options),
+                   options.speckle ? std::optional(options.seed) : std::nullopt),
       disturbances_(
           options.artefacts, law_,
           [this](double speed_mps) { return sea_noise_[0] + self_noise(speed_mps); }, options.seed),

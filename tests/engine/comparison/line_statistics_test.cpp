@@ -96,6 +96,19 @@ TEST_CASE("statistics of a level bed with speckle are those of Rayleigh's distri
   CHECK(found.at("level_at_50_to_60_percent_of_range_db") == Approx(0.0).margin(0.1));
   // Median over rms of Rayleigh amplitudes: sqrt(ln 2); the column is 1/50 of the bed.
   CHECK(found.at("column_over_bed") == Approx(std::sqrt(std::log(2.0)) / 50.0).epsilon(0.02));
+  // Of the samples above the median, a share exp(-8 m) is over 9 times its power m. The share of
+  // samples below it is beta distributed, and (1 - share)^8 has this mean.
+  double bright = 0.0;
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    const std::size_t begin = altitude_samples(ping);
+    const auto n = static_cast<double>(begin - begin / 10 - 3 - begin / 3);
+    const double k = std::floor((n - 1.0) / 2.0) + 1.0;  // rank of the median
+    bright += (n - k) / n *
+              std::exp(std::lgamma(n - k + 9.0) + std::lgamma(n + 1.0) - std::lgamma(n + 9.0) -
+                       std::lgamma(n - k + 1.0)) /
+              static_cast<double>(pings);
+  }
+  CHECK(found.at("column_bright_per_10000") == Approx(1e4 * bright).epsilon(0.3));
   // The sd of a mean of some 540 samples.
   CHECK(found.at("ping_brightness") == Approx(0.5227 / std::sqrt(540.0)).epsilon(0.15));
   CHECK(found.at("first_return_m") == Approx(0.1 * 60.0).margin(0.2));
