@@ -11,7 +11,9 @@ DATA is the folder of real images, as for judge.py; each RUN the folder of a run
 picture is taken. A crop has 256 x 256 pixels, is grey, reduced to half its size, so that enlarged
 or smoothed pixels of a display give less hint, and stretched from its 1st to its 99th percentile, so that
 palette and gain give no hint. It may have objects, shadows and some water column. Sources have equal numbers of crops. key.json is not to be opened before answers.txt is
-written: a line per crop, its number and `real` or `simulated`. The interval is Wilson's, of 95 %.
+written: a line per crop, its number and `real`, `simulated` or how surely it is real, in percent.
+The interval is Wilson's, of 95 %. A judge who sees whole sheets finds groups of real crops with the
+same display; one who sees single crops (NN.png) does not.
 
 `match` takes recordings and the XTF files of runs of what `ensonify imitate` made of them. Both have
 the same pings and samples, and a crop has the same 128 x 128 of them in either. Only bed without
@@ -205,21 +207,38 @@ def wilson(right, count, z=1.96):
 
 def score(folder):
     key = json.loads((folder / "key.json").read_text())
-    answers = dict(line.split() for line in (folder / "answers.txt").read_text().splitlines())
-    if set(answers) != set(key) or not set(answers.values()) <= {"real", "simulated"}:
-        sys.exit(f"{folder}/answers.txt: expected a line with `real` or `simulated` for each of "
-                 f"the numbers 01 to {len(key)}")
-    right = {kind: [answers[n] == kind for n in key if key[n]["kind"] == kind]
-             for kind in ("real", "simulated")}
-    total = sum(map(sum, right.values()))
+    words = {"real": 100.0, "simulated": 0.0}
+    lines = (folder / "answers.txt").read_text().splitlines()
+    try:  # how surely each crop is real, in percent
+        answers = {number: words[answer] if answer in words else float(answer)
+                   for number, answer in map(str.split, lines)}
+    except ValueError:
+        answers = {}
+    if set(answers) != set(key) or not all(0.0 <= value <= 100.0 for value in answers.values()):
+        sys.exit(f"{folder}/answers.txt: expected a line with `real`, `simulated` or a percentage "
+                 f"for each of the numbers 01 to {len(key)}")
+
+    def right(number):  # 50 percent is half right
+        real = key[number]["kind"] == "real"
+        sure = answers[number] if real else 100.0 - answers[number]
+        return float(sure > 50.0) + 0.5 * float(sure == 50.0)
+
+    total = sum(map(right, key))
     low, high = wilson(total, len(key))
-    print(f"accuracy {total / len(key):.3f} ({total} of {len(key)}), 95 % interval {low:.3f} to "
+    print(f"accuracy {total / len(key):.3f} ({total:g} of {len(key)}), 95 % interval {low:.3f} to "
           f"{high:.3f}")
-    for kind, its in right.items():
-        print(f"{kind}: {sum(its)} of {len(its)} right")
+    sure = {kind: [answers[n] for n in key if key[n]["kind"] == kind]
+            for kind in ("real", "simulated")}
+    for kind, its in sure.items():
+        print(f"{kind}: {sum(right(n) for n in key if key[n]['kind'] == kind):g} of {len(its)} "
+              "right")
+    pairs = [(real > ours) + 0.5 * (real == ours)
+             for real in sure["real"] for ours in sure["simulated"]]
+    print(f"area under the curve {sum(pairs) / len(pairs):.3f}")
     for number, one in key.items():
-        if answers[number] != one["kind"]:
-            print(f"wrong: {number}, {one['kind']}, {Path(one['source']).name}")
+        if right(number) < 1.0:
+            print(f"wrong: {number}, {one['kind']}, {Path(one['source']).name}, "
+                  f"{answers[number]:g} % real")
 
 
 def main():
