@@ -396,6 +396,41 @@ TEST_CASE("the slow variation is stronger over longer distances, and strong patc
   CHECK(skew < 1.5);
 }
 
+TEST_CASE("forms of the slow variation are 2.9 times as long along a current as across it") {
+  const TexturedGround ground({{}, {.variation_db = 1.0, .variation_m = 32.0}}, 0.05, 1);
+  // Mean square change of the ln factor over a distance in a direction.
+  const auto change = [&](double distance_m, int direction_deg) {
+    const double rad = direction_deg * std::numbers::pi / 180.0;
+    double squares = 0.0;
+    BinLayers bins;
+    bins.assign(16 * 2);
+    std::ranges::fill(bins.sediment, 1u);
+    constexpr int places = 6000;
+    for (int place = 0; place < places; ++place) {
+      for (std::size_t n = 0; n < bins.x_m.size(); ++n) {
+        const double from_m = n < 16 ? 0.0 : distance_m;
+        bins.x_m[n] = static_cast<float>(37.3 * place + from_m * std::cos(rad));
+        bins.y_m[n] = static_cast<float>(11.7 * place + from_m * std::sin(rad));
+      }
+      std::vector<float> direct(bins.x_m.size(), 1.0f);
+      ground.vary(bins, direct);
+      squares += std::pow(std::log(direct[31] / direct[15]), 2) / places;
+    }
+    return squares;
+  };
+  int along_deg = 0, across_deg = 0;
+  for (int deg = 0; deg < 180; deg += 10) {
+    if (change(1.0, deg) < change(1.0, along_deg)) along_deg = deg;
+    if (change(1.0, deg) > change(1.0, across_deg)) across_deg = deg;
+  }
+  CAPTURE(along_deg, across_deg);
+  const int between_deg = std::abs(along_deg - across_deg);
+  CHECK((between_deg >= 70 && between_deg <= 110));
+  for (const double distance_m : {1.0, 3.0})
+    CHECK(change(2.9 * distance_m, along_deg) ==
+          Approx(change(distance_m, along_deg + 90)).epsilon(0.15));
+}
+
 TEST_CASE("the slow variation of the bed is that of its place, also next to another material") {
   // A cable of material 2, six bins wide, and a pipe that does not vary cross the bed.
   const GroundTexture bed{.variation_db = 2.0, .variation_m = 16.0};
@@ -422,5 +457,7 @@ TEST_CASE("the slow variation of the bed is that of its place, also next to anot
                           std::abs(10.0 * std::log10(static_cast<double>(direct[n] / alone[n]))));
     }
   }
-  CHECK(worst_db < 0.5);
+  // It is linear over 16 bins, 0.32 m. The cable's shortest forms, 0.6 m across, change within 0.3
+  // m.
+  CHECK(worst_db < 0.8);
 }
