@@ -48,6 +48,17 @@ Sonar wide_sonar(double range_m, double frequency_hz = 400e3) {
   return sonar;
 }
 
+/// An upright rectangle before a body, from one corner to the other: across the line of sight to
+/// the body's middle, towards the north and upwards.
+struct Hider {
+  double before_m;
+  Eigen::Vector2d low, high;
+  bool hides(const Eigen::Vector3d& place, double range_m) const {
+    const Eigen::Vector2d meets = place.tail<2>() * (range_m - before_m) / place.x();
+    return (meets.array() > low.array()).all() && (meets.array() < high.array()).all();
+  }
+};
+
 struct Body {
   refine::TriangleMesh mesh;
   scatter::Solid rough;
@@ -55,6 +66,7 @@ struct Body {
   double heading_rad = 0.0;
   double north_m = 0.0;
   WallMirror mirror = {};
+  std::optional<Hider> hider = {};  // which scatters nothing
 };
 
 /// The expected echo of a body alone in the water, at a range from its middle.
@@ -68,10 +80,26 @@ EchoLine echo_of(const Body& body, const Sonar& sonar, double range_m) {
          p.z() - 20.0f};
   alone.bed_faces = 0;
   alone.labels = {{1, 1, 1, !refine::encloses_volume(body.mesh)}};
-  const std::vector<scatter::BackscatterTable> tables(
-      2, scatter::BackscatterTable(scatter::SolidTarget(body.rough)));
-  const std::vector<double> smooth(2, body.smooth_specular);
   const std::vector<ObjectSurface> objects{ObjectSurface(alone.mesh, 0)};
+  if (body.hider) {
+    alone.face_label.resize(alone.mesh.faces.size(), 0);
+    const auto first = static_cast<std::uint32_t>(alone.mesh.positions.size());
+    const Hider& hider = *body.hider;
+    for (const double north_m : {hider.low.x(), hider.high.x()})
+      for (const double up_m : {hider.low.y(), hider.high.y()})
+        alone.mesh.positions.emplace_back(static_cast<float>(-hider.before_m),
+                                          static_cast<float>(north_m),
+                                          static_cast<float>(up_m - 20.0));
+    alone.mesh.faces.push_back({first, first + 1, first + 3});
+    alone.mesh.faces.push_back({first, first + 3, first + 2});
+    alone.labels.push_back({2, 1, 2, true});
+    alone.face_label.resize(alone.mesh.faces.size(), 1);
+  }
+  const std::vector<scatter::BackscatterTable> tables{
+      scatter::BackscatterTable(scatter::SolidTarget(body.rough)),
+      scatter::BackscatterTable(scatter::SolidTarget(body.rough)),
+      scatter::BackscatterTable(scatter::SolidTarget({.diffuse_db = -100.0, .specular = 0.0}))};
+  const std::vector<double> smooth(2, body.smooth_specular);
   const std::vector<WallMirror> mirrors(2, body.mirror);
   ObjectSurfaces surfaces{&objects, nullptr, smooth};
   surfaces.mirrors = mirrors;
@@ -281,6 +309,7 @@ double kirchhoff_db(const Body& body, const Sonar& sonar, double range_m) {
     const double area_m2 = 0.5 * one.cross(other).norm() / (steps * steps);
     const auto add = [&](double u, double v) {
       const Eigen::Vector3d place = a + u / steps * one + v / steps * other;
+      if (body.hider && body.hider->hides(place, range_m)) return;
       const double r = place.norm();
       sum += two_way_field(sonar, place) *
              std::polar(area_m2 * std::pow(range_m / r, 2.0),
@@ -543,6 +572,55 @@ TEST_CASE(
       CHECK(level.got == Approx(level.expected).epsilon(0.1).margin(0.002 * brightest));
     }
   }
+}
+
+TEST_CASE("a plate that another thing hides in part glints as Kirchhoff's integral over the rest") {
+  constexpr double before_m = 1.0;
+  refine::TriangleMesh plate = upright_cells(1.0, [](int, int) { return true; });
+  for (Eigen::Vector3f& place : plate.positions) place.z() *= 0.6f;
+  for (const auto& [array_m, planes] : {std::pair{0.5, 0}, {0.03, 512}})
+    for (const double range_m : {10.0, 40.0})
+      for (const double turned_deg : {0.0, 0.3})
+        for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0})
+          for (const bool from_below : {true, false}) {
+            Sonar sonar = wide_sonar(range_m + 2.0);
+            sonar.array_length_m = array_m;
+            if (planes > 0) sonar.planes = planes;
+            Body body{plate, nothing, 1.0, turned_deg * degree};
+            // As seen from the sonar, the hidden share lies to the south or below, and the hider
+            // reaches well beyond the plate.
+            const double seen = (range_m - before_m) / range_m;
+            const Eigen::Vector2d half(0.5, 0.3), edge = seen * (2.0 * share - 1.0) * half;
+            body.hider = Hider{before_m, {-2.0, -2.0}, {2.0, 2.0}};
+            if (share < 1.0)
+              (from_below ? body.hider->high.y() : body.hider->high.x()) =
+                  from_below ? edge.y() : edge.x();
+            const double mirror_m2 = 0.25 * range_m * range_m;
+            const double got =
+                scatter::from_db(target_strength_db(echo_of(body, sonar, range_m), sonar));
+            CAPTURE(array_m, range_m, turned_deg, share, from_below);
+            if (share == 1.0) {
+              CHECK(got < 1e-7);  // the faint diffuse echoes alone
+              continue;
+            }
+            const double expected = scatter::from_db(kirchhoff_db(body, sonar, range_m));
+            CHECK(got == Approx(expected).epsilon(0.25).margin(0.02 * mirror_m2));
+          }
+}
+
+TEST_CASE("a plate that is wholly hidden does not glint, wherever the sonar passes it") {
+  refine::TriangleMesh plate = upright_cells(0.3, [](int, int) { return true; });
+  for (const auto& [frequency_hz, array_m, range_m] :
+       {std::tuple{100e3, 0.2, 40.0}, {400e3, 0.5, 10.0}, {900e3, 0.2, 20.0}})
+    for (int i = -60; i <= 60; ++i) {
+      Sonar sonar = wide_sonar(range_m + 2.0, frequency_hz);
+      sonar.array_length_m = array_m;
+      const double north_m = 0.025 * i;
+      Body body{plate, nothing, 1.0, 0.0, north_m};
+      body.hider = Hider{1.0, {north_m - 0.8, -0.6}, {north_m + 0.8, 0.6}};
+      CAPTURE(frequency_hz, array_m, range_m, north_m);
+      CHECK(target_strength_db(echo_of(body, sonar, range_m), sonar) < -60.0);
+    }
 }
 
 TEST_CASE("a cylinder in a beam narrower than the Fresnel zone glints as the sum over its length") {

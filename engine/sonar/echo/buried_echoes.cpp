@@ -91,7 +91,7 @@ ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way) const {
       way.ray.range_m + way.path.sediment_m / way.sediment->sound_speed_ratio;
   if (time_range_m > view_->fan->range_m) return {};
   // The bed's relief hides nothing that lies deeper than the relief is high.
-  const double seen = seen_share(line, way.ray.range_m - way.path.sediment_m);
+  const double seen = seen_share(line.in_fan, way.ray.range_m - way.path.sediment_m);
   // The factor of the energy for the further spreading in the sediment.
   const double more = std::pow(way.ray.apparent.squaredNorm() / way.path.spreading_m2, 2);
   return {.time_range_m = time_range_m,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <span>
 
 namespace ensonify::engine {
 namespace {
@@ -11,7 +12,33 @@ using std::numbers::pi;
 // Of the fan's truncation: what rays reach; and what they reach in all planes.
 constexpr double almost_all = 0.98, well_inside = 0.7;
 
+/// Cuts a stretch, of which rays show `shown`, into cells of some finest_m about a place. They grow
+/// with the distance from it.
+SeenCells::Cuts cut(const LineStretch& stretch, const LineStretch& shown, double about_m,
+                    double finest_m, std::size_t count) {
+  const double first = std::asinh((shown.from_m - about_m) / finest_m),
+               last = std::asinh((shown.until_m - about_m) / finest_m);
+  SeenCells::Cuts cuts;
+  for (std::size_t i = 0; i <= count; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(count);
+    cuts.edge_m[i] = about_m + finest_m * std::sinh(first + share * (last - first));
+    if (i > 0) cuts.middle_m[i - 1] = 0.5 * (cuts.edge_m[i - 1] + cuts.edge_m[i]);
+  }
+  cuts.edge_m[0] = stretch.from_m;
+  cuts.edge_m[count] = stretch.until_m;
+  return cuts;
+}
+
 }  // namespace
+
+std::pair<double, double> SeenCells::least_and_most() const {
+  double least = seen[0][0], most_seen = least;
+  for (std::size_t column = 0; column < count; ++column) {
+    const auto [low, high] = std::ranges::minmax(std::span(seen[column]).first(count));
+    least = std::min(least, low), most_seen = std::max(most_seen, high);
+  }
+  return {least, most_seen};
+}
 
 BeamOnLine::BeamOnLine(const Eigen::Vector3d& middle, const Eigen::Vector3d& along, double half_m,
                        double range_m, double wavelength_m, const GlintBeam& beam)
@@ -26,12 +53,11 @@ BeamOnLine::BeamOnLine(const Eigen::Vector3d& middle, const Eigen::Vector3d& alo
       turn_rad_per_m_(4.0 * pi / wavelength_m),
       foot_m_(-middle.dot(along)),
       distance_m_((middle + foot_m_ * along).norm()) {
-  const Stretch in_beam = between(field_.low, field_.high);
-  from_m_ = std::max(in_beam.from_m, -half_m);
-  until_m_ = std::min(in_beam.until_m, half_m);
+  const LineStretch in_beam = between(field_.low, field_.high);
+  in_beam_ = {std::max(in_beam.from_m, -half_m), std::min(in_beam.until_m, half_m)};
 }
 
-BeamOnLine::Stretch BeamOnLine::between(double low, double high) const {
+LineStretch BeamOnLine::between(double low, double high) const {
   const double one_m = (range_m_ * low - begin_m_) / share_;
   const double other_m = (range_m_ * high - begin_m_) / share_;
   return {std::min(one_m, other_m), std::max(one_m, other_m)};
@@ -45,24 +71,30 @@ bool BeamOnLine::counts() const {
 }
 
 bool BeamOnLine::reaches() const {
-  const double length_m = until_m_ - from_m_, middle_m = 0.5 * (from_m_ + until_m_);
+  const double length_m = in_beam_.until_m - in_beam_.from_m,
+               middle_m = 0.5 * (in_beam_.from_m + in_beam_.until_m);
   return length_m > 0.0 &&
          MirrorExtent{length_m, (foot_m_ - middle_m) / range_m_, range_m_}.reaches(wavelength_m_,
                                                                                    array_m_);
 }
 
-double BeamOnLine::place_m(double share_of_line, double share_of_fan) const {
+LineStretch BeamOnLine::in_fan(double share_of_fan) const {
   const double sine = share_of_fan * sin_truncation_;
-  const Stretch fan = between(std::max(field_.low, -sine), std::min(field_.high, sine));
+  return between(std::max(field_.low, -sine), std::min(field_.high, sine));
+}
+
+double BeamOnLine::place_m(double share_of_line, double share_of_fan) const {
+  const LineStretch fan = in_fan(share_of_fan);
   return std::clamp(std::max(fan.from_m, std::min(foot_m_, fan.until_m)), -share_of_line * half_m_,
                     share_of_line * half_m_);
 }
 
 /// As many as resolve the phase and the beam.
-int BeamOnLine::steps(double across_m) const {
+int BeamOnLine::steps(const LineStretch& stretch, double across_m) const {
   constexpr double least = 16.0, per_lobe = 8.0;
-  const double length_m = until_m_ - from_m_;
-  const double farthest_m = std::max(std::abs(from_m_ - foot_m_), std::abs(until_m_ - foot_m_));
+  const double length_m = stretch.until_m - stretch.from_m;
+  const double farthest_m =
+      std::max(std::abs(stretch.from_m - foot_m_), std::abs(stretch.until_m - foot_m_));
   const double turns_rad = turn_rad_per_m_ * (farthest_m + across_m) / range_m_ * length_m;
   const double lobes = std::abs(share_) * length_m * array_m_ / (wavelength_m_ * range_m_);
   return static_cast<int>(least + turns_rad + per_lobe * lobes);
@@ -116,7 +148,22 @@ FlatPartInBeam::Chord FlatPartInBeam::chord_at(double level_m) const {
   return {0.5 * (from_m + until_m), std::max(until_m - from_m, 0.0)};
 }
 
-std::optional<Mirror> FlatPartInBeam::mirror() const {
+std::optional<SeenCells> FlatPartInBeam::cells(std::size_t count) const {
+  const LineStretch fan = line_.in_fan(almost_all);
+  const LineStretch shown{std::max(fan.from_m, -line_.half_m()),
+                          std::min(fan.until_m, line_.half_m())};
+  if (!(shown.from_m < shown.until_m)) return std::nullopt;
+  const double half_up_m = half_extent_m(&Axis::up);
+  const double level_m = line_.place_m(1.0, almost_all),
+               up_m = std::clamp(-away_.dot(up_), -half_up_m, half_up_m);
+  const double finest_m = 0.5 * std::sqrt(wavelength_m_ * (away_ + level_m * level_).norm());
+  const LineStretch across{-half_up_m, half_up_m};
+  return SeenCells{.count = count,
+                   .level = cut(line_.in_beam(), shown, level_m, finest_m, count),
+                   .up = cut(across, across, up_m, finest_m, count)};
+}
+
+std::optional<Mirror> FlatPartInBeam::mirror(const SeenCells* cells) const {
   const double up_foot_m = -away_.dot(up_), half_up_m = half_extent_m(&Axis::up);
   const auto next_to_foot = [&](double share_of_part, double share_of_fan) -> Eigen::Vector3d {
     const double level_m = line_.place_m(share_of_part, share_of_fan);
@@ -132,12 +179,34 @@ std::optional<Mirror> FlatPartInBeam::mirror() const {
     return std::nullopt;
   // Along the array, the phase of chords that end at slanting sides turns as well.
   const double slant = round_ ? 1.0 : 2.0 * std::min(std::abs(one_.level), std::abs(one_.up));
-  const std::complex<double> field_m2 = line_.integral(
-      range_m, slant * (half_up_m + std::abs(up_foot_m)), [&](double level_m, double r_m) {
-        const Chord chord = chord_at(level_m);
-        return MirrorExtent{chord.length_m, (up_foot_m - chord.middle_m) / r_m, r_m}.field_m(
-            wavelength_m_);
-      });
+  const double across_m = slant * (half_up_m + std::abs(up_foot_m));
+  const auto field_m = [&](double middle_m, double length_m, double r_m) {
+    return MirrorExtent{length_m, (up_foot_m - middle_m) / r_m, r_m}.field_m(wavelength_m_);
+  };
+  std::complex<double> field_m2 = 0.0;
+  if (!cells)
+    field_m2 = line_.integral(line_.in_beam(), range_m, across_m, [&](double level_m, double r_m) {
+      const Chord chord = chord_at(level_m);
+      return field_m(chord.middle_m, chord.length_m, r_m);
+    });
+  for (std::size_t column = 0; cells && column < cells->count; ++column) {
+    const auto of_rows = [&](double level_m, double r_m) {
+      const Chord chord = chord_at(level_m);
+      std::complex<double> sum = 0.0;
+      for (std::size_t row = 0; row < cells->count; ++row) {
+        const double from_m =
+            std::max(chord.middle_m - 0.5 * chord.length_m, cells->up.edge_m[row]);
+        const double until_m =
+            std::min(chord.middle_m + 0.5 * chord.length_m, cells->up.edge_m[row + 1]);
+        if (cells->seen[column][row] > 0.0 && from_m < until_m)
+          sum +=
+              cells->seen[column][row] * field_m(0.5 * (from_m + until_m), until_m - from_m, r_m);
+      }
+      return sum;
+    };
+    field_m2 += line_.integral({cells->level.edge_m[column], cells->level.edge_m[column + 1]},
+                               range_m, across_m, of_rows);
+  }
   return Mirror{.offset = offset,
                 .inside = next_to_foot(round_ ? 0.6 : 0.8, well_inside),
                 .cross_section_m2 = std::norm(field_m2) / (wavelength_m_ * wavelength_m_),
@@ -151,10 +220,11 @@ std::optional<LineGlint> line_glint_in_beam(const BeamOnLine& line, const Eigen:
   if (!line.reaches()) return std::nullopt;
   const double place_m = line.place_m(1.0, almost_all);
   const double range_m = (middle + place_m * along).norm();
-  const std::complex<double> field = line.integral(range_m, 0.0, [&](double z_m, double) {
-    const double share = 0.5 * (z_m / line.half_m() + 1.0);
-    return std::sqrt(width_m + share * (other_width_m - width_m));
-  });
+  const std::complex<double> field =
+      line.integral(line.in_beam(), range_m, 0.0, [&](double z_m, double) {
+        const double share = 0.5 * (z_m / line.half_m() + 1.0);
+        return std::sqrt(width_m + share * (other_width_m - width_m));
+      });
   return LineGlint{place_m, range_m, std::norm(field), true};
 }
 

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <complex>
+#include <cstddef>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -11,6 +14,11 @@
 #include <ensonify/engine/sonar/echo/glint.h>
 
 namespace ensonify::engine {
+
+/// A stretch of a line, in metres from the line's middle.
+struct LineStretch {
+  double from_m, until_m;
+};
 
 /// A straight line of a surface that passes a sonar, and the integral over what lies of it in the
 /// sonar's beam.
@@ -30,20 +38,24 @@ class BeamOnLine {
   /// share of the fan's truncation if the line reaches there.
   double place_m(double share_of_line, double share_of_fan) const;
   double half_m() const { return half_m_; }
+  LineStretch in_beam() const { return in_beam_; }  ///< less than nothing: none
+  /// What of the line, as if it were longer, is within a share of the fan's truncation.
+  LineStretch in_fan(double share_of_fan) const;
   /// The beam's two-way field at a distance from the middle, where the range is r_m.
   std::complex<double> beam_at(double z_m, double r_m) const {
     return field_.at((begin_m_ + z_m * share_) / r_m);
   }
-  /// The integral along the line, by the midpoint rule, of the beam, of across(distance from the
-  /// middle, range there), and of the phase against that of a path of range_m. across_m: how far
-  /// what is across lies aside, where its phase turns along the line.
+  /// The integral over a stretch of the line, by the midpoint rule, of the beam, of across(distance
+  /// from the middle, range there), and of the phase against that of a path of range_m. across_m:
+  /// how far what is across lies aside, where its phase turns along the line.
   template <class Across>
-  std::complex<double> integral(double range_m, double across_m, const Across& across) const {
-    const int count = steps(across_m);
-    const double step_m = (until_m_ - from_m_) / count;
+  std::complex<double> integral(const LineStretch& stretch, double range_m, double across_m,
+                                const Across& across) const {
+    const int count = steps(stretch, across_m);
+    const double step_m = (stretch.until_m - stretch.from_m) / count;
     std::complex<double> sum = 0.0;
     for (int i = 0; i < count; ++i) {
-      const double z_m = from_m_ + (i + 0.5) * step_m;
+      const double z_m = stretch.from_m + (i + 0.5) * step_m;
       const double r_m = std::hypot(distance_m_, z_m - foot_m_);
       sum += beam_at(z_m, r_m) * across(z_m, r_m) *
              std::polar(step_m, turn_rad_per_m_ * (r_m - range_m));
@@ -52,18 +64,30 @@ class BeamOnLine {
   }
 
  private:
-  struct Stretch {
-    double from_m, until_m;
-  };
-  Stretch between(double low, double high) const;
-  int steps(double across_m) const;
+  LineStretch between(double low, double high) const;
+  int steps(const LineStretch& stretch, double across_m) const;
 
   ArrayField field_;
   double array_m_, sin_truncation_;
   double begin_m_, share_;  // along the array: from the sonar to the middle, and per metre of line
   double half_m_, range_m_, wavelength_m_, turn_rad_per_m_;
   double foot_m_, distance_m_;  // along the line to where it passes the sonar, and that distance
-  double from_m_, until_m_;     // what is in the beam; less than nothing: none
+  LineStretch in_beam_;
+};
+
+/// What lies of a flat part in a beam, cut into cells along the array (columns) and across it
+/// (rows), and how much of each is seen. Cells are finest where the glint is, because an edge of a
+/// shadow changes a glint the more, the nearer it is to the line of sight's foot.
+struct SeenCells {
+  static constexpr std::size_t most = 12;  // columns, and rows
+  struct Cuts {
+    std::array<double, most + 1> edge_m;  ///< where the cells begin, and the end
+    std::array<double, most> middle_m;    ///< of what rays may show of them
+  };
+  std::size_t count;                                  ///< of columns, and of rows
+  Cuts level, up;                                     ///< of the columns, and of the rows
+  std::array<std::array<double, most>, most> seen{};  ///< share of the sound, by column and row
+  std::pair<double, double> least_and_most() const;
 };
 
 /// A flat part in a sonar's beam, in axes along the array and across it.
@@ -73,7 +97,14 @@ class FlatPartInBeam {
   FlatPartInBeam(const FlatPart& flat_part, const Eigen::Vector3d& away, double range_m,
                  double wavelength_m, const GlintBeam& beam);
   bool counts() const { return line_.counts(); }  ///< as of BeamOnLine
-  std::optional<Mirror> mirror() const;
+  /// Of what is seen of its cells; without them, of all of it.
+  std::optional<Mirror> mirror(const SeenCells* cells = nullptr) const;
+  /// Its cells, not yet looked at; none if it is not in the fan.
+  std::optional<SeenCells> cells(std::size_t count) const;
+  /// The middle of a cell, from that of the flat part.
+  Eigen::Vector3d middle_of(const SeenCells& cells, std::size_t column, std::size_t row) const {
+    return cells.level.middle_m[column] * level_ + cells.up.middle_m[row] * up_;
+  }
   /// The beam's phase at a place of it, `offset` from its middle.
   double beam_rad(const Eigen::Vector3d& offset) const {
     return std::arg(line_.beam_at(offset.dot(level_), (away_ + offset).norm()));

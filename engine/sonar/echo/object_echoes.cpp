@@ -16,6 +16,7 @@ using Eigen::Vector3d;
 constexpr double inv_sqrt2 = 1.0 / std::numbers::sqrt2;
 
 constexpr double few_planes = 6.0;     // longest small object, in spacings of planes or elevations
+constexpr std::size_t few_cells = 3;   // columns and rows that show whether a flat part is hidden
 constexpr double steepest_wall = 0.5;  // sine of a wall's inclination to the vertical, at most
 
 }  // namespace
@@ -156,7 +157,7 @@ void ObjectEchoes::add_facets(const FlatPart& flat_part, const Vector3d& away,
     const Vector3d arrival = ray->apparent.normalized();
     const double sine = std::min(std::abs(arrival.dot(normal)), 1.0);
     const double slope = std::sqrt(1.0 - sine * sine) / sine;
-    const double seen = seen_share(line, ray->range_m, object.label, small_m, slope);
+    const double seen = seen_share(line.in_fan, ray->range_m, object.label, small_m, slope);
     if (!(seen > 0.0)) continue;
     const double area_m2 = cell_length_m * cell_width_m;
     const double cross_section_m2 = table.sigma_over_sine(sine) * sine * area_m2;
@@ -202,13 +203,37 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
       return ray ? place - ray->apparent : origin;
     };
   const GlintBeam beam = glint_beam();
-  const std::optional<Mirror> mirror =
+  std::optional<Mirror> mirror =
       mirror_of(flat_part, object.curved, apparent, wavelength_m_, sonar_from, &beam);
   if (!mirror) return;
-  const Vector3d place = away + mirror->offset;
-  const std::optional<Sight> sight = sight_of(place, away + mirror->inside, 0.0, !mirror->in_beam);
+  Vector3d place = away + mirror->offset;
+  std::optional<Sight> sight = sight_of(place, away + mirror->inside, 0.0, !mirror->in_beam);
   if (!sight) return;
-  add_mirror_at(place, sight->range_m, sight->energy * specular, object.label, flat_part, *mirror);
+  if (flat_part.facets == 0) {
+    const FlatPartInBeam in_beam(flat_part, apparent, (apparent + mirror->offset).norm(),
+                                 wavelength_m_, beam);
+    const auto look = [&](std::size_t count) {
+      std::optional<SeenCells> cells = in_beam.cells(count);
+      if (cells && !look_at_cells(flat_part, away, in_beam, *cells)) cells.reset();
+      return cells;
+    };
+    if (std::optional<SeenCells> cells = look(few_cells)) {
+      const auto [least, most] = cells->least_and_most();
+      sight->seen = least;
+      if (least < most) {  // partly hidden
+        cells = look(SeenCells::most);
+        mirror = in_beam.mirror(&*cells);
+        if (!mirror) return;
+        place = away + mirror->offset;
+        sight = sight_of(place, place, 0.0, false);
+        if (!sight) return;
+        sight->seen = 1.0;
+      }
+    }
+  }
+  if (!(sight->seen > 0.0)) return;
+  add_mirror_at(place, sight->range_m, sight->seen * sight->energy * specular, object.label,
+                flat_part, *mirror);
 }
 
 void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
@@ -243,7 +268,7 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
     Line line;
     if (!ray || !see(*ray, line)) return 0.0;
     const double slope = std::sqrt(std::max(1.0 - sine * sine, 0.0)) / sine;
-    return seen_share(line, ray->range_m, object.label, double(reach_m), slope);
+    return seen_share(line.in_fan, ray->range_m, object.label, double(reach_m), slope);
   };
   const double flat_parts_seen = (*labels_)[object.label].two_sided
                                      ? std::min(seen_of(corner.one, corner.one_m, sine_one),
@@ -253,13 +278,14 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   // The corner's own flat parts are nearer than its edge.
   const std::optional<Sight> sight =
       sight_of(place, place, double(std::max(corner.one_m, corner.other_m)), !lengthwise->in_beam);
-  if (!sight) return;
+  if (!sight || !(sight->seen > 0.0)) return;
   const double cross_section_m2 =
       corner_power_m2(width_m, double(corner.excess_rad), range_m, wavelength_m_) *
       lengthwise->power_m3 / (wavelength_m_ * wavelength_m_);
-  add_glint_at(place, sight->range_m,
-               flat_parts_seen * sight->energy * specular * specular * cross_section_m2,
-               object.label, corner.surface);
+  add_glint_at(
+      place, sight->range_m,
+      flat_parts_seen * (sight->seen * sight->energy) * specular * specular * cross_section_m2,
+      object.label, corner.surface);
 }
 
 void ObjectEchoes::find_walls(const ObjectSurface& object) {
@@ -296,7 +322,7 @@ void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
   const double off_m = std::abs(along) > 1e-6 ? -to.dot(axis) / along : 0.0;
   const Vector3d place = to + std::clamp(off_m, -0.4 * length_m, 0.4 * length_m) * level;
   const std::optional<Sight> sight = sight_of(place, place);
-  if (!sight) return;
+  if (!sight || !(sight->seen > 0.0)) return;
   // A facet of a curved surface stands for normals on either side of its own, as in its glint.
   const auto curved = [&](const Eigen::Vector3f& direction, float bend_rad) {
     return inv_sqrt2 * double(bend_rad) * direction.cast<double>().dot(level);

@@ -14,6 +14,7 @@
 #include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/echo/glint.h>
+#include <ensonify/engine/sonar/echo/glint_in_beam.h>
 #include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/object_echo.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>
@@ -82,8 +83,8 @@ struct FirstHits {
 /// Walls: the flat parts within 30 degrees of upright, which mirror the bed before them
 /// (OtherPaths), by straight lines.
 ///
-/// Rays decide how much of a flat part is seen: those of the fan next to the ray that leads to it;
-/// of a buried one, next to the ray that leads to the place where its sound enters the bed. Where
+/// Rays decide how much of a flat part is seen: those of the fan next to the ray that leads to it,
+/// or for a glint to its cells; of a buried one, next to the ray that leads to the place where its sound enters the bed. Where
 /// rays are bent, a flat part has the echo of one at the range sqrt(J), in the direction in which
 /// the sound arrives; J is here the geometric mean of the ray's spreading on both ways. Sound
 /// enters the bed as a straight ray does that arrives there in the same direction with the same
@@ -106,21 +107,37 @@ class ObjectEchoes {
 
  private:
   static constexpr double max_cells = 256.0;  // of a flat part, in each direction
-  struct Line {                               // from the sonar to a place
+  struct FanPlace {                           // the direction of a ray, as in FanGrid
+    double sin_azimuth, sin_elevation, cos_elevation;
+  };
+  struct Line {     // from the sonar to a place
     double energy;  // of 1 m^2 of cross-section there, with the medium's mean absorption taken out
-    double sin_azimuth, sin_elevation;
+    FanPlace in_fan;
   };
   std::optional<RayToPlace> ray_to(const Eigen::Vector3d& away) const;
+  std::optional<FanPlace> place_in_fan(const RayToPlace& ray) const;
   bool see(const RayToPlace& ray, Line& line, bool with_arrays = true) const;
-  double seen_share(const Line& line, double time_range_m, int own_label = -1, double own_m = 0.0,
-                    double own_slope = 0.0) const;
+  struct RaysAround {  // a direction: these, and the next plane and the next ray
+    std::size_t plane, ray;
+    double plane_share, ray_share;  // of the next
+    double share(std::size_t p, std::size_t j) const {
+      return (p ? plane_share : 1.0 - plane_share) * (j ? ray_share : 1.0 - ray_share);
+    }
+  };
+  RaysAround rays_around(const FanPlace& place) const;
+  double seen_share(const FanPlace& place, double time_range_m, int own_label = -1,
+                    double own_m = 0.0, double own_slope = 0.0) const;
   struct Sight {  // of a place
     double range_m;
     double seen;    // share of the sound that reaches it
-    double energy;  // of 1 m^2 of cross-section there, of what is seen
+    double energy;  // of 1 m^2 of cross-section there, if all of it is seen
   };
   std::optional<Sight> sight_of(const Eigen::Vector3d& place, const Eigen::Vector3d& shows_seen,
                                 double nearer_m = 0.0, bool with_arrays = true) const;
+  std::optional<double> seen_through(const FlatPart& flat_part, const Eigen::Vector3d& away,
+                                     const Eigen::Vector3d& off) const;
+  bool look_at_cells(const FlatPart& flat_part, const Eigen::Vector3d& away,
+                     const FlatPartInBeam& in_beam, SeenCells& cells) const;
   GlintBeam glint_beam() const;
   struct FirstHit {  // of a ray
     double range_m = std::numeric_limits<double>::infinity();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <ensonify/engine/sonar/echo/beam.h>
@@ -25,19 +26,27 @@ std::optional<RayToPlace> ObjectEchoes::ray_to(const Eigen::Vector3d& away) cons
                     .absorption_db = db_per_m * range_m};
 }
 
+/// The direction of a ray in the fan, if it is within the fan.
+std::optional<ObjectEchoes::FanPlace> ObjectEchoes::place_in_fan(const RayToPlace& ray) const {
+  const RayFan& fan = *view_->fan;
+  const double side = ray.launch.dot(fan.array_axis), ahead = ray.launch.dot(fan.middle);
+  const double sin_elevation = ray.launch.dot(fan.pole);
+  if (!(ahead > 0.0) || std::abs(side) > fan.grid->sin_truncation ||
+      sin_elevation < fan.grid->sin_elevation.front() ||
+      sin_elevation > fan.grid->sin_elevation.back())
+    return std::nullopt;
+  const double cos_elevation = std::hypot(side, ahead);
+  return FanPlace{side / cos_elevation, sin_elevation, cos_elevation};
+}
+
 /// The line of a ray to its place, if that is within the fan and its beam. with_arrays: its energy
 /// contains their beam, not the vertical pattern alone.
 bool ObjectEchoes::see(const RayToPlace& ray, Line& line, bool with_arrays) const {
-  const RayFan& fan = *view_->fan;
-  const double side = ray.launch.dot(fan.array_axis), ahead = ray.launch.dot(fan.middle);
-  line.sin_elevation = ray.launch.dot(fan.pole);
-  const double cos_elevation = std::hypot(side, ahead);
-  if (!(ahead > 0.0) || std::abs(side) > fan.grid->sin_truncation ||
-      line.sin_elevation < fan.grid->sin_elevation.front() ||
-      line.sin_elevation > fan.grid->sin_elevation.back())
-    return false;
-  line.sin_azimuth = side / cos_elevation;
-  const BeamSample sample{static_cast<float>(line.sin_azimuth), 1.0f};
+  const std::optional<FanPlace> in_fan = place_in_fan(ray);
+  if (!in_fan) return false;
+  line.in_fan = *in_fan;
+  const double cos_elevation = in_fan->cos_elevation;
+  const BeamSample sample{static_cast<float>(in_fan->sin_azimuth), 1.0f};
   const Beam& beam = *view_->beam;
   double weight;
   if (with_arrays) {
@@ -83,12 +92,8 @@ std::array<ObjectEchoes::FirstHit, 2> ObjectEchoes::first_hits(std::size_t plane
   return ends;
 }
 
-/// The share of the sound that reaches a place: of the four rays around it, those that go at least
-/// as far. A hit with own_label (-1: none) that is nearer by less than own_m does not hide the
-/// place if the tangent plane there can be as near (own_slope: its range over the distance across),
-/// because no convex body lies before its tangent plane.
-double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_label, double own_m,
-                                double own_slope) const {
+/// The four rays around a direction: two planes, and two rays of each.
+ObjectEchoes::RaysAround ObjectEchoes::rays_around(const FanPlace& place) const {
   const FanGrid& grid = *view_->fan->grid;
   const auto beside = [](const auto& values, double value, const auto& of) {
     const auto above = std::ranges::lower_bound(values, value, {}, of);
@@ -96,31 +101,45 @@ double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_l
     const std::size_t to =
         std::clamp<std::size_t>(static_cast<std::size_t>(above - values.begin()), 1, last);
     const double low = of(values[to - 1]), high = of(values[to]);
-    return std::pair(to, std::clamp((value - low) / (high - low), 0.0, 1.0));
+    return std::pair(to - 1, std::clamp((value - low) / (high - low), 0.0, 1.0));
   };
   const auto plane =
-      beside(grid.planes, line.sin_azimuth, [](const FanGrid::Plane& p) { return p.sin_azimuth; });
-  const auto ray = beside(grid.sin_elevation, line.sin_elevation, [](double sine) { return sine; });
+      beside(grid.planes, place.sin_azimuth, [](const FanGrid::Plane& p) { return p.sin_azimuth; });
+  const auto ray =
+      beside(grid.sin_elevation, place.sin_elevation, [](double sine) { return sine; });
+  return {plane.first, ray.first, plane.second, ray.second};
+}
+
+/// The share of the sound that reaches a place: of the traced ones of the four rays around it,
+/// those that go at least as far. A hit with own_label (-1: none) that is nearer by less than own_m
+/// does not hide the place if the tangent plane there can be as near (own_slope: its range over the
+/// distance across), because no convex body lies before its tangent plane.
+double ObjectEchoes::seen_share(const FanPlace& place, double time_range_m, int own_label,
+                                double own_m, double own_slope) const {
+  const FanGrid& grid = *view_->fan->grid;
+  const RaysAround around = rays_around(place);
   const double apart_m =
       time_range_m *
-      std::hypot(grid.planes[plane.first].sin_azimuth - grid.planes[plane.first - 1].sin_azimuth,
-                 grid.sin_elevation[ray.first] - grid.sin_elevation[ray.first - 1]);
+      std::hypot(grid.planes[around.plane + 1].sin_azimuth - grid.planes[around.plane].sin_azimuth,
+                 grid.sin_elevation[around.ray + 1] - grid.sin_elevation[around.ray]);
   own_m = std::min(own_m, own_slope * apart_m);
-  double seen = 0.0;
+  double traced = 0.0, seen = 0.0;
   for (const std::size_t p : {0, 1}) {
-    const std::array<FirstHit, 2> ends = first_hits(plane.first - 1 + p, ray.first - 1);
+    const std::array<FirstHit, 2> ends = first_hits(around.plane + p, around.ray);
     for (const std::size_t j : {0, 1}) {
-      const double share =
-          (p ? plane.second : 1.0 - plane.second) * (j ? ray.second : 1.0 - ray.second);
+      if (!grid.within_beam(around.plane + p, around.ray + j)) continue;
       const double own = ends[j].label == own_label ? own_m : 0.0;
+      const double share = around.share(p, j);
+      traced += share;
       if (!(ends[j].range_m < time_range_m - tolerance_m_ - own)) seen += share;
     }
   }
-  return seen;
+  return traced > 0.0 ? seen / traced : 0.0;
 }
 
-/// The place as it is seen; none if it is not: if the rays to the place that shows this, or as near
-/// to it along the array as the beam reaches, do not go as far, less nearer_m.
+/// The place, and how much of it is seen: whether the rays to the place that shows this, or as near
+/// to it along the array as rays of all planes reach, go as far, less nearer_m. None if it is not
+/// in the fan and its beam.
 std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Eigen::Vector3d& place,
                                                           const Eigen::Vector3d& shows_seen,
                                                           double nearer_m, bool with_arrays) const {
@@ -136,10 +155,68 @@ std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Eigen::Vector3d&
   const std::optional<RayToPlace> there = ray_to(shows_seen + (kept_m - to_m) * fan.array_axis);
   Line line_there;
   const double seen = there && see(*there, line_there)
-                          ? seen_share(line_there, there->range_m - nearer_m)
-                          : seen_share(line, ray->range_m - nearer_m);
-  if (!(seen > 0.0)) return std::nullopt;
-  return Sight{.range_m = ray->range_m, .seen = seen, .energy = seen * line.energy};
+                          ? seen_share(line_there.in_fan, there->range_m - nearer_m)
+                          : seen_share(line.in_fan, ray->range_m - nearer_m);
+  return Sight{.range_m = ray->range_m, .seen = seen, .energy = line.energy};
+}
+
+/// The share of the sound that reaches a place of a flat part, by those of the rays around it that
+/// pass through the flat part; none if none does. What other rays meet lies next to it. off: of the
+/// place, from the flat part's middle, which is `away`.
+std::optional<double> ObjectEchoes::seen_through(const FlatPart& flat_part,
+                                                 const Eigen::Vector3d& away,
+                                                 const Eigen::Vector3d& off) const {
+  constexpr double inside = 0.95;  // the rectangle may reach beyond the flat part
+  const std::optional<RayToPlace> ray = ray_to(away + off);
+  const std::optional<FanPlace> in_fan = ray ? place_in_fan(*ray) : std::nullopt;
+  if (!in_fan) return std::nullopt;
+  const RayFan& fan = *view_->fan;
+  const Eigen::Vector3d normal = flat_part.normal.cast<double>();
+  const Eigen::Vector3d arrival = ray->apparent.normalized();
+  const double facing = arrival.dot(normal);
+  const RaysAround around = rays_around(*in_fan);
+  double passing = 0.0, seen = 0.0;
+  for (const std::size_t p : {0, 1}) {
+    const std::array<FirstHit, 2> ends = first_hits(around.plane + p, around.ray);
+    const Eigen::Vector3d in_plane = fan.plane_direction(around.plane + p);
+    for (const std::size_t j : {0, 1}) {
+      if (!fan.grid->within_beam(around.plane + p, around.ray + j)) continue;
+      // From the place to where this ray meets the flat part's plane.
+      const Eigen::Vector3d turned =
+          ray->range_m * (fan.direction(in_plane, around.ray + j) - ray->launch);
+      const Eigen::Vector3d aside = turned - turned.dot(normal) / facing * arrival;
+      const Eigen::Vector3d meets = off + aside;
+      const double along = 2.0 * meets.dot(flat_part.along.cast<double>()) / flat_part.length_m;
+      const double across = 2.0 * meets.dot(flat_part.across.cast<double>()) / flat_part.width_m;
+      const bool passes = flat_part.round
+                              ? std::hypot(along, across) < inside * 2.0 * std::numbers::inv_sqrtpi
+                              : std::abs(along) < inside && std::abs(across) < inside;
+      if (!passes) continue;
+      const double share = around.share(p, j);
+      passing += share;
+      if (!(ends[j].range_m < ray->range_m + aside.dot(arrival) - tolerance_m_)) seen += share;
+    }
+  }
+  if (!(passing > 0.0)) return std::nullopt;
+  return seen / passing;
+}
+
+/// Looks at the cells of a flat part; false if no ray shows any. Those that no ray shows are seen
+/// as much as the others on average.
+bool ObjectEchoes::look_at_cells(const FlatPart& flat_part, const Eigen::Vector3d& away,
+                                 const FlatPartInBeam& in_beam, SeenCells& cells) const {
+  double shown = 0.0, sum = 0.0;
+  for (std::size_t column = 0; column < cells.count; ++column)
+    for (std::size_t row = 0; row < cells.count; ++row) {
+      const std::optional<double> seen =
+          seen_through(flat_part, away, in_beam.middle_of(cells, column, row));
+      cells.seen[column][row] = seen.value_or(-1.0);
+      if (seen) shown += 1.0, sum += *seen;
+    }
+  for (std::size_t column = 0; column < cells.count; ++column)
+    for (std::size_t row = 0; row < cells.count; ++row)
+      if (cells.seen[column][row] < 0.0) cells.seen[column][row] = sum / shown;
+  return shown > 0.0;
 }
 
 GlintBeam ObjectEchoes::glint_beam() const {
