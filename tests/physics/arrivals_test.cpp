@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <functional>
+#include <numbers>
 #include <vector>
 
 #include "support/catch.h"
@@ -125,6 +127,47 @@ TEST_CASE("few scatterers in the water make a K distributed echo of the same mea
     CAPTURE(r, count);
     CHECK(sum == Approx(1.0).epsilon(0.05));
     CHECK(squares / (sum * sum) == Approx(2.0 * (1.0 + 1.0 / count)).epsilon(0.1));
+  }
+}
+
+TEST_CASE("volume reverberation nearer than the array is long is that of a sum over its elements") {
+  constexpr double array_m = 1.0, wavelength_m = 1500.0 / 400e3;
+  constexpr double k = 2.0 * std::numbers::pi / wavelength_m;
+  Sonar sonar = open_sonar();
+  sonar.frequency_hz = 400e3;
+  sonar.array_length_m = array_m;
+  sonar.range_m = 10.0;
+  sonar.bins = 1000;
+  for (const bool focused : {true, false}) {
+    sonar.focused = focused;
+    const std::vector<double> volume = received(sonar, {.volume = true});
+    // The integral over a sphere of the fourth power of the field of all elements.
+    const auto expected = [&](double r) {
+      constexpr int elements = 400, rings = 8000;
+      const double reach_rad = std::asin(0.9 * array_m / r > 1.0 ? 1.0 : 0.9 * array_m / r);
+      double sum = 0.0;
+      for (int ring = 0; ring < rings; ++ring) {
+        const double psi = reach_rad * (ring + 0.5) / rings;
+        std::complex<double> field = 0.0;
+        for (int i = 0; i < elements; ++i) {
+          const double at_m = array_m * ((i + 0.5) / elements - 0.5);
+          const double path_m = std::hypot(r * std::cos(psi), r * std::sin(psi) - at_m);
+          const double delay_m = focused ? std::hypot(r, at_m) : r;
+          field += std::polar(1.0 / (elements * path_m), k * (path_m - delay_m));
+        }
+        sum += std::pow(std::norm(field), 2) * r * r * std::cos(psi) * reach_rad / rings;
+      }
+      return sum;
+    };
+    const auto got = [&](double r) {
+      return volume[static_cast<std::size_t>(r / sonar.bin_m())] * scatter::from_db(2.0 * 0.03 * r);
+    };
+    const double far_m = 4.0 * array_m;
+    for (const double r : {0.6, 0.75, 1.0}) {
+      CAPTURE(focused, r);
+      CHECK(scatter::to_db(got(r) / got(far_m)) ==
+            Approx(scatter::to_db(expected(r) / expected(far_m))).margin(1.0));
+    }
   }
 }
 

@@ -169,13 +169,14 @@ double Scatterers::middle_m(std::size_t row) const {
   return nearest_m_ * std::exp2((static_cast<double>(row) + 0.5) / rows_per_octave);
 }
 
-// Interpolated between rows, linearly in the logarithm of the range.
+// Interpolated between rows, linearly in the logarithm of the range. Nearer than all rows and
+// farther than all it grows with the range.
 double Scatterers::width_m_at(double range_m) const {
   const std::size_t last = rows_.size() - 1;
+  if (range_m < middle_m(0)) return rows_[0].width_m * range_m / middle_m(0);
   if (range_m > middle_m(last)) return rows_[last].width_m * range_m / middle_m(last);
-  const double place =
-      std::clamp(rows_per_octave * std::log2(std::max(range_m, nearest_m_) / nearest_m_) - 0.5, 0.0,
-                 static_cast<double>(last));
+  const double place = std::clamp(rows_per_octave * std::log2(range_m / nearest_m_) - 0.5, 0.0,
+                                  static_cast<double>(last));
   const auto row = static_cast<std::size_t>(place);
   const double share = place - static_cast<double>(row);
   const Row& next = rows_[std::min(row + 1, last)];
