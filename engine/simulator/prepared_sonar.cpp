@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/scene/tables/vertical_pattern_reader.h>
 #include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/sonar/echo/plane_spacing.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
@@ -39,7 +40,9 @@ scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, 
     add_once(warnings, std::move(warning));
   // Near vertical the rays of a plane are a quarter of a degree apart, and planes often more. They
   // would miss a narrower lobe, or take one hit in it for all of a cell. (Glints are for solids.)
-  constexpr double resolved_rad = 0.5 * degree;
+  // Over 1.25 times the distance of planes the sum over few of them is nearest to the integral.
+  const double apart_rad = planes_apart_rad(sonar, bed_sound_speed_mps / sonar.frequency_hz);
+  const double resolved_rad = std::max(0.5 * degree, 1.25 * apart_rad);
   return scatter::BackscatterTable(*backscatter, as_solid(material) ? 0.0 : resolved_rad);
 }
 

@@ -15,6 +15,12 @@ constexpr double max_planes = 1024;      // the most that a sonar may have
 
 }  // namespace
 
+double planes_apart_rad(const Sonar& sonar, double wavelength_m) {
+  return 2.0 / sonar.planes *
+         std::min(sonar.transmit_array(wavelength_m).null_rad(1),
+                  sonar.receive_array(wavelength_m).null_rad(1));
+}
+
 std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
                                                  double sound_speed_mps, const Seafloor& seafloor,
                                                  std::span<const Pose> poses) {
@@ -22,10 +28,7 @@ std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
   double worst_share = 1.0;
   std::size_t count = 0;
   for (const Sonar& sonar : sonars) {
-    const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
-    const double apart_rad = 2.0 / sonar.planes *
-                             std::min(sonar.transmit_array(wavelength_m).null_rad(1),
-                                      sonar.receive_array(wavelength_m).null_rad(1));
+    const double apart_rad = planes_apart_rad(sonar, sound_speed_mps / sonar.frequency_hz);
     std::vector<Pose> own;
     const std::size_t stride = poses.size() / max_poses + 1;
     for (std::size_t i = 0; i < poses.size(); i += stride)

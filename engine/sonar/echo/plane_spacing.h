@@ -10,6 +10,9 @@
 
 namespace ensonify::engine {
 
+/// The azimuth between neighbouring planes of a fan about the beam's axis.
+double planes_apart_rad(const Sonar& sonar, double wavelength_m);
+
 /// A warning about features of the bed that are shorter along the track than the distance between
 /// two planes of a fan, where the track passes nearest: a ping may miss such a thing, or count it
 /// for a whole plane. It names the feature that is shortest in relation to that distance, and the
