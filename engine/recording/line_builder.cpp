@@ -66,7 +66,9 @@ void LineBuilder::make_samples_alike(Entry& entry, std::string_view name) {
     }
     const auto [shorter, longer] = std::minmax({sides.port.size(), sides.starboard.size()});
     ping.range_m = fine_m * static_cast<double>(longer);
-    other_ranges += static_cast<double>(shorter) < (1.0 - alike) * static_cast<double>(longer);
+    if (static_cast<double>(shorter) >= (1.0 - alike) * static_cast<double>(longer)) continue;
+    ping.one_sided = longer - shorter;
+    ++other_ranges;
   }
   if (repeated > 0)
     entry.line.warnings.push_back(fmt::format(

@@ -35,6 +35,8 @@ struct RecordedPing {
   std::size_t samples = 0;  ///< per side; the rest of its row is 0
   /// How many of them, from the nearest on, lie before the first that was recorded; they are 0.
   std::size_t unrecorded = 0;
+  /// How many of them, from the farthest on, one of the sides lacks; they are 0 there.
+  std::size_t one_sided = 0;
 };
 
 /// The pings of one sidescan sonar of a recording, or of one of its frequencies.

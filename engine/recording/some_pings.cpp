@@ -39,6 +39,21 @@ void set_samples(RecordedLine& line, std::size_t samples) {
 }
 
 AlikePings alike_pings(RecordedLine line) {
+  std::size_t one_sided = 0;
+  for (RecordedPing& ping : line.pings) {
+    if (ping.one_sided == 0) continue;
+    const std::size_t common = ping.samples - ping.one_sided;
+    ping.range_m *= static_cast<double>(common) / static_cast<double>(ping.samples);
+    ping.samples = common;
+    ping.one_sided = 0;
+    ++one_sided;
+  }
+  std::string left_out;
+  if (one_sided > 0)
+    left_out = fmt::format(
+        "in {} pings one side ends at a shorter range, and the samples beyond it of the other are "
+        "left out",
+        one_sided);
   const std::vector<RecordedPing>& pings = line.pings;
   const auto states_range = [](const RecordedPing& ping) { return ping.range_m > 0.0; };
   const bool most_state = 2 * std::ranges::count_if(pings, states_range) >= std::ssize(pings);
@@ -58,15 +73,16 @@ AlikePings alike_pings(RecordedLine line) {
     if (alike.size() > most.size() || (alike.size() == most.size() && alike.front() < most.front()))
       most = alike;
   }
-  if (most.size() == pings.size()) return {std::move(line), {}};
-  std::vector<std::size_t> kept(most.begin(), most.end());
-  std::ranges::sort(kept);
-  AlikePings alike{some_pings(line, kept),
-                   fmt::format("{} of {} pings have another range or length than most and are left "
-                               "out",
-                               pings.size() - kept.size(), pings.size())};
-  set_samples(alike.line, alike.line.pings.front().samples);
-  return alike;
+  if (most.size() < pings.size()) {
+    std::vector<std::size_t> kept(most.begin(), most.end());
+    std::ranges::sort(kept);
+    left_out +=
+        fmt::format("{}{} of {} pings have another range or length than most and are left out",
+                    left_out.empty() ? "" : "; ", pings.size() - kept.size(), pings.size());
+    line = some_pings(line, kept);
+  }
+  if (!line.pings.empty()) set_samples(line, line.pings.front().samples);
+  return {std::move(line), std::move(left_out)};
 }
 
 }  // namespace ensonify::engine

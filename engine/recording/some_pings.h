@@ -17,10 +17,11 @@ void set_samples(RecordedLine& line, std::size_t samples);
 /// Pings of one range and length: sample k of each of them lies at the same range.
 struct AlikePings {
   RecordedLine line;     ///< its rows are as long as its pings
-  std::string left_out;  ///< says how many other pings there are; empty: none
+  std::string left_out;  ///< says what was left out; empty: nothing
 };
 /// The pings that have the line's most frequent range (within 1 %) and length; of two that are
-/// equally frequent, the one that comes first. If most pings state no range, only those count.
+/// equally frequent, the one that comes first. If most pings state no range, only those count. A
+/// ping ends where one of its sides ends.
 AlikePings alike_pings(RecordedLine line);
 
 }  // namespace ensonify::engine

@@ -6,6 +6,8 @@
 #include "support/catch.h"
 #include "support/small_recording.h"
 
+#include <ensonify/engine/recording/some_pings.h>
+
 using namespace ensonify;
 using namespace ensonify::engine;
 using tests::AlteredXtf;
@@ -53,6 +55,20 @@ TEST_CASE("a side that ends earlier has its samples at their ranges, and then no
   CHECK(line.pings[0].range_m == Approx(30.0));
   REQUIRE(line.warnings.size() == 1);
   CHECK_THAT(line.warnings[0], Catch::Contains("one side ends at a shorter range"));
+}
+
+TEST_CASE("alike pings end where the shorter side ends, so that they have no made-up zeros") {
+  const auto [alike, left_out] = alike_pings(with_starboard(4, 15.0f).line());
+  CHECK(alike.samples == 4);
+  CHECK(row_of(alike, Side::port) == std::vector<float>{107, 106, 105, 104});
+  CHECK(row_of(alike, Side::starboard) == std::vector<float>{108, 109, 110, 111});
+  for (const RecordedPing& ping : alike.pings) {
+    CHECK(ping.range_m == Approx(15.0));
+    CHECK(ping.samples == 4);
+  }
+  CHECK(left_out ==
+        "in 3 pings one side ends at a shorter range, and the samples beyond it of the other are "
+        "left out");
 }
 
 TEST_CASE("packets that are too short for their samples are counted") {
