@@ -117,7 +117,7 @@ export function drawMap(row, isNew) {
     context.lineWidth = scale;
     context.stroke();
     context.restore();
-    $('map-note').textContent = `${row.x.toFixed(1)} m E, ${row.y.toFixed(1)} m N, ${(row.heading * 180 / Math.PI).toFixed(0)}°`;
+    $('map-note').textContent = `${row.x.toFixed(1)} m E, ${row.y.toFixed(1)} m N, ${((row.heading * 180 / Math.PI % 360 + 360) % 360).toFixed(0)}°`;
   }
   const bar = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000].find(m => m * zoom > 40 * scale) ?? 10000;
   context.fillStyle = css('--ink');

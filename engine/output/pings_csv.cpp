@@ -15,7 +15,8 @@ std::string pings_csv(const Waterfall& waterfall) {
   };
   const auto where = [](const Pose& pose) {
     return fmt::format("{},{},{},{},{},{}", pose.position.x(), pose.position.y(), pose.position.z(),
-                       pose.roll_rad / degree, pose.pitch_rad / degree, pose.heading_rad / degree);
+                       pose.roll_rad / degree, pose.pitch_rad / degree,
+                       compass_deg(pose.heading_rad / degree));
   };
   std::string csv =
       "ping,t_s,x_m,y_m,z_m,roll_deg,pitch_deg,heading_deg,reported_x_m,reported_y_m,reported_z_m,"

@@ -83,11 +83,7 @@ std::string text_of(const Json& json) { return json_text(json, 1) + "\n"; }
 
 }  // namespace
 
-double turned_deg(double rad) {
-  const double degrees = std::fmod(rad * degrees_per_radian, 360.0);
-  const double turned = degrees < 0.0 ? degrees + 360.0 : degrees;
-  return turned < 360.0 ? turned : 0.0;
-}
+double turned_deg(double rad) { return compass_deg(rad * degrees_per_radian); }
 
 std::string targets_json(std::span<const TargetRecord> targets, const Waterfall& waterfall,
                          const Seafloor& seafloor) {

@@ -3,6 +3,8 @@
 #include <array>
 #include <numbers>
 
+#include <ensonify/engine/units.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -46,8 +48,11 @@ constexpr std::array columns{
                [](const RecordedPing& ping) { return degrees(ping.roll_rad); }},
     PingColumn{"pitch_deg", "nose up",
                [](const RecordedPing& ping) { return degrees(ping.pitch_rad); }},
-    PingColumn{"heading_deg", "clockwise from north",
-               [](const RecordedPing& ping) { return degrees(ping.heading_rad); }},
+    PingColumn{"heading_deg", "clockwise from north, from 0 up to 360",
+               [](const RecordedPing& ping) {
+                 const Value heading_deg = degrees(ping.heading_rad);
+                 return heading_deg ? Value(compass_deg(*heading_deg)) : std::nullopt;
+               }},
     PingColumn{"speed_mps", "of the sonar or the ship",
                [](const RecordedPing& ping) { return ping.speed_mps; }}};
 

@@ -1,5 +1,6 @@
 #include <ensonify/engine/output/pings_csv.h>
 
+#include <cmath>
 #include <limits>
 #include <numbers>
 #include <sstream>
@@ -69,6 +70,25 @@ TEST_CASE("There is one row per ping with the documented columns, and numbers re
   CHECK(rows[2][14].empty());
   CHECK(rows[2][15].empty());
   CHECK(rows[3][16] == "0");
+}
+
+TEST_CASE("Headings of a pings file are those of a compass, from 0 up to 360 degrees") {
+  Waterfall waterfall = sample_waterfall(4);
+  const std::vector<double> given_deg{-10.0, 370.0, 360.0, -1e-20},
+      expected_deg{350.0, 10.0, 0.0, 0.0};
+  for (std::size_t i = 0; i < 4; ++i) {
+    waterfall.pings[i].pose.heading_rad = given_deg[i] * std::numbers::pi / 180.0;
+    waterfall.pings[i].reported.heading_rad = (given_deg[i] - 720.0) * std::numbers::pi / 180.0;
+  }
+  const auto rows = table(pings_csv(waterfall));
+  for (std::size_t i = 0; i < 4; ++i)
+    for (const std::size_t column : {7u, 13u}) {
+      const double heading_deg = std::stod(rows[1 + i][column]);
+      CAPTURE(i, column, heading_deg);
+      CHECK(heading_deg >= 0.0);
+      CHECK(heading_deg < 360.0);
+      CHECK(std::remainder(heading_deg - expected_deg[i], 360.0) == Approx(0.0).margin(1e-9));
+    }
 }
 
 TEST_CASE("A pings file has the same bytes in another locale") {

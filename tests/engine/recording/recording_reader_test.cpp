@@ -263,6 +263,18 @@ TEST_CASE("XTF samples of every format are amplitudes") {
   CHECK_FALSE(line.pings.front().altitude_m);
 }
 
+TEST_CASE("the headings in tables of recordings are those of a compass") {
+  const auto heading_deg = std::ranges::find(ping_columns(), "heading_deg", &PingColumn::name);
+  REQUIRE(heading_deg != ping_columns().end());
+  RecordedPing ping;
+  CHECK_FALSE(heading_deg->value(ping));
+  for (const auto& [stated_deg, expected_deg] :
+       {std::pair{-10.0, 350.0}, {370.0, 10.0}, {360.0, 0.0}, {90.0, 90.0}}) {
+    ping.heading_rad = stated_deg * degree;
+    CHECK(heading_deg->value(ping).value() == Approx(expected_deg).margin(1e-9));
+  }
+}
+
 TEST_CASE("an XTF sample is scaled by its channel's weight") {
   std::string bytes = xtf_of<std::uint16_t>({4, 40000}, 3);
   const auto samples = [&](std::int16_t weight) {
