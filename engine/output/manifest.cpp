@@ -9,12 +9,16 @@
 #include <system_error>
 #include <utility>
 
+#ifdef ENSONIFY_GEOGRAPHICLIB
+#include <GeographicLib/Config.h>
+#endif
 #include <OpenEXR/OpenEXRConfig.h>
 #include <archive.h>
 #include <fftw3.h>
 #include <fmt/format.h>
 #include <gdal.h>
 #include <nlohmann/json.hpp>
+#include <ogr_srs_api.h>
 #include <png.h>
 #include <xxhash.h>
 #if __has_include(<embree4/rtcore_config.h>)
@@ -37,9 +41,15 @@ nlohmann::ordered_json versions_json() {
   versions["embree"] = RTC_VERSION_STRING;
   versions["fftw"] = std::string(fftw_version);
   versions["gdal"] = GDALVersionInfo("RELEASE_NAME");
+#ifdef ENSONIFY_GEOGRAPHICLIB
+  versions["geographiclib"] = GEOGRAPHICLIB_VERSION_STRING;
+#endif
   versions["libarchive"] = archive_version_string();
   versions["libpng"] = png_get_libpng_ver(nullptr);
   versions["openexr"] = OPENEXR_VERSION_STRING;
+  int proj_major = 0, proj_minor = 0, proj_patch = 0;
+  OSRGetPROJVersion(&proj_major, &proj_minor, &proj_patch);
+  versions["proj"] = fmt::format("{}.{}.{}", proj_major, proj_minor, proj_patch);
   versions["zlib"] = archive_zlib_version();
 #ifdef __GLIBC__
   versions["glibc"] = gnu_get_libc_version();

@@ -99,10 +99,14 @@ TEST_CASE("A manifest has its fields in order, with versions and the scene's has
                                          "warnings", "files"});
   CHECK(json["program"] == "ensonify");
   for (const char* library :
-       {"embree", "fftw", "gdal", "libarchive", "libpng", "openexr", "zlib"}) {
+       {"embree", "fftw", "gdal", "libarchive", "libpng", "openexr", "proj", "zlib"}) {
     INFO(library);
     CHECK_FALSE(json["libraries"].at(library).get<std::string>().empty());
   }
+  CHECK(json["libraries"]["proj"] != "0.0.0");
+#if __has_include(<GeographicLib/Config.h>)
+  CHECK_FALSE(json["libraries"].at("geographiclib").get<std::string>().empty());
+#endif
   CHECK(json["scene"] == manifest.scene_toml);
   CHECK(json["scene_hash"] == xxh128(manifest.scene_toml));
   CHECK(json["seed"] == manifest.seed);
