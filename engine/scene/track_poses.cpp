@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/water_check.h>
 #include <ensonify/engine/scene/world_reference.h>
@@ -109,6 +111,36 @@ class TrackBuilder {
       flight_.poses.push_back(recorded_->at(recorded_->begin_s() + step * interval_s_));
       check_stop();
     }
+    warn_of_pauses(log.t_s, name);
+  }
+
+  /// Warns of pings in pauses of the recorder, as between two lines. Rows that are often far apart
+  /// are not pauses: they may be the ends of straight legs.
+  void warn_of_pauses(std::span<const double> rows_s, const std::string& name) {
+    std::vector<double> steps_s;
+    for (std::size_t row = 1; row < rows_s.size(); ++row)
+      steps_s.push_back(rows_s[row] - rows_s[row - 1]);
+    constexpr double times_longer = 10.0, most_share = 0.1;
+    const double least_s = times_longer * median(steps_s);
+    std::size_t pauses = 0, pings = 0, longest = 0;
+    for (std::size_t step = 0; step < steps_s.size(); ++step) {
+      if (!(steps_s[step] > least_s)) continue;
+      const auto after = std::ranges::upper_bound(flight_.poses, rows_s[step], {}, &Pose::t_s);
+      const auto end = std::ranges::lower_bound(flight_.poses, rows_s[step + 1], {}, &Pose::t_s);
+      if (end <= after) continue;
+      pings += static_cast<std::size_t>(end - after);
+      if (pauses++ == 0 || steps_s[step] > steps_s[longest]) longest = step;
+    }
+    if (pauses == 0 ||
+        static_cast<double>(pauses) > most_share * static_cast<double>(rows_s.size()))
+      return;
+    flight_.warnings.push_back(fmt::format(
+        "{}: {} of {} pings lie in {} of its rows, {} s from t_s {:.10g}; the track is a straight "
+        "line there. Split the file there, or leave track.ping_interval_s out for one ping per row",
+        name, pings, flight_.poses.size(),
+        pauses == 1 ? "a pause" : fmt::format("{} pauses", pauses),
+        fmt::format("{}{:.4g}", pauses == 1 ? "" : "the longest ", steps_s[longest]),
+        rows_s[longest]));
   }
 
   void find_bed() {

@@ -4,6 +4,8 @@
 #include <fstream>
 #include <limits>
 
+#include <fmt/format.h>
+
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
@@ -126,6 +128,34 @@ TEST_CASE("repeated positions give a warning, unless they are smoothed") {
   CHECK(build_track(scene, step, 1500.0).warnings.size() == 1);
   scene.track.smooth_s = 2.0;
   CHECK(build_track(scene, step, 1500.0).warnings.empty());
+}
+
+TEST_CASE("pings in a pause of a recorded track are counted in a warning") {
+  const TemporaryFolder folder;
+  const auto warnings = [&](const std::string& rows, double interval_s) {
+    Scene scene = from_file(folder, "t_s,x_m,y_m,z_m\n" + rows);
+    scene.track.ping_interval_s = interval_s;
+    return build_track(scene, step, 1500.0).warnings;
+  };
+  std::string rows;
+  const auto add = [&](int first_s, int end_s) {
+    for (int t_s = first_s; t_s < end_s; ++t_s) rows += fmt::format("{},{},0,-5\n", t_s, 0.1 * t_s);
+  };
+  add(0, 20);
+  add(25, 40);
+  CHECK(warnings(rows, 0.5).empty());  // some lost rows are no pause
+  add(99, 120);
+  // Rows at 39 and 99 s: pings at 39.5, 40 ... 98.5 s.
+  REQUIRE(warnings(rows, 0.5).size() == 1);
+  CHECK_THAT(warnings(rows, 0.5).front(),
+             Catch::StartsWith(
+                 "track.csv: 119 of 239 pings lie in a pause of its rows, 60 s from t_s 39;"));
+  CHECK(warnings(rows, 0.0).empty());  // a ping per row
+  add(320, 340);
+  CHECK_THAT(warnings(rows, 1.0).front(),
+             Catch::Contains("259 of 340 pings lie in 2 pauses of its rows, the longest 201 s"));
+  // Ends of straight legs.
+  CHECK(warnings("0,0,0,-5\n60,60,0,-5\n61,60,1,-5\n62,60,2,-5\n122,0,2,-5\n", 1.0).empty());
 }
 
 TEST_CASE("an error for an impossible track tells the user what to do") {
