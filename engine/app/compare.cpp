@@ -33,7 +33,12 @@ void compare(const CompareArguments& arguments) {
   if (!arguments.html.empty())
     for (const std::filesystem::path& place : {arguments.a, arguments.b})
       require_not_read(arguments.html, files_of_line(place));
+  const SignalWatch signals;
+  const auto stop_if_asked = [] {
+    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
+  };
   const RecordedLine a = read_line(arguments.a, arguments.sonar_a);
+  stop_if_asked();
   const RecordedLine b = read_line(arguments.b, arguments.sonar_b);
   print_warnings(a.warnings);
   print_warnings(b.warnings);
@@ -41,7 +46,7 @@ void compare(const CompareArguments& arguments) {
   std::string out = "statistic,a,b,spread_of_a,ratio\n";
   std::string worst;
   std::size_t beyond = 0;
-  const std::vector<ComparedStatistic> statistics = compare_lines(a, b);
+  const std::vector<ComparedStatistic> statistics = compare_lines(a, b, stop_if_asked);
   for (const ComparedStatistic& one : statistics) {
     out += fmt::format("{},{},{},{},{}\n", one.name, shown(one.a), shown(one.b), shown(one.spread),
                        shown(one.ratio()));

@@ -204,12 +204,16 @@ double of_blocks(const Samples& samples, double low_deg, double high_deg, F&& nu
 }  // namespace
 
 std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t first,
-                                           std::size_t end) {
+                                           std::size_t end,
+                                           const std::function<void()>& stop_check) {
   Samples samples;
   float full_scale = 0.0f;
   for (const Side side : line.sides())
     for (const float value : line.side(side)) full_scale = std::max(full_scale, value);
-  for (const Side side : line.sides()) add_side(line, side, first, end, full_scale, samples);
+  for (const Side side : line.sides()) {
+    if (stop_check) stop_check();
+    add_side(line, side, first, end, full_scale, samples);
+  }
 
   std::vector<LineStatistic> all;
   const auto add = [&](std::string name, double value, CurvePart part = {}) {
@@ -284,12 +288,15 @@ double ComparedStatistic::ratio() const {
   return difference <= rounding * std::abs(a) ? 0.0 : difference / spread;
 }
 
-std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b) {
+std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b,
+                                             const std::function<void()>& stop_check) {
   const std::size_t pings = a.pings.size(), half = pings / 2;
-  const std::vector<LineStatistic> of_a = line_statistics(a, 0, pings),
-                                   first = line_statistics(a, 0, half),
-                                   second = line_statistics(a, half, pings),
-                                   of_b = line_statistics(b, 0, b.pings.size());
+  const auto statistics = [&](const RecordedLine& line, std::size_t begin, std::size_t end) {
+    return line_statistics(line, begin, end, stop_check);
+  };
+  const std::vector<LineStatistic> of_a = statistics(a, 0, pings), first = statistics(a, 0, half),
+                                   second = statistics(a, half, pings),
+                                   of_b = statistics(b, 0, b.pings.size());
   std::vector<ComparedStatistic> all;
   for (std::size_t i = 0; i < of_a.size(); ++i)
     all.push_back({.name = of_a[i].name,

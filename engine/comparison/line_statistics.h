@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -36,8 +37,11 @@ struct LineStatistic {
 /// of one block, about its mean. Medians over blocks are robust against objects and shadows. A
 /// change of tone is between the levels of blocks at the same range, as the standard deviation of a
 /// normal distribution with the same median square; speckle alone gives 0.54 dB.
+///
+/// `stop_check` is called before each side; what it throws ends the work.
 std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t first,
-                                           std::size_t end);
+                                           std::size_t end,
+                                           const std::function<void()>& stop_check = {});
 
 /// A statistic of two lines, and the spread of the first one.
 struct ComparedStatistic {
@@ -49,6 +53,8 @@ struct ComparedStatistic {
   /// spread is 0, NaN if a number is unknown.
   double ratio() const;
 };
-std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b);
+/// `stop_check` as in line_statistics().
+std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b,
+                                             const std::function<void()>& stop_check = {});
 
 }  // namespace ensonify::engine

@@ -1,10 +1,18 @@
 // `ensonify compare`, and a run's recording read back.
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -12,7 +20,11 @@
 #include "support/catch.h"
 #include "support/files.h"
 #include "support/program.h"
+#include "support/small_recording.h"
 
+#include <ensonify/engine/output/xtf.h>
+
+using namespace ensonify;
 using namespace ensonify::tests;
 
 namespace {
@@ -34,6 +46,36 @@ jsf = true
 )";
 
 }  // namespace
+
+TEST_CASE("SIGTERM ends a comparison with a message, and nothing is left behind") {
+  const TemporaryFolder folder;
+  const engine::Recording recording = small_recording(64);
+  write_text(folder / "a.xtf", as_text(engine::encode_xtf({&recording, 1})));
+  // It waits for a reader of its output, so that it is still there.
+  REQUIRE(mkfifo((folder / "output").c_str(), 0600) == 0);
+  const int full_pipe = open((folder / "output").c_str(), O_RDWR | O_NONBLOCK);
+  const std::string full(4096, 'x');
+  while (write(full_pipe, full.data(), full.size()) > 0) {
+  }
+  const auto catches_it = [](pid_t process) {
+    const std::string status = read_text("/proc/" + std::to_string(process) + "/status");
+    const std::size_t at = status.find("SigCgt:");
+    return at != std::string::npos &&
+           (std::stoull(status.substr(at + 7), nullptr, 16) >> (SIGTERM - 1) & 1) != 0;
+  };
+  const Outcome outcome = run_program(
+      folder.path(), {"compare", "a.xtf", "a.xtf"}, {},
+      [&](pid_t process) {
+        for (int tries = 0; tries < 200 && !catches_it(process); ++tries)
+          std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        kill(process, SIGTERM);
+      },
+      folder / "output");
+  close(full_pipe);
+  CHECK(outcome.code == 128 + SIGTERM);
+  CHECK_THAT(outcome.err, Catch::Contains("ensonify: stopped on request"));
+  CHECK(names_in(folder.path()) == std::set<std::string>{"a.xtf", "output"});
+}
 
 TEST_CASE("a run and its recordings have the same statistics") {
   const TemporaryFolder folder;
