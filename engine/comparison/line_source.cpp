@@ -78,6 +78,11 @@ bool is_of_run(const fs::path& folder) {
 
 RecordedLine read_line(const fs::path& place, const std::string& sonar) {
   if (!fs::is_directory(place)) return line_of_recording(place, sonar);
+  if (!fs::exists(place / "manifest.json") && pictures_of(place).empty())
+    throw RecordingError(
+        place.string() +
+        ": has neither the manifest.json of a run nor pictures (.png, .jpg); give the folder of a "
+        "finished `ensonify run`, or of waterfall pictures");
   return is_of_run(place) ? line_of_run(place, sonar) : line_of_pictures(place);
 }
 

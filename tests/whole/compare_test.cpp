@@ -77,6 +77,16 @@ TEST_CASE("SIGTERM ends a comparison with a message, and nothing is left behind"
   CHECK(names_in(folder.path()) == std::set<std::string>{"a.xtf", "output"});
 }
 
+TEST_CASE("a folder without a run and without pictures is refused by both names") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "empty");
+  const Outcome outcome = run_program(folder.path(), {"compare", "empty", "empty"});
+  CHECK(outcome.code == 2);
+  CHECK_THAT(outcome.err,
+             Catch::StartsWith("ensonify: empty: has neither the manifest.json of a run "
+                               "nor pictures"));
+}
+
 TEST_CASE("a run and its recordings have the same statistics") {
   const TemporaryFolder folder;
   write_text(folder / "s.toml", scene);
