@@ -6,7 +6,9 @@
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed/tessellate.h>
+#include <ensonify/refine/height_tiles.h>
 #include <ensonify/refine/mesh_reader.h>
+#include <ensonify/refine/progressive_mesh_file.h>
 
 #include "app.h"
 
@@ -19,6 +21,12 @@ struct MeshFile {
   refine::TriangleMesh mesh;
 
   explicit MeshFile(const std::filesystem::path& file, double cell_m = 0.0) {
+    if (refine::is_progressive_mesh(file) || refine::HeightTiles::is_one(file))
+      throw UsageError(
+          file.string() +
+          ": is a seafloor as ensonify keeps it, expected a mesh or a survey grid; name "
+          "the one that it was made from, or write its scene's as a mesh with "
+          "`ensonify seafloor SCENE -o FILE.ply`");
     if (refine::mesh_format(file)) {
       mesh = refine::read_mesh(file);
     } else {

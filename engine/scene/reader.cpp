@@ -8,6 +8,7 @@
 #include <toml++/toml.h>
 
 #include <ensonify/engine/number_in.h>
+#include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/name_check.h>
 #include <ensonify/engine/scene/checks/seabed_check.h>
@@ -18,6 +19,7 @@
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/keys/toml_value.h>
 #include <ensonify/engine/scene/tables/strength_table_reader.h>
+#include <ensonify/engine/seafloor/bed/survey_formats.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/refine/standard_floats.h>
@@ -441,6 +443,15 @@ class Reader {
 }  // namespace
 
 std::string read_scene_text(const fs::path& file) {
+  refine::require_file<SceneError>(file);
+  constexpr std::string_view wanted = "a scene, a TOML file";
+  if (const std::optional found = seafloor_file(file))
+    throw SceneError(fault_of_kind(file, *found, wanted));
+  if (is_recording(file))
+    throw SceneError(fmt::format(
+        "{}: is a recording, expected {}; `ensonify imitate` makes a scene that looks like it, and "
+        "a scene takes its track with kind = \"file\" and file = \"FILE\" in [track]",
+        file.string(), wanted));
   return refine::read_user_file<SceneError>(file, largest_file_bytes);
 }
 

@@ -16,11 +16,14 @@
 #include "support/catch.h"
 #include "support/files.h"
 #include "support/program.h"
+#include "support/small_recording.h"
 #include "support/tiny_scene.h"
 #include "support/tree.h"
 
+#include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/scene/dump.h>
 
+using namespace ensonify;
 using namespace ensonify::tests;
 namespace fs = std::filesystem;
 
@@ -348,6 +351,40 @@ TEST_CASE("A fault of a scene is reported once, and nothing is left behind") {
   check_refused(run_program(folder.path(), {"merge", "empty"}), 2,
                 "ensonify: empty: there is no dataset.json in it; expected a folder made by");
   check_refused(run_program(folder.path(), {"merge", "file"}), 2, "file: there is no such folder");
+}
+
+TEST_CASE("A file that is no scene is named by its kind, with how a scene takes it") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  REQUIRE(run_program(folder.path(), {"analyse", "tiny.toml", "-o", "bed", "--quiet"}).code == 0);
+  const engine::Recording recording = small_recording();
+  write_text(folder / "line.xtf", as_text(engine::encode_xtf({&recording, 1})));
+  write_text(folder / "crate.stl", "solid\n");
+  write_text(folder / "heights.asc", "NCOLS 2\nNROWS 2\nXLLCORNER 0\nYLLCORNER 0\nCELLSIZE 1\n");
+  write_text(folder / "heights.tif", std::string("II*\0", 4) + std::string(2'000'000, '\0'));
+  struct Case {
+    std::string file, kind, how;
+  };
+  for (const auto& [file, kind, how] : {Case{"bed", "a progressive mesh", "progressive = "},
+                                        {"crate.stl", "a mesh", "mesh = "},
+                                        {"heights.asc", "a survey grid", "survey = "},
+                                        {"heights.tif", "a survey grid", "survey = "},
+                                        {"line.xtf", "a recording", "imitate"}})
+    for (const std::string command : {"run", "analyse", "generate"}) {
+      if (command == "analyse" && kind == "a mesh") continue;  // which it takes
+      CAPTURE(command);
+      const Outcome outcome = run_program(folder.path(), {command, file, "-o", "out"});
+      check_refused(outcome, 2, file + ": is " + kind + ", expected a scene");
+      CHECK(outcome.err.find(how) != std::string::npos);
+      CHECK_FALSE(fs::exists(folder / "out"));
+    }
+  write_text(folder / "rays.csv", "ox,oy,oz,dx,dy,dz\n");
+  check_refused(run_program(folder.path(), {"trace", "bed", "rays.csv"}), 2,
+                "bed: is a seafloor as ensonify keeps it, expected a mesh or a survey grid");
+  write_text(folder / "wrong.toml",
+             "version = 1\n[seafloor]\nkind = \"survey\"\nsurvey = \"crate.stl\"\n");
+  check_refused(run_program(folder.path(), {"run", "wrong.toml", "-o", "out"}), 2,
+                "crate.stl: is a mesh, expected a survey grid");
 }
 
 TEST_CASE("A path that the system refuses, or an empty one, is named in the program's own words") {

@@ -345,6 +345,9 @@ class SurveyReader {
     }
     if (!dataset_ && refine::begins_with(file_, "\xef\xbb\xbf"))
       fail("begins with a byte-order mark, which GDAL does not take; save it as UTF-8 without one");
+    if (const std::optional found = seafloor_file(file_);
+        !dataset_ && found && found->kind != "survey")
+      throw refine::MeshError(fault_of_kind(file_, *found, "a survey grid"));
     if (!dataset_)
       fail_with_gdal(
           "cannot be read as GeoTIFF, BAG, ESRI ASCII grid, netCDF, VRT, .npy or lines of x y z; is "

@@ -2,7 +2,9 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 
 class GDALDataset;
 class OGRSpatialReference;
@@ -20,6 +22,16 @@ bool is_hdf5(const std::filesystem::path& file);
 bool is_mosaic(const std::filesystem::path& file);
 /// Whether it is a BAG of variable resolution.
 bool has_refinements(GDALDataset& dataset);
+/// A file that a scene can name as its seafloor.
+struct SeafloorFile {
+  std::string_view is;    ///< "a mesh"
+  std::string_view kind;  ///< the word of seafloor.kind, and the key that takes the file
+};
+/// What a file is by its first bytes, a mesh by its name; nothing for soundings and for any other.
+std::optional<SeafloorFile> seafloor_file(const std::filesystem::path& file);
+/// "FILE: is a mesh, expected WANTED; ...", with how a scene takes the file.
+std::string fault_of_kind(const std::filesystem::path& file, const SeafloorFile& found,
+                          std::string_view wanted);
 /// A coordinate reference system as WKT; empty if that cannot be made.
 std::string wkt_of(const OGRSpatialReference& reference);
 
