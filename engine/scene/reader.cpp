@@ -307,8 +307,12 @@ class Reader {
     }
     const toml::table* numbered = in_file_ ? nullptr : node.as_table();
     if (!numbered)
-      throw fault(node, fmt::format("'{}' is {}, expected tables, [[{}]]", section.name,
-                                    description(node), section.name));
+      throw fault(node,
+                  fmt::format("'{}' is {}, expected {}", section.name, description(node),
+                              in_file_ ? fmt::format("tables, [[{}]]", section.name)
+                                       : fmt::format("one of the scene's tables by its number, as "
+                                                     "in {}.0.KEY=VALUE",
+                                                     section.name)));
     for (const auto& [number, table] : *numbered) {
       const std::optional i = number_in<std::size_t>(number.str());
       if (!i || *i >= list.size())

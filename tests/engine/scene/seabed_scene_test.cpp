@@ -116,8 +116,11 @@ TEST_CASE("An error in a patch names its file and line") {
             .find("has the number 1 as 'seafloor.crests.0'") != std::string::npos);
   CHECK(error_of(layers, {"seafloor.crests.1.height_m=0.1"}).find("it has 1, numbered from 0") !=
         std::string::npos);
-  CHECK(error_of(layers, {"seafloor.crests=[{height_m=0.1}, {}]"}).find("expected tables") !=
-        std::string::npos);
+  CHECK(
+      error_of(layers, {"seafloor.crests=[{height_m=0.1}, {}]"})
+          .find(
+              "expected one of the scene's tables by its number, as in seafloor.crests.0.KEY=VALUE") !=
+      std::string::npos);
   CHECK(error_of("version = 1\n[seafloor]\nkind = \"mesh\"\nmesh = \"a.ply\"\n[[seafloor.pits]]\n")
             .find("needs a grid of heights") != std::string::npos);
 }
