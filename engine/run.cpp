@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/clock.h>
+#include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/run/one_part.h>
 #include <ensonify/engine/run/several_parts.h>
@@ -87,6 +88,19 @@ double expected_ping_bytes(const RunState& run) {
   return require_pings_of(run, sonars, equal_parts(pings, pings_of_a_part(run, sonars, pings)));
 }
 
+/// What a recording of the run cannot hold is refused before the first ping.
+void require_recordings(const RunState& run, const Simulator& simulator,
+                        std::span<const Pose> track) {
+  if (!run.scene.output.jsf || track.empty()) return;
+  for (const Sonar& sonar : simulator.sonars())
+    for (const Pose& ping : {track.front(), track.back()})
+      if (const std::string fault =
+              fault_of_jsf(unix_ms_of(run.scene.output.start_time, track.front().t_s, ping.t_s),
+                           2.0 * sonar.bin_m() / simulator.sound_speed_mps());
+          !fault.empty())
+        throw SceneError(fault);
+}
+
 RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl& control) {
   RunState run{.scene = scene,
                .folder = folder,
@@ -126,6 +140,7 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
   const auto made = simulator.warnings().subspan(scene.warnings.size() + prepared.warnings.size());
   run.warnings.assign(made.begin(), made.end());
   run.warnings.insert(run.warnings.end(), track.warnings().begin(), track.warnings().end());
+  require_recordings(run, simulator, track.poses());
   const RunParts parts = parts_of(run, track.leg_starts(), track.count(), simulator.sonars());
   if (std::string warning = no_parts(control.shard, parts); !warning.empty())
     run.warnings.push_back(std::move(warning));

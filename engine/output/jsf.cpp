@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -141,27 +142,30 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
   bytes.samples(jsf_message_header + jsf_sonar_header, near_to_far);
 }
 
-/// Throws std::runtime_error for what the format's fields cannot hold.
-void require_representable(const Recording& recording) {
-  constexpr double max_s = std::numeric_limits<std::int32_t>::max();
-  for (const NavPing& ping : recording.pings)
-    if (!(std::abs(static_cast<double>(ping.unix_ms)) < 1000.0 * max_s))
-      throw std::runtime_error(fmt::format(
-          "output.jsf: ping {} is at {:.0f} s after 1970, and JSF counts seconds up to 2^31 (in "
-          "2038); set output.start_time, or leave JSF out",
-          ping.number, 1e-3 * static_cast<double>(ping.unix_ms)));
-  constexpr double longest_s = 4.29;  // of 2^32 ns
-  if (!(interval_s(recording) < longest_s))
-    throw std::runtime_error(fmt::format(
-        "output.jsf: a sample of '{}' is {:.3g} s long, and JSF states at most {} s; use more "
-        "bins, or leave JSF out",
-        recording.name, interval_s(recording), longest_s));
-}
-
 }  // namespace
 
+std::string fault_of_jsf(std::int64_t unix_ms, double sample_s) {
+  constexpr std::int64_t most_ms = std::int64_t{1000} * std::numeric_limits<std::int32_t>::max();
+  if (std::abs(unix_ms) >= most_ms)
+    return fmt::format(
+        "output.jsf: a ping is in {}, and JSF counts seconds from 1970 up to January 2038; set "
+        "output.start_time, or leave JSF out",
+        calendar_time(unix_ms).year);
+  constexpr double longest_s = 4.29;  // of 2^32 ns
+  if (!(sample_s < longest_s))
+    return fmt::format(
+        "output.jsf: a sample is {:.3g} s long, and JSF states at most {} s; use more bins, or leave "
+        "JSF out",
+        sample_s, longest_s);
+  return "";
+}
+
 std::vector<std::byte> encode_jsf(std::span<const Recording> sonars) {
-  for (const Recording& recording : sonars) require_representable(recording);
+  for (const Recording& recording : sonars)
+    for (const NavPing& ping : recording.pings)
+      if (const std::string fault = fault_of_jsf(ping.unix_ms, interval_s(recording));
+          !fault.empty())
+        throw std::runtime_error(fault);
   if (sonars.empty() || sonars.size() > max_sonars_of_jsf)
     throw std::invalid_argument(fmt::format("a JSF holds 1 to {} sonars", max_sonars_of_jsf));
   std::vector<std::byte> file;

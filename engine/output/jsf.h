@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <ensonify/engine/output/recording.h>
@@ -14,6 +16,10 @@ constexpr std::size_t jsf_message_header = 16, jsf_sonar_header = 240;
 /// Subsystems 20 to 39 are sidescan sonars.
 constexpr std::size_t max_sonars_of_jsf = 20;
 
+/// Why the format cannot hold a ping at that time with samples of that length, and what to do;
+/// empty if it can.
+std::string fault_of_jsf(std::int64_t unix_ms, double sample_s);
+
 /// The recordings of one run's sonars as EdgeTech JSF (EdgeTech, description of the JSF file
 /// format, 990-0000048): one message 80 (envelope data) per ping, sonar and side, near to far on
 /// both sides, as integers with weighting factor 0. The position is marked as the sonar's own
@@ -22,7 +28,8 @@ constexpr std::size_t max_sonars_of_jsf = 20;
 /// annotation has the received levels (dB re 1 uPa) at full scale in the nearest and in the
 /// farthest sample. The interval follows from the times of the messages, and from the interval
 /// follows the number of pulses in the water. The recordings must have the same pings. Throws
-/// std::invalid_argument for none or more than max_sonars_of_jsf.
+/// std::invalid_argument for none or more than max_sonars_of_jsf, and std::runtime_error with
+/// fault_of_jsf().
 std::vector<std::byte> encode_jsf(std::span<const Recording> sonars);
 
 }  // namespace ensonify::engine

@@ -93,6 +93,12 @@ std::optional<std::int64_t> unix_time(std::string_view text) {
          minute * 60 + second;
 }
 
+std::int64_t unix_ms_of(std::string_view start_time, double first_s, double t_s) {
+  const std::int64_t start_s =
+      unix_time(start_time).value_or(first_s > counts_from_1970_s ? 0 : usual_start_s);
+  return start_s * 1000 + std::llround(t_s * 1000.0);
+}
+
 Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full_scale,
                          const RecordingFrame& frame) {
   const Sonar& sonar = waterfall.sonar;
@@ -121,8 +127,6 @@ Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full
                       .starboard = sonar.sides != Sides::port,
                       .samples = with_both_sides(waterfall, recorded_samples(waterfall))};
   const double first_s = waterfall.pings.empty() ? 0.0 : waterfall.pings.front().pose.t_s;
-  const std::int64_t start_s =
-      unix_time(frame.start_time).value_or(first_s > counts_from_1970_s ? 0 : usual_start_s);
   const PlaceOfMap place_of = place_of_local(frame);
   for (std::size_t i = 0; i < waterfall.pings.size(); ++i) {
     const PingRow& ping = waterfall.pings[i];
@@ -137,7 +141,7 @@ Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full
     recording.pings.push_back({.row = i,
                                .number = ping.number,
                                .beam = static_cast<int>(i) % sonar.beams,
-                               .unix_ms = start_s * 1000 + std::llround(ping.pose.t_s * 1000.0),
+                               .unix_ms = unix_ms_of(frame.start_time, first_s, ping.pose.t_s),
                                .interval_s = ping.interval_s,
                                .place = there.where,
                                .heading_rad = heading_rad,

@@ -86,12 +86,15 @@ inline constexpr std::string_view common_recording = "recording";
 /// Unix seconds of a time written as `2025-06-01T12:00:00Z`; none for any other form.
 std::optional<std::int64_t> unix_time(std::string_view text);
 
+/// The time of a ping of a track that begins at `first_s`, in Unix milliseconds. Without a start
+/// time the track begins on 2000-01-01, or at its first time if it counts seconds from 1970.
+std::int64_t unix_ms_of(std::string_view start_time, double first_s, double t_s);
+
 /// A recording of a waterfall, whose file has the sonar's name. Positions follow from the frame's
 /// origin; without one, from its UTM zone; without that, from its reference system. With none of
-/// them they are in the North Sea. Without a start time it begins on 2000-01-01, or at the track's
-/// first time if the track counts seconds from 1970. A side that the sonar does not have is silent.
-/// Pings that were not recorded are left out. Throws std::invalid_argument in a build without
-/// GeographicLib.
+/// them they are in the North Sea. Times are those of unix_ms_of(). A side that the sonar does not
+/// have is silent. Pings that were not recorded are left out. Throws std::invalid_argument in a
+/// build without GeographicLib.
 Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full_scale,
                          const RecordingFrame& frame);
 

@@ -147,6 +147,29 @@ TEST_CASE("a stopped run leaves nothing behind") {
   CHECK(!std::filesystem::exists(folder / "out"));
 }
 
+TEST_CASE("what a JSF cannot hold is refused before the first ping") {
+  const TemporaryFolder folder;
+  std::size_t pinged = 0;
+  const RunControl control{.progress = [&](std::string_view stage, std::size_t, std::size_t) {
+    pinged += stage == "pings";
+    return true;
+  }};
+  Scene scene = small_scene();
+  scene.track.pings = 9;
+  scene.output.jsf = true;
+  scene.output.start_time = "2038-01-19T03:14:07Z";  // 2^31 - 1 seconds after 1970
+  CHECK_THROWS_WITH(run(scene, folder / "out", control), Catch::Contains("output.start_time"));
+  CHECK(pinged == 0);
+  scene.output.start_time = "2038-01-19T03:14:06Z";
+  scene.track.ping_interval_s = 0.2;  // the last of the 9 pings is too late
+  CHECK_THROWS_WITH(run(scene, folder / "out", control), Catch::Contains("output.start_time"));
+  CHECK(pinged == 0);
+  CHECK_FALSE(std::filesystem::exists(folder / "out"));
+  scene.output.start_time = "2038-01-19T03:14:05Z";
+  run(scene, folder / "out", control);
+  CHECK(std::filesystem::exists(folder / "out" / "sidescan.jsf"));
+}
+
 TEST_CASE("a run that cannot write names the file, and leaves nothing behind") {
   const TemporaryFolder folder;
   std::ofstream(folder / "file") << "in the way";
