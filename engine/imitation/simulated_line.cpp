@@ -24,8 +24,9 @@ RecordedLine simulated_line(const LineModel& model, const std::filesystem::path&
   if (!model.tones.steps.empty()) refine::write_file(folder / "tones.png", tones_png(model));
   const std::string text = scene_text(model);
   write("scene.toml", text);
-  const Scene scene =
-      parse_scene(text, (folder / "scene.toml").string(), {}, ScenePaths{folder, {}});
+  // The folder is a temporary one: if numbers of the recording make a wrong scene, its name would
+  // tell the user nothing.
+  const Scene scene = parse_scene(text, "the recording's scene", {}, ScenePaths{folder, {}});
   Simulator simulator(scene, {.threads = threads});
   const ScenePings pings = ping_all(
       scene, simulator, threads,

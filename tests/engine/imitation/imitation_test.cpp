@@ -54,6 +54,21 @@ TEST_CASE("a range that no sonar has is named") {
   }
 }
 
+TEST_CASE("numbers of a recording that no scene may have are named without the temporary folder") {
+  RecordedLine line = made_line({});
+  for (RecordedPing& ping : line.pings) ping.range_m = 0.05;
+  const tests::TemporaryFolder folder;
+  try {
+    imitate(line, folder.path(), {});
+    FAIL("no error");
+  } catch (const SceneError& error) {
+    const std::string message = error.what();
+    CHECK_THAT(message, Catch::StartsWith("the recording's scene:"));
+    CHECK_THAT(message, Catch::Contains("'sonar.sidescan.range_m' is 0.05"));
+    CHECK(message.find(folder.path().string()) == std::string::npos);
+  }
+}
+
 TEST_CASE("a line whose samples are all the same is refused") {
   const tests::TemporaryFolder folder;
   for (const float value : {0.0f, 1000.0f}) {
