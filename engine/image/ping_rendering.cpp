@@ -192,11 +192,17 @@ FanOutline trace_outline(const Intersector& tracer, const RayFan& fan) {
 }
 
 void add_sheet(Model& model, const Camera& camera, const FanOutline& outline, double range_m) {
+  // Whole sectors would be needles with large boxes, of which each ray meets many.
+  constexpr std::uint32_t pieces = 16;
   const std::uint32_t origin = model.add(outline.origin);
-  for (std::size_t i = 0; i < outline.ends.size(); ++i) {
-    const std::uint32_t end = model.add(outline.ends[i]);
-    if (i > 0) model.add({origin, end - 1, end}, sheet);
-  }
+  for (std::size_t i = 0; i < outline.ends.size(); ++i)
+    for (std::uint32_t piece = 1; piece <= pieces; ++piece) {
+      const std::uint32_t at =
+          model.add(outline.origin + double(piece) / pieces * (outline.ends[i] - outline.origin));
+      if (i == 0) continue;
+      model.add({piece == 1 ? origin : at - 1, at - pieces, at}, sheet);
+      if (piece > 1) model.add({at - 1, at - pieces - 1, at - pieces}, sheet);
+    }
   add_line(model, camera, {outline.origin, outline.ends.back()}, sheet_edge, 0.5 * line_px);
   // The line where the sheet meets the bed, interrupted across shadows; drawn a little nearer to
   // the camera, so that the bed does not hide half of its width.
