@@ -94,7 +94,8 @@ void Wreck::infill(double from, double to) {
 }
 
 void Wreck::rib(double s, double lost) {
-  const double wide = 0.006 * std::max(1.0, 30.0 / length_m_);
+  constexpr double shortest_m = 1.0;  // of shorter ones a rib would end far outside the hull
+  const double wide = 0.006 * std::max(1.0, 30.0 / std::max(length_m_, shortest_m));
   add_plating(solids_, lines_,
               {.from = s - 0.5 * wide,
                .to = s + 0.5 * wide,

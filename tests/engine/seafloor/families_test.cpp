@@ -190,6 +190,18 @@ TEST_CASE("A family's member has exactly the sizes that are given") {
   }
 }
 
+TEST_CASE("A family's member is finite at the smallest and the largest size of a scene") {
+  for (const ShapeKind* kind : families())
+    for (const double size_m : {0.001, 1000.0})
+      for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        CAPTURE(kind->name, size_m, seed);
+        ShapeSize size;
+        size.*kind->dimensions.front().size = size_m;
+        CHECK(std::ranges::all_of(member(*kind, seed, "", size).mesh.positions,
+                                  [](const Eigen::Vector3f& p) { return p.allFinite(); }));
+      }
+}
+
 TEST_CASE("A cable drum is as wide along its axle as is given, standing or lying, and round") {
   const ShapeKind& kind = shape_named("cable_drum");
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
