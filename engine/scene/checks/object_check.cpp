@@ -86,6 +86,14 @@ class Faults {
         add(dimension.key, "'{}.{}' is not a size of a {}, which has {}", dimension.key, kind.name,
             has);
     }
+    constexpr double largest_m = 1000.0;  // as of the keys of sizes
+    const Dimension& first = kind.dimensions.front();
+    const double usual_m = std::max(first.usual_m, first.max_m);
+    const double scaled_m =
+        (object_.size.*first.size).value_or(usual_m) * object_.scale * object_.scale_max;
+    if (scaled_m > largest_m)
+      add("scale", "'{}.scale' makes a {} with a {} of {:.4g} m, expected at most {} m", kind.name,
+          first.key, scaled_m, largest_m);
   }
 
   void path(bool along_path) {

@@ -85,6 +85,8 @@ TEST_CASE("An error in an object is reported once, with its place") {
            "s.toml:4:10: 'objects.0.burial' and 'objects.0.height_m' are both given"},
           {cone + "burial = 1.5", "s.toml:4:10: 'objects.0.burial' is 1.5, expected a number from"},
           {cone + "gap_m = 2", "s.toml:4:9: 'objects.0.gap_m' is for objects at random places"},
+          {"shape = \"boulder\"\nscale = 1e6",
+           "s.toml:4:9: 'objects.0.scale' makes a boulder with a diameter_m of"},
           {cone + "scale_max = 2", "s.toml:4:13: 'objects.0.scale_max' is for objects at random"},
           {cone + "count = 3\nscale_min = 2",
            "s.toml:3:1: 'objects.0.scale_max' is 1, less than scale_min, which is 2"},
