@@ -1,6 +1,7 @@
 #include <ensonify/engine/output/exr.h>
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <exception>
@@ -20,9 +21,11 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfThreading.h>
+#include <OpenEXR/ImfVersion.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/json_text.h>
+#include <ensonify/engine/output/rle_lines.h>
 
 namespace ensonify::engine {
 namespace {
@@ -114,6 +117,46 @@ std::vector<half> luminance(const Waterfall& waterfall, const Picture& picture) 
   return values;
 }
 
+static_assert(std::endian::native == std::endian::little, "as in the file");
+
+/// Writes the lines of a frame after the header, with a table of their places before them: the
+/// bytes that Imf::OutputFile writes with RLE compression, which takes most of its time.
+void write_rle(ExrStream& stream, const Imf::Header& header, const Imf::FrameBuffer& frame,
+               std::size_t rows) {
+  const auto put = [&](const auto& values) {
+    const auto bytes = std::as_bytes(std::span(values));
+    stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<int>(bytes.size()));
+  };
+  struct Channel {
+    const char* values;
+    std::size_t row_bytes;
+  };
+  std::vector<Channel> channels;
+  std::size_t line_bytes = 0;
+  for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) {
+    const Imf::Slice& slice = *frame.findSlice(channel.name());
+    channels.push_back({slice.base, slice.yStride});
+    line_bytes += slice.yStride;
+  }
+  put(std::array{Imf::MAGIC, Imf::EXR_VERSION});
+  header.writeTo(stream);
+  const std::uint64_t table = stream.tellp();
+  std::vector<std::uint64_t> places(rows);
+  put(places);
+  RleLines lines(line_bytes);
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (const Channel& channel : channels)
+      lines.add(
+          std::as_bytes(std::span(channel.values + row * channel.row_bytes, channel.row_bytes)));
+    const std::span<const std::byte> packed = lines.pack();
+    places[row] = stream.tellp();
+    put(std::array{static_cast<std::int32_t>(row), static_cast<std::int32_t>(packed.size())});
+    put(packed);
+  }
+  stream.seekp(table);
+  put(places);
+}
+
 }  // namespace
 
 void set_exr_threads(int threads) { Imf::setGlobalThreadCount(threads > 1 ? threads : 0); }
@@ -143,7 +186,9 @@ void encode_exr(const Waterfall& waterfall, const ImageOrigin& origin,
                                  sizeof(half) * waterfall.columns()));
   }
   ExrStream stream(write_at);
-  {
+  if (header.compression() == Imf::RLE_COMPRESSION) {
+    write_rle(stream, header, frame, waterfall.rows());
+  } else {
     Imf::OutputFile file(stream, header);
     file.setFrameBuffer(frame);
     file.writePixels(static_cast<int>(waterfall.rows()));

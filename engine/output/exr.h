@@ -14,8 +14,8 @@ namespace ensonify::engine {
 void encode_exr(const Waterfall& waterfall, const ImageOrigin& origin,
                 const refine::WriteAt& write_at);
 
-/// The number of threads that encode_exr() may use in this process, all calls together. At first it
-/// is one.
+/// The number of threads that encode_exr() may use for ZIP and PIZ compression in this process, all
+/// calls together. At first it is one.
 void set_exr_threads(int threads);
 
 }  // namespace ensonify::engine

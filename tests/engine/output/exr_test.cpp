@@ -5,6 +5,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <string>
 #include <type_traits>
 
@@ -14,6 +15,7 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfRgbaFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
@@ -163,6 +165,69 @@ TEST_CASE("An EXR's preview is what viewers of pictures show, oldest ping on top
 
   with_preview.preview = [&] { return Picture{1, 1, 1, {0}}; };
   CHECK_THROWS_AS(exr(waterfall, with_preview), std::invalid_argument);
+}
+
+TEST_CASE("An EXR has the bytes that OpenEXR makes of its pixels") {
+  const TemporaryFolder folder;
+  const auto bytes_of = [](const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(stream), {}};
+  };
+  std::mt19937 random(1);
+  for (const int bins : {1, 2, 3, 5, 16, 31, 64, 333}) {
+    CAPTURE(bins);
+    Sonar sonar;
+    sonar.bins = bins;
+    sonar.sides = bins % 2 == 0 ? Sides::both : Sides::port;
+    Waterfall waterfall(sonar, bins == 1 ? 2000 : 40);
+    // Rows differ in the mean length of equal values, and in which of their bytes change.
+    BinLayers::for_each([&](std::string_view, auto layer) {
+      for (std::size_t row = 0; row < waterfall.rows(); ++row)
+        for (std::size_t column = 0; column < waterfall.columns(); ++column) {
+          auto& values = waterfall.pixels.*layer;
+          const std::size_t pixel = row * waterfall.columns() + column;
+          static_assert(sizeof values[0] == sizeof(std::uint32_t));
+          const std::size_t kind = row % 40;
+          constexpr std::uint32_t changed[] = {0xffffffff, 0xff, 0xff00, 0xffff0000, 0x3030303, 0};
+          std::uint32_t bits = random() & changed[kind % 6];
+          if (column > 0 && random() % (1 + 3 * kind * kind / 10) != 0)
+            std::memcpy(&bits, &values[pixel - 1], sizeof bits);
+          std::memcpy(&values[pixel], &bits, sizeof bits);
+        }
+    });
+    ImageOrigin with_preview = origin;
+    if (bins % 3 == 0)
+      with_preview.preview = [&] {
+        return Picture{waterfall.columns(), waterfall.rows(), 1,
+                       std::vector<std::uint8_t>(waterfall.rows() * waterfall.columns(), 99)};
+      };
+    write_exr(folder / "ours.exr", waterfall, with_preview);
+    Imf::InputFile ours((folder / "ours.exr").c_str(), 0);
+    Imf::FrameBuffer frame;
+    BinLayers::for_each([&](std::string_view name, auto layer) {
+      auto& values = waterfall.pixels.*layer;
+      const std::string channel(name);
+      frame.insert(channel, Imf::Slice(ours.header().channels()[channel].type,
+                                       reinterpret_cast<char*>(values.data()), sizeof values[0],
+                                       sizeof values[0] * waterfall.columns()));
+    });
+    std::vector<std::uint16_t> preview(waterfall.rows() * waterfall.columns());
+    if (with_preview.preview) {
+      Imf::FrameBuffer of_preview;
+      const Imf::Slice slice(Imf::HALF, reinterpret_cast<char*>(preview.data()), 2,
+                             2 * waterfall.columns());
+      of_preview.insert("Y", slice);
+      ours.setFrameBuffer(of_preview);
+      ours.readPixels(0, static_cast<int>(waterfall.rows()) - 1);
+      frame.insert("Y", slice);
+    }
+    {
+      Imf::OutputFile theirs((folder / "theirs.exr").c_str(), ours.header());
+      theirs.setFrameBuffer(frame);
+      theirs.writePixels(static_cast<int>(waterfall.rows()));
+    }
+    CHECK(bytes_of(folder / "ours.exr") == bytes_of(folder / "theirs.exr"));
+  }
 }
 
 TEST_CASE("An EXR has the same bytes a second time, and in another time zone and locale") {
