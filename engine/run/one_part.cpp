@@ -9,9 +9,10 @@
 namespace ensonify::engine {
 namespace {
 
+/// Draws the pictures of the pings that are done, if they are due and will not soon be complete.
 void grow_pictures(RunState& run, OutputFolder& output, const Simulator& simulator,
-                   std::span<const Waterfall> images) {
-  if (!run.picture_is_due()) return;
+                   std::span<const Waterfall> images, double left_s) {
+  if (left_s < 1.0 || !run.picture_is_due()) return;
   const Clock::time_point start = Clock::now();
   for (std::size_t i = 0; i < images.size(); ++i)
     output.show(images[i].sonar.name + ".png", encode_picture(run.scene, images[i], simulator, i));
@@ -58,7 +59,10 @@ PartRecord make_one_part(RunState& run, OutputFolder& output, Simulator& simulat
       run.scene, simulator, track, run.threads,
       [&](std::span<const Waterfall> images, std::size_t done, std::size_t of) {
         run.report_stage("pings", done, of);
-        if (done > 0) grow_pictures(run, output, simulator, images);
+        if (done == 0) return;
+        const double left_s =
+            seconds_since(start) * static_cast<double>(of - done) / static_cast<double>(done);
+        grow_pictures(run, output, simulator, images, left_s);
       },
       run.control.verify_pings);
   run.report.stages = pings.stages;

@@ -17,7 +17,7 @@
 
 namespace ensonify::engine {
 
-/// When the picture of an unfinished run is due: after the first block, and then so rarely that
+/// When the picture of an unfinished run is due: a second after it began, and then so rarely that
 /// pictures take at most a twentieth of the time.
 class PictureTimer {
  public:
@@ -29,7 +29,7 @@ class PictureTimer {
   }
 
  private:
-  Clock::time_point written_{};  // long ago, so that the first block shows
+  Clock::time_point written_ = Clock::now();  // so that a short run has none
   double took_s_ = 0.0;
 };
 

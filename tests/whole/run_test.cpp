@@ -1,5 +1,7 @@
+#include <chrono>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 #include <fmt/format.h>
 
@@ -130,6 +132,8 @@ TEST_CASE("the picture exists during the run and is complete at its end") {
   std::uintmax_t early_bytes = 0;
   run(small_scene(), folder / "out",
       {.threads = 1, .progress = [&](std::string_view stage, std::size_t done, std::size_t) {
+         // The first picture is due a second after the run's begin.
+         if (stage == "pings" && done == 8) std::this_thread::sleep_for(std::chrono::seconds(1));
          if (stage == "pings" && done == 16) early_bytes = file_size(picture);
          return true;
        }});
