@@ -84,11 +84,11 @@ struct FirstHits {
 /// (OtherPaths), by straight lines.
 ///
 /// Rays decide how much of a flat part is seen: those of the fan next to the ray that leads to it,
-/// or for a glint to its cells; of a buried one, next to the ray that leads to the place where its sound enters the bed. Where
-/// rays are bent, a flat part has the echo of one at the range sqrt(J), in the direction in which
-/// the sound arrives; J is here the geometric mean of the ray's spreading on both ways. Sound
-/// enters the bed as a straight ray does that arrives there in the same direction with the same
-/// spreading.
+/// or for a glint to its cells; of a buried one, next to the ray that leads to the place where its
+/// sound enters the bed. Where rays are bent, a flat part has the echo of one at the range sqrt(J),
+/// in the direction in which the sound arrives; J is here the geometric mean of the ray's spreading
+/// on both ways. Sound enters the bed as a straight ray does that arrives there in the same
+/// direction with the same spreading.
 class ObjectEchoes {
  public:
   /// All that is given must outlive this.
