@@ -45,6 +45,7 @@ AlikePings alike_pings(RecordedLine line) {
     const std::size_t common = ping.samples - ping.one_sided;
     ping.range_m *= static_cast<double>(common) / static_cast<double>(ping.samples);
     ping.samples = common;
+    ping.unrecorded = std::min(ping.unrecorded, common);
     ping.one_sided = 0;
     ++one_sided;
   }
