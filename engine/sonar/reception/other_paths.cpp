@@ -95,8 +95,7 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
       surface_slope_(std::min(sea.wind_mps, 1.0) *
                      std::sqrt(0.5 * scatter::facet_slope2(surface_))),
       bed_slope_(sediment_ ? scatter::rms_slope(*sediment_, k_per_cm_) : 0.0),
-      scatterers_per_m3_(sea.volume_scatterers_per_m3),
-      seed_(seed),
+      seed_(seed.value_or(0)),
       vertical_sums_{VerticalSum(law, Side::port), VerticalSum(law, Side::starboard)} {
   // A leg is shorter than both together, which are twice the echo's range.
   if (options.multiples || options.double_bounce)
@@ -118,6 +117,11 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
     volume_.push_back(strength * law.per_m2_at(law.cell_middle_m(bin)) *
                       law.width_m_at(law.cell_middle_m(bin)) * law.cell_middle_m(bin) *
                       law.cell_m());
+  if (options.volume && seed && sea.volume_scatterers_per_m3 > 0.0)
+    for (std::size_t bin = 0; bin < law.bins(); ++bin) {
+      const double range_m = law.cell_middle_m(bin);
+      scatterers_.push_back(sea.volume_scatterers_per_m3 * law.width_m_at(range_m) * range_m);
+    }
 }
 
 void OtherPaths::add(const PingContext& context, const EchoLine& line,
@@ -282,20 +286,19 @@ void OtherPaths::add_volume(const PingContext& context, double depth_m, double a
   // shape n, and the echo K distributed (Abraham and Lyons, IEEE J. Oceanic Eng. 27, 800, 2002).
   // They drift, and the beam leaves most of them until the next ping, which gets others.
   const double received_m = this->received_m();
-  const bool few = scatterers_per_m3_ > 0.0 && seed_.has_value();
+  const bool few = !scatterers_.empty();
   const auto received_at = [&](std::size_t n) {
     return static_cast<std::size_t>(law_.cell_middle_m(n) / received_m);
   };
   if (few) {
     random.resize(received_at(power.size() - 1) + 1);
     RandomStream(
-        *seed_, Purpose::water_scatterers,
+        seed_, Purpose::water_scatterers,
         {context.ping, static_cast<std::uint64_t>(context.beam), static_cast<std::uint64_t>(side)})
         .uniform(random);
   }
   const auto share_of_mean = [&](std::size_t n, double width) {
-    const double r = law_.cell_middle_m(n);
-    const double count = scatterers_per_m3_ * law_.width_m_at(r) * r * width * law_.cell_m();
+    const double count = scatterers_[n] * width * law_.cell_m();
     return double{TexturedGround::quantiles().value(
         GammaTable::row_of(std::log2(count)),
         GammaTable::column_of(static_cast<float>(random[received_at(n)])))};

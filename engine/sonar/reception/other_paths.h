@@ -111,8 +111,10 @@ class OtherPaths {
   std::vector<double> surface_strength_;  // by the sine of the grazing angle
   std::vector<double> bed_reflection_;    // of energy, by the same
   std::vector<double> volume_;            // per bin, for one radian of the vertical beam
-  double scatterers_per_m3_;              // 0: very many
-  std::optional<std::uint64_t> seed_;     // of these
+  /// Number of scatterers in the water per bin, for one radian of the vertical beam and one metre
+  /// of range; empty: very many, or their mean.
+  std::vector<double> scatterers_;
+  std::uint64_t seed_;  // of these
   std::array<VerticalSum, 2> vertical_sums_;
   std::optional<OneWayBeams> beams_;  // if multiples or walls are received
   PulseKernel pulse_;                 // if walls are received
