@@ -31,9 +31,7 @@ const std::vector<Rule<Scene>>& scene_rules() {
       {{"sea.volume_scattering_db", "sea.volume_scatterers_per_m3"},
        [](S s) { return !s.arrivals.volume; },
        "without 'arrivals.volume'"},
-      {{"sea.volume_scatterers_per_m3"},
-       [](S s) { return !s.speckle; },
-       "without 'speckle'"},
+      {{"sea.volume_scatterers_per_m3"}, [](S s) { return !s.speckle; }, "without 'speckle'"},
 
       {{"seafloor.extent_east_m", "seafloor.extent_north_m", "seafloor.cell_m", "seafloor.depth_m",
         "seafloor.fractal.height_at_1m_m", "seafloor.fractal.hurst", "seafloor.fractal.spectrum",

@@ -68,8 +68,8 @@ class Scatterers {
   const TexturedGround& ground() const { return ground_; }
   /// Integral of the two-way power pattern along the array, m, at a bin's range.
   double width_m(std::size_t bin) const { return width_of_bin_m_[bin]; }
-  /// The same at any range; nearer than the arrays are long, and beyond farthest_m, it grows like the
-  /// range.
+  /// The same at any range; nearer than the arrays are long, and beyond farthest_m, it grows like
+  /// the range.
   double width_m_at(double range_m) const;
   /// The share of that integral between two distances along the array from its middle.
   double width_share(std::size_t bin, double from_m, double until_m) const;
