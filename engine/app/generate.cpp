@@ -3,8 +3,6 @@
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/parallel_for.h>
 
-#include <malloc.h>
-
 #include <algorithm>
 #include <functional>
 #include <memory>
@@ -138,21 +136,11 @@ void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Sh
                     failed, recipe.samples()));
 }
 
-/// Keeps freed arrays in the program: the next sample needs as many, and the system clears each
-/// page that it gives.
-void keep_freed_memory() {
-#ifdef M_MMAP_THRESHOLD
-  ::mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the most that glibc accepts
-  ::mallopt(M_TRIM_THRESHOLD, 512 << 20);
-#endif
-}
-
 void generate_dataset(const GenerateArguments& arguments) {
   const Shard shard = parse_shard("--shard", arguments.shard);
   const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);
   if (arguments.dry_run) return rehearse(recipe, arguments, shard);
   print_warnings(recipe.warnings());
-  keep_freed_memory();
   const int threads = refine::thread_count(arguments.threads);
   const GenerateReport report = watched(arguments.quiet, [&](const auto& progress) {
     return generate(recipe, arguments.folder,
