@@ -38,7 +38,7 @@ class BeamOnLine {
   /// share of the fan's truncation if the line reaches there.
   double place_m(double share_of_line, double share_of_fan) const;
   double half_m() const { return half_m_; }
-  LineStretch in_beam() const { return in_beam_; }  ///< less than nothing: none
+  LineStretch in_beam() const { return in_beam_; }  ///< empty if it ends before it begins
   /// What of the line, as if it were longer, is within a share of the fan's truncation.
   LineStretch in_fan(double share_of_fan) const;
   /// The beam's two-way field at a distance from the middle, where the range is r_m.

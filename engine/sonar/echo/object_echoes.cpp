@@ -221,7 +221,7 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
       const auto [least, most] = cells->least_and_most();
       sight->seen = least;
       if (least < most) {  // partly hidden
-        cells = look(SeenCells::most);
+        if (std::optional<SeenCells> finer = look(SeenCells::most)) cells = finer;
         mirror = in_beam.mirror(&*cells);
         if (!mirror) return;
         place = away + mirror->offset;
