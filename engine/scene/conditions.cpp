@@ -31,8 +31,6 @@ void use_survey_recorder(ReceiverOptions& receiver) {
   receiver.detector = Detector::peak;
 }
 
-}  // namespace
-
 // Turbid coastal water at hundreds of kilohertz. Both were chosen by the water columns of two
 // recordings: single bright points, about as many per cell over its volume as near one of the
 // sonars (bench/realism).
@@ -41,6 +39,8 @@ void use_survey_water(Scene& scene) {
   scene.sea.state.volume_scattering_db = -55.0;
   scene.sea.state.volume_scatterers_per_m3 = 40.0;
 }
+
+}  // namespace
 
 void use_conditions(Scene& scene) {
   const bool has_preset =

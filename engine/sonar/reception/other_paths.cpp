@@ -284,7 +284,7 @@ void OtherPaths::add_volume(const PingContext& context, double depth_m, double a
   };
   // Scatterers of exponentially distributed strengths: the sum of n is gamma distributed of the
   // shape n, and the echo K distributed (Abraham and Lyons, IEEE J. Oceanic Eng. 27, 800, 2002).
-  // They drift, and the beam leaves most of them until the next ping, which gets others.
+  // They drift, and the beam leaves most of them before the next ping, which meets others.
   const double received_m = this->received_m();
   const bool few = !scatterers_.empty();
   const auto received_at = [&](std::size_t n) {
