@@ -177,6 +177,6 @@ count = 3
   append(bytes, floor.mesh.positions);
   append(bytes, floor.mesh.faces);
   append(bytes, floor.face_label);
-  CHECK(seafloor_version == 20);
+  CHECK(seafloor_version == 21);
   CHECK(xxh128(bytes) == "fb9ec79d158a07c74641416bdf03367e");
 }
