@@ -153,8 +153,8 @@ TEST_CASE("The variogram is that of the discrete ensemble, to the east and to th
 }
 
 TEST_CASE("The mean squared height difference is below sigma^2 d^2H by the documented share") {
-  // The values of README.md and fractal.h for a field of 128 x 128 cells: the share at 1, 2, 8 (a
-  // sixteenth), 16 (an eighth) and 64 cells (half the side).
+  // The values of doc/manual/modelled.md and fractal.h for a field of 128 x 128 cells: the share at
+  // 1, 2, 8 (a sixteenth), 16 (an eighth) and 64 cells (half the side).
   constexpr std::array lags = {1, 2, 8, 16, 64};
   struct Row {
     double hurst;
