@@ -258,6 +258,44 @@ TEST_CASE("the same ground has the same texture from a pass that crosses the fir
   CHECK(correlation(seen, again) > 0.8);
 }
 
+TEST_CASE("the wall of an object has as many patches as level ground of its size") {
+  // A patch has a power of mean 1 and variance 1 / shape; n patches together have 1 / (n shape). On
+  // a wall that was a single patch, all bins would have one power.
+  const Sonar sonar = quiet_sonar();
+  const auto variance_of_power = [&](double rise, const GroundTexture& texture) {
+    Receiver receiver(sonar, texture);
+    double sum = 0.0, squares = 0.0;
+    constexpr int pings = 1500, bins = 40;
+    for (int ping = 0; ping < pings; ++ping) {
+      const Eigen::Vector3d array{0.0, 11.3 * ping, -10.0};
+      EchoLine line = receiver.line_at(array);
+      const std::size_t first = line.bins.range_m.size() / 2;
+      std::ranges::fill(line.bins.intensity_mean, 0.0f);
+      for (std::size_t i = 0; i < bins; ++i) {
+        const std::size_t n = first + i;
+        const double along_m = 0.04 * static_cast<double>(i);  // of its surface
+        line.bins.intensity_mean[n] = 1.0f;
+        line.bins.region[n] = static_cast<std::uint32_t>(Region::object);
+        line.bins.x_m[n] = static_cast<float>(20.0 + (1.0 - rise) * along_m);
+        line.bins.z_m[n] = static_cast<float>(-20.0 + rise * along_m);
+      }
+      receiver.receive(line, array, {0, 1, 0});
+      double power = 0.0;
+      for (std::size_t i = 0; i < bins; ++i) power += line.bins.intensity[first + i] / bins;
+      sum += power / pings;
+      squares += power * power / pings;
+    }
+    CHECK(sum == Approx(1.0).epsilon(0.06));
+    return squares - sum * sum;
+  };
+  const auto variance_by_patches = [&](double rise) {  // without that of speckle
+    return variance_of_power(rise, patches(0.1, 0.2)) - variance_of_power(rise, {});
+  };
+  const double level = variance_by_patches(0.0), wall = variance_by_patches(1.0);
+  CAPTURE(level, wall);
+  CHECK(wall == Approx(level).epsilon(0.25));
+}
+
 TEST_CASE("medium sand has the shapes of a recording at 600 kHz, by grazing angle") {
   // Of scotsman-iver2.xtf: 0.8 to 1.6 at 8 to 14 degrees, 3 at 14 to 20, near Rayleigh above.
   Sonar sonar = quiet_sonar();

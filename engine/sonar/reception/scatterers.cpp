@@ -25,6 +25,9 @@ constexpr double max_cells = 16.0;  // across the beam; at least half as many
 constexpr int finest_level = 10;    // the finest cells have a 1024th of the array's length
 constexpr double bin_share = 1.0;   // length of a cell over that of a bin
 constexpr double rise = 0.25;  // metres of cells per metre of height, so that walls have cells too
+// Metres of patches per metre of height on objects, so that their walls have as many patches as a
+// level surface. (A slope of 38 degrees along this direction stays within one patch.)
+const Eigen::Vector2d patches_rise{1.0, 0.8};
 
 /// The complex field of a line array at a range r and a distance y along the array: the mean of
 /// exp(i k (y - a)^2 / 2 r - i k a^2 / 2 z) over the array's points a with their weights, if it is
@@ -295,7 +298,9 @@ void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Scratc
     const double step_m = 1.0 / cells_per_m_[n];
     const double way_m =
         step_m * static_cast<std::int32_t>(scratch.first_cell[n]) - frame.along.dot(place);
-    const Eigen::Vector2d first = place + way_m * line;
+    Eigen::Vector2d first = place + way_m * line;
+    if (bins.region[n] == static_cast<std::uint32_t>(Region::object))
+      first += bins.z_m[n] * patches_rise;
     ground_.place(n, bins.sediment[n], bins.grazing_rad[n],
                   {.x_m = first.x(),
                    .y_m = first.y(),
