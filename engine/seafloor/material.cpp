@@ -39,10 +39,11 @@ constexpr std::array covers = {
           -14.0,
           {.shape = 0.4, .glint_share = 0.3, .glints_per_m2 = 30.0, .variation_db = 2.5}}};
 
-/// Texture of a rough solid (growth, plates, edges), the same at all grazing angles. Typical
-/// values.
+/// Texture of a rough solid (growth, plates, edges), the same at all grazing angles. The shape is
+/// the one with which samples change from ping to ping as on the wreck in a recording at 600 kHz
+/// (tests/engine/seafloor/material_test.cpp); the other values are typical.
 constexpr scatter::GroundTexture of_rough_solids{
-    .patch_m = 0.1, .shape = 0.3, .exponent = 0.0, .variation_db = 5.0, .variation_m = 5.0};
+    .patch_m = 0.1, .shape = 1.7, .exponent = 0.0, .variation_db = 2.5, .variation_m = 5.0};
 
 bool is_solid(std::string_view name) {
   const std::vector<scatter::NamedSolid> solids = scatter::named_solids();
