@@ -165,9 +165,16 @@ void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& d
   };
   constexpr double angle_of_repose_rad = 33.0 * degree;  // of sand under water
   const double highest_over_spacing = 2.0 * std::tan(angle_of_repose_rad) / profile.steepest();
+  // At the border of their area crests die out one by one: their height falls as the weight to a
+  // power between 1/e and e, slowest where they are high. The caller multiplies by the weight.
+  const auto dying_out = [&](std::size_t point, double high) {
+    const bool inside = weight.empty() || weight[point] == 1.0;
+    return inside ? 1.0 : std::pow(weight[point], std::exp(-std::tanh(high)) - 1.0);
+  };
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column) {
-      if (is_left_out(weight, field.index(column, row))) continue;
+      const std::size_t at = field.index(column, row);
+      if (is_left_out(weight, at)) continue;
       const std::size_t point = grid.index(column + 1, row + 1);
       const double ln_height = relief.height_spread * height[point] +
                                ragged_ln * (near_height[point] - ragged_ln);  // the rms stays
@@ -176,9 +183,8 @@ void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& d
               ? less_than(ln_height,
                           std::log(highest_over_spacing / (turns_per_m(point) * relief.height_m)))
               : ln_height;
-      field.z_m[field.index(column, row)] += 0.5 * relief.height_m * std::exp(higher_ln) *
-                                             forks.height(point) *
-                                             (profile.at(turns[point]) - mean);
+      field.z_m[at] += 0.5 * relief.height_m * std::exp(higher_ln) * forks.height(point) *
+                       dying_out(at, near_height[point]) * (profile.at(turns[point]) - mean);
     }
 }
 

@@ -18,9 +18,6 @@ constexpr double farthest_top = 1.6;  // in halves of a diameter from a stone's 
 // Gaussians beyond this, of 5e-22, change no height.
 constexpr double faint = 7.0;
 
-// A second uniform number, from the low bits of the first.
-double lower_bits(double random) { return 1024.0 * random - std::floor(1024.0 * random); }
-
 /// The mean of (diameter / median)^2 over the stones: of a log-normal variable that ends at the
 /// largest.
 double mean_square_of_median(double spread) {
@@ -31,13 +28,13 @@ double mean_square_of_median(double spread) {
          largest_boulder_of_median * largest_boulder_of_median * below(-largest / spread);
 }
 
-/// One stone: a rounded block with a leaning top, longer one way than the other.
+/// One stone: a block with a leaning top, more or less rounded, longer one way than the other.
 class Boulder {
  public:
   Boulder(const BoulderField& field, const auto& u) {
     diameter_m_ = random_diameter_m(field.diameter_m, field.diameter_spread,
                                     largest_boulder_of_median, u[2], u[3]);
-    height_m_ = field.height_ratio * diameter_m_ * (0.5 + u[4]);
+    height_m_ = field.height_ratio * diameter_m_ * (0.3 + 1.4 * u[4]);  // some lie deep in the bed
     heading_ = 2.0 * pi * u[5];
     stretch_ = std::sqrt(1.0 + 0.7 * u[6]);
     corner_ = 2.0 * pi * u[7];
@@ -46,6 +43,7 @@ class Boulder {
     current_turn_rad_ = 0.8 * (lower_bits(u[5]) - 0.5);
     moat_share_ = 2.0 * lower_bits(u[6]);
     tail_share_ = 2.0 * lower_bits(u[7]);
+    squareness_ = 2.0 + 4.0 * lower_bits(u[9]);
   }
   double diameter_m() const { return diameter_m_; }
   double height_m() const { return height_m_; }
@@ -65,12 +63,14 @@ class Boulder {
     const double outline =
         1.0 + 0.10 * std::cos(3.0 * angle + corner_) + 0.06 * std::cos(5.0 * angle + corner_2_);
     const double r = std::hypot(along, across) / outline;
-    return r < 1.0 ? height_m_ * std::sqrt(1.0 - r * r * r) * (1.0 + lean_ * along) : 0.0;
+    return r < 1.0 ? height_m_ * std::sqrt(1.0 - std::pow(r, squareness_)) * (1.0 + lean_ * along)
+                   : 0.0;
   }
 
  private:
   double diameter_m_, height_m_, heading_, stretch_, corner_, corner_2_, lean_;
   double current_turn_rad_, moat_share_, tail_share_;
+  double squareness_;  // 2: half an ellipsoid; above, the top is flat and the sides are steep
 };
 
 }  // namespace

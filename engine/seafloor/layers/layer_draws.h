@@ -53,6 +53,9 @@ inline double random_diameter_m(double median_m, double spread, double largest_o
   return median_m * std::min(largest_of_median, std::exp(spread * normal));
 }
 
+/// A second uniform number, from the low bits of the first.
+inline double lower_bits(double random) { return 1024.0 * random - std::floor(1024.0 * random); }
+
 /// Number of random numbers of each scattered feature.
 inline constexpr std::size_t feature_draws = 10;
 

@@ -15,14 +15,22 @@ using std::numbers::pi;
 constexpr double largest_pit_of_median = 3.5;
 constexpr std::array outline_waves = {0.07, 0.05, 0.03};  // amplitudes, of the radius
 constexpr double rim_end = 1.4;                           // of the radius
-/// As far as the rim reaches from the middle, of the diameter.
-constexpr double reach =
-    0.5 * rim_end * (1.0 + outline_waves[0] + outline_waves[1] + outline_waves[2]);
+constexpr double most_bent = 0.5;                         // of a scour's axis, in its half widths
+
+/// From 0 for round pits to 1 for scours of twice the width and longer: a current works on along
+/// them, so that they are bent, ragged and of uneven sides.
+double scoured(const PitRelief& relief) { return std::min(1.0, relief.elongation - 1.0); }
+
+/// As far as the rim reaches from the middle, of the diameter times the stretch.
+double reach(const PitRelief& relief) {
+  const double outline = outline_waves[0] + outline_waves[1] + outline_waves[2];
+  return 0.5 * (rim_end * (1.0 + (1.0 + scoured(relief)) * outline) + scoured(relief) * most_bent);
+}
 
 }  // namespace
 
 double reach_m(const PitRelief& relief) {
-  return reach * std::sqrt(relief.elongation) * largest_pit_of_median * relief.diameter_m;
+  return reach(relief) * std::sqrt(relief.elongation) * largest_pit_of_median * relief.diameter_m;
 }
 
 void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& draws,
@@ -30,35 +38,39 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
   check_relief(relief);
   check_cover("pits", relief.per_hectare, relief.diameter_m);
   std::vector<double> floor_m(field.z_m.size(), 0.0), rim_m(field.z_m.size(), 0.0);
-  const double stretch = std::sqrt(relief.elongation);
+  const double stretch = std::sqrt(relief.elongation), by_current = scoured(relief);
   std::uint32_t number = 0;
   const auto dig = [&](double x, double y, const auto& u) {
     if (!allowed(x, y)) return;
     ++number;
     const double diameter_m = random_diameter_m(relief.diameter_m, relief.diameter_spread,
                                                 largest_pit_of_median, u[2], u[3]);
-    const double depth_m = relief.depth_ratio * diameter_m * (0.7 + 0.6 * u[4]);
+    const double depth_m =
+        relief.depth_ratio * diameter_m * (0.4 + 1.2 * u[4]);  // old ones are filled
     // Round ones have a random axis.
     const double heading =
         relief.elongation > 1.0 ? relief.heading_rad + 0.3 * (u[5] - 0.5) : 2.0 * pi * u[5];
     const double along_x = std::sin(heading), along_y = std::cos(heading);
     for_each_point_near(
-        field, x, y, reach * stretch * diameter_m, [&](int column, int row, double dx, double dy) {
+        field, x, y, reach(relief) * stretch * diameter_m,
+        [&](int column, int row, double dx, double dy) {
           const double along = (dx * along_x + dy * along_y) / (0.5 * diameter_m * stretch);
-          const double across = (dx * along_y - dy * along_x) / (0.5 * diameter_m) * stretch;
+          const double axis = by_current * most_bent * std::sin(2.0 * along + 2.0 * pi * u[9]);
+          const double across = (dx * along_y - dy * along_x) / (0.5 * diameter_m) * stretch - axis;
           const double angle = std::atan2(across, along);
           // Not a circle: the slumped wall stands a few hundredths in or out.
-          const double outline = 1.0 + outline_waves[0] * std::cos(2.0 * angle + 2.0 * pi * u[6]) +
-                                 outline_waves[1] * std::cos(3.0 * angle + 2.0 * pi * u[7]) +
-                                 outline_waves[2] * std::cos(5.0 * angle + 2.0 * pi * u[8]);
-          const double r = std::hypot(along, across) / outline;
+          const double waves = outline_waves[0] * std::cos(2.0 * angle + 2.0 * pi * u[6]) +
+                               outline_waves[1] * std::cos(3.0 * angle + 2.0 * pi * u[7]) +
+                               outline_waves[2] * std::cos(5.0 * angle + 2.0 * pi * u[8]);
+          const double r = std::hypot(along, across) / (1.0 + (1.0 + by_current) * waves);
           if (r >= rim_end) return;
           const std::size_t point = field.index(column, row);
           if (r < 1.0) {
             // Deepest behind the middle of a long one, as a current leaves it.
             const double lean = 1.0 - 0.5 * std::min(1.0, relief.elongation - 1.0) * along;
+            const double steeper_side = 1.0 + by_current * (lower_bits(u[9]) - 0.5) * across;
             const double bowl = 1.0 - r * r;
-            const double its_floor_m = -depth_m * bowl * bowl * std::max(0.3, lean);
+            const double its_floor_m = -depth_m * bowl * bowl * std::max(0.3, lean) * steeper_side;
             if (its_floor_m < floor_m[point] || marked[point] == 0) marked[point] = number;
             floor_m[point] = std::min(floor_m[point], its_floor_m);
           }

@@ -197,14 +197,14 @@ TEST_CASE("A pair of forks adds a crest between its ends, and none away from it"
   const auto count = [](double forks, std::uint64_t seed) {
     Heightfield field = flat(400, 400, 0.1, 0.1);
     add_bedforms(field,
-               {.wavelength_m = 2.0,
-                .height_m = 0.2,
-                .across_crests_rad = 0.5 * pi,
-                .sharpness = 0.0,
-                .bend_rad = 0.0,
-                .height_spread = 0.0,
-                .forks = forks},
-               draws(seed));
+                 {.wavelength_m = 2.0,
+                  .height_m = 0.2,
+                  .across_crests_rad = 0.5 * pi,
+                  .sharpness = 0.0,
+                  .bend_rad = 0.0,
+                  .height_spread = 0.0,
+                  .forks = forks},
+                 draws(seed));
     std::vector<int> crossings;  // upward, of each row
     for (int row = 0; row < field.rows; ++row) {
       int n = 0;
@@ -229,15 +229,44 @@ TEST_CASE("Crests are a matter of place: a smaller bed is a part of the larger o
       REQUIRE(small.at(column, row) == Approx(large.at(column + 50, row + 40)).margin(1e-9));
 }
 
-TEST_CASE("Crests are left out where their area has no weight, and the same elsewhere") {
+TEST_CASE("Crests are the same where their area has all weight, and left out where it has none") {
   const Bedforms relief{.wavelength_m = 2.0, .height_m = 0.2, .across_crests_rad = 0.4};
   Heightfield everywhere = flat(201, 161, 0.2, 0.2), half = everywhere;
   std::vector<double> weight(half.z_m.size(), 0.0);
-  for (std::size_t i = 0; i < weight.size(); ++i) weight[i] = i % 201 < 100 ? 0.3 : 0.0;
+  for (std::size_t i = 0; i < weight.size(); ++i) weight[i] = i % 201 < 100 ? 1.0 : 0.0;
   add_bedforms(everywhere, relief, draws(7));
   add_bedforms(half, relief, draws(7), weight);
   for (std::size_t i = 0; i < weight.size(); ++i)
     REQUIRE(half.z_m[i] == (weight[i] > 0.0 ? everywhere.z_m[i] : 0.0));
+}
+
+TEST_CASE("At the border of their area crests die out one by one, high ones last") {
+  const Bedforms relief{
+      .wavelength_m = 2.0, .height_m = 0.2, .height_spread = 0.0, .raggedness = 0.1, .forks = 0.0};
+  Heightfield everywhere = flat(401, 401, 0.2, 0.2), border = everywhere;
+  constexpr double share = 0.3;
+  add_bedforms(everywhere, relief, draws(7));
+  add_bedforms(border, relief, draws(7), std::vector<double>(border.z_m.size(), share));
+  std::vector<std::pair<double, double>> crests;  // height inside, and its share that is left
+  for (int row = 1; row + 1 < border.rows; ++row)
+    for (int column = 1; column + 1 < border.columns; ++column) {
+      const double z = everywhere.at(column, row);
+      if (z < 0.04 || z < everywhere.at(column, row - 1) || z < everywhere.at(column, row + 1))
+        continue;
+      crests.emplace_back(z, share * border.at(column, row) / z);
+      REQUIRE(crests.back().second > std::pow(share, std::exp(1.0)) - 1e-12);
+      REQUIRE(crests.back().second < std::pow(share, std::exp(-1.0)) + 1e-12);
+    }
+  REQUIRE(crests.size() > 1000);
+  std::ranges::sort(crests);
+  const auto mean = [&](std::size_t from, std::size_t to) {
+    double sum = 0.0;
+    for (std::size_t i = from; i < to; ++i) sum += crests[i].second;
+    return sum / static_cast<double>(to - from);
+  };
+  const std::size_t quarter = crests.size() / 4;
+  CHECK(mean(0, quarter) < 0.6 * share);
+  CHECK(mean(crests.size() - quarter, crests.size()) > 1.4 * share);
 }
 
 TEST_CASE("Crests with values outside their ranges are refused") {
