@@ -190,7 +190,7 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
 float TexturedGround::variation(const Kind& kind, double x_m, double y_m, float grazing_rad) const {
   static const LnMeanExp ln_mean_exp;
   const float share = at_angle(kind, grazing_rad).variation;
-  constexpr double longer = 1.7;  // of the forms along a current, and as much narrower
+  constexpr double longer = 2.1;  // of the forms along a current, and as much narrower
   constexpr double shift = 0.35;  // of a finer cell, per standard deviation of its octave
   const double along_m = (x_m * along_x_ + y_m * along_y_) / longer;
   const double across_m = (x_m * along_y_ - y_m * along_x_) * longer;
