@@ -17,8 +17,8 @@ constexpr std::array outline_waves = {0.07, 0.05, 0.03};  // amplitudes, of the 
 constexpr double rim_end = 1.4;                           // of the radius
 constexpr double most_bent = 0.5;                         // of a scour's axis, in its half widths
 
-/// From 0 for round pits to 1 for scours of twice the width and longer: a current works on along
-/// them, so that they are bent, ragged and of uneven sides.
+/// From 0 for round pits to 1 for scours that are at least twice as long as wide. A current bends
+/// these, makes their outlines ragged and one of their sides steeper.
 double scoured(const PitRelief& relief) { return std::min(1.0, relief.elongation - 1.0); }
 
 /// As far as the rim reaches from the middle, of the diameter times the stretch.
@@ -67,7 +67,7 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
           const std::size_t point = field.index(column, row);
           if (r < 1.0) {
             // Deepest behind the middle of a long one, as a current leaves it.
-            const double lean = 1.0 - 0.5 * std::min(1.0, relief.elongation - 1.0) * along;
+            const double lean = 1.0 - 0.5 * by_current * along;
             const double steeper_side = 1.0 + by_current * (lower_bits(u[9]) - 0.5) * across;
             const double bowl = 1.0 - r * r;
             const double its_floor_m = -depth_m * bowl * bowl * std::max(0.3, lean) * steeper_side;

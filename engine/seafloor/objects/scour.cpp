@@ -176,7 +176,7 @@ class Footing {
   };
   Ways ways_to(const Heightfield& part, double reach_m) const {
     Ways ways(part.columns, part.rows);
-    const Vector2d middle = base_.box.center();  // floats are fine near it
+    const Vector2d middle = base_.box.center();  // near it floats are precise enough
     ArrayXf x_m(part.columns), dx_m(part.columns), square_m2(part.columns), weight(part.columns);
     for (int column = 0; column < part.columns; ++column)
       x_m[column] = static_cast<float>(part.x_m(column) - middle.x());

@@ -26,7 +26,7 @@ constexpr int finest_level = 10;    // the finest cells have a 1024th of the arr
 constexpr double bin_share = 1.0;   // length of a cell over that of a bin
 constexpr double rise = 0.25;  // metres of cells per metre of height, so that walls have cells too
 // Metres of patches per metre of height on objects, so that their walls have as many patches as a
-// level surface. (A slope of 38 degrees along this direction stays within one patch.)
+// level surface. Only a surface that falls by 38 degrees in this direction has one patch along it.
 const Eigen::Vector2d patches_rise{1.0, 0.8};
 
 /// The complex field of a line array at a range r and a distance y along the array: the mean of

@@ -43,7 +43,8 @@ struct ArrayFrame {
 ///
 /// On a ground with patches (TexturedGround) a scatterer's strength is multiplied by that of its
 /// patch, of mean 1: a bin's variance, given its patches, is then their mean over the beam. The
-/// variance is 1 on the mean over all ground.
+/// variance is 1 on the mean over all ground. On objects the height counts as a way over the
+/// patches, too, because a wall lies over hardly any ground.
 class Scatterers {
  public:
   /// reference_heading_rad: of most pings. farthest_m: of width_m_at(); at least the sonar's range.
