@@ -29,10 +29,21 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(0, text.find_last_not_of(space) + 1);
 }
 
+/// Where the quoted field ends that a line begins with; 0 if it begins with none. Its commas do not
+/// separate fields, and two quotes in it stand for one.
+std::size_t end_of_quotes(std::string_view line) {
+  const std::size_t begin = line.find_first_not_of(" \t");
+  if (begin == std::string_view::npos || line[begin] != '"') return 0;
+  std::size_t end = line.find('"', begin + 1);
+  while (end != std::string_view::npos && line.substr(end).starts_with("\"\""))
+    end = line.find('"', end + 2);
+  return end == std::string_view::npos ? 0 : end;
+}
+
 void split(std::string_view line, std::vector<std::string_view>& fields) {
   fields.clear();
   for (;;) {
-    const std::size_t comma = line.find(',');
+    const std::size_t comma = line.find(',', end_of_quotes(line));
     std::string_view field = trimmed(line.substr(0, comma));
     if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
       field = trimmed(field.substr(1, field.size() - 2));
@@ -88,9 +99,10 @@ class CsvReader {
   /// The next line that is neither blank nor a comment.
   bool next_line(std::string_view& line) {
     while (!text_.empty()) {
-      const std::size_t end = std::min(text_.find('\n'), text_.size());
+      const std::size_t end = std::min(text_.find_first_of("\r\n"), text_.size());
       line = trimmed(text_.substr(0, end));
-      text_.remove_prefix(std::min(end + 1, text_.size()));
+      text_.remove_prefix(end);
+      text_.remove_prefix(text_.starts_with("\r\n") ? 2 : std::min<std::size_t>(1, text_.size()));
       ++line_;
       if (line.size() > longest_line)
         fail(fmt::format("a line of more than {} characters, expected one {} per line",
@@ -102,6 +114,10 @@ class CsvReader {
 
   void read_header(std::string_view line) {
     split(line, fields_);
+    for (const char separator : {';', '\t'})
+      if (fields_.size() == 1 && line.find(separator) != std::string_view::npos)
+        fail(fmt::format("the columns are separated by {}, expected commas, and decimal points",
+                         separator == ';' ? "semicolons" : "tabs"));
     for (const CsvColumn& column : columns_) {
       std::string_view heading = column.name;
       auto found = std::ranges::find(fields_, heading);

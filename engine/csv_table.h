@@ -30,7 +30,7 @@ struct CsvFormat {
 /// Columns of an untrusted CSV file: numbers, which are finite unless the column allows otherwise.
 ///
 /// A header row names the columns, in any order; unknown columns are skipped. Then one row per
-/// line. Blank lines, lines that begin with #, a byte-order mark, CRLF and quoted fields are
+/// line. Blank lines, lines that begin with #, a byte-order mark, CRLF or CR and quoted fields are
 /// accepted, and so are lines that begin with % above the header row, as instruments write them.
 /// Every fault throws SceneError with `file:line: what is wrong, what was expected`.
 class CsvTable {

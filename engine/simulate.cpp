@@ -85,18 +85,21 @@ void Simulator::aim(const Pose& pose, Aim& aim) {
 
 /// A pose in the wrong units or axes gives lines without an echo, which look like a fault.
 void Simulator::warn_of_distance(const Pose& pose) {
-  const Eigen::Vector2d low = shared_->bounds.lowest.head<2>().cast<double>(),
-                        high = shared_->bounds.highest.head<2>().cast<double>(),
-                        place = pose.position.head<2>();
-  const double outside_m = (place - place.cwiseMax(low).cwiseMin(high)).norm();
-  const bool in_reach = std::ranges::any_of(
-      own_->sonars, [&](const Sonar& sonar) { return outside_m <= sonar.range_m; });
+  const Eigen::Vector3d low = shared_->bounds.lowest.cast<double>(),
+                        high = shared_->bounds.highest.cast<double>(), &place = pose.position;
+  const auto distance_m = [&](const Eigen::Vector3d& from) {
+    return (from - from.cwiseMax(low).cwiseMin(high)).norm();
+  };
+  const bool in_reach = std::ranges::any_of(own_->sonars, [&](const Sonar& sonar) {
+    return distance_m(mounted(pose, sonar.mounting).position) <= sonar.range_m;
+  });
   if (in_reach || std::exchange(own_->warned_of_distance, true)) return;
   own_->warnings.push_back(fmt::format(
-      "the pose at {:.1f} m east, {:.1f} m north is {:.1f} m off the seafloor, out of every sonar's "
-      "range: its lines have no bed (the seafloor spans {:.1f} to {:.1f} m east, {:.1f} to {:.1f} "
-      "m north)",
-      place.x(), place.y(), outside_m, low.x(), high.x(), low.y(), high.y()));
+      "the pose at {:.1f} m east, {:.1f} m north, {:.1f} m up is {:.1f} m from the seafloor, out of "
+      "every sonar's range: its lines have no bed (the seafloor spans {:.1f} to {:.1f} m east, "
+      "{:.1f} to {:.1f} m north, {:.1f} to {:.1f} m up)",
+      place.x(), place.y(), place.z(), distance_m(place), low.x(), high.x(), low.y(), high.y(),
+      low.z(), high.z()));
 }
 
 std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64_t number) {

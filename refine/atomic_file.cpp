@@ -24,8 +24,8 @@ const char* advice(int error) {
     case EACCES:
     case EPERM:
     case EROFS: return "choose a folder that you may write to";
-    case ENOENT:
-    case ENOTDIR: return "make its folder first, or correct the path";
+    case ENOENT: return "make its folder first, or correct the path";
+    case ENOTDIR: return "choose another path, because a file is in the place of a folder";
     case ENAMETOOLONG: return "choose a shorter name";
     case EISDIR:
     case EINVAL: return "choose another name";

@@ -47,6 +47,9 @@ std::string size_in_bytes(std::string& text) {
   if (error != std::errc() || !(number > 0.0 && std::isfinite(number)) ||
       !(unit.empty() || unit == "B"))
     return fmt::format("{} is not a size, expected for example 800MB, 8GB or 8GiB", text);
+  if (number * factor < 1000.0)  // a unit was forgotten
+    return fmt::format("{} is {} bytes, expected for example 800MB, 8GB or 8GiB", text,
+                       number * factor);
   text = fmt::format("{:.0f}", number * factor);
   return "";
 }

@@ -108,7 +108,12 @@ void make_imitation(const ImitateArguments& arguments) {
   const NewFolders above{refine::make_folder(folder.parent_path())};
   StagingFolder staging(folder);
   const Imitation made = watched(arguments.quiet, [&](const auto& progress) {
-    return imitate(line, staging.path(), {.threads = arguments.threads, .progress = progress});
+    try {
+      return imitate(line, staging.path(), {.threads = arguments.threads, .progress = progress});
+    } catch (const RecordingError& error) {
+      throw RecordingError(
+          fmt::format("{}: {}", arguments.recordings.front().string(), error.what()));
+    }
   });
   const std::string name = arguments.recordings.front().filename().string();
   refine::write_file(staging.path() / "report.html", imitation_page(name, made));

@@ -24,8 +24,8 @@ struct MeshFile {
     if (refine::is_progressive_mesh(file) || refine::HeightTiles::is_one(file))
       throw UsageError(
           file.string() +
-          ": is a seafloor as ensonify keeps it, expected a mesh or a survey grid; name "
-          "the one that it was made from, or write its scene's as a mesh with "
+          ": is an analysed seafloor, expected a mesh or a survey grid; give the file that it was "
+          "made from, or write the seafloor of its scene as a mesh with "
           "`ensonify seafloor SCENE -o FILE.ply`");
     if (refine::mesh_format(file)) {
       mesh = refine::read_mesh(file);

@@ -1,3 +1,4 @@
+#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/mosaic/mosaic.h>
 
 #include <memory>
@@ -21,9 +22,10 @@ struct MosaicArguments {
 };
 
 void write_mosaic(const MosaicArguments& arguments) {
-  if (const auto kind = arguments.file.extension(); kind != ".tif" && kind != ".tiff")
-    throw UsageError(fmt::format("{}: a mosaic is written as .tif, not as '{}'",
-                                 arguments.file.string(), kind.string()));
+  if (const std::string kind = lower_case(arguments.file.extension().string());
+      kind != ".tif" && kind != ".tiff")
+    throw UsageError(
+        fmt::format("{}: a mosaic is written as .tif, not as '{}'", arguments.file.string(), kind));
   for (const std::filesystem::path& run : arguments.runs)
     require_not_read(arguments.file, files_of_run(run));
   const MosaicReport report = watched(arguments.quiet, [&](const auto& progress) {

@@ -1,4 +1,5 @@
 #include <ensonify/engine/dataset/preview.h>
+#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run/files_read.h>
@@ -31,7 +32,7 @@ struct PreviewArguments {
 };
 
 void make_preview(const PreviewArguments& arguments) {
-  if (arguments.file.extension() != ".png")
+  if (lower_case(arguments.file.extension().string()) != ".png")
     throw UsageError(fmt::format("{}: a contact sheet is written as PNG, expected FILE.png",
                                  arguments.file.string()));
   const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/output/geotiff.h>
 #include <ensonify/engine/output/npz.h>
 #include <ensonify/engine/run.h>
@@ -30,7 +31,7 @@ struct SeafloorArguments {
 };
 
 void write_seafloor(const SeafloorArguments& arguments) {
-  const std::string kind = arguments.file.extension().string();
+  const std::string kind = lower_case(arguments.file.extension().string());
   if (kind != ".ply" && kind != ".npy" && kind != ".tif")
     throw UsageError(fmt::format("{}: a seafloor is written as .ply, .npy or .tif, not as '{}'",
                                  arguments.file.string(), kind));

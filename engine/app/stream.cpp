@@ -251,7 +251,7 @@ void stream(const StreamArguments& arguments) {
   InputLines lines;
   std::string line;
   for (std::size_t number = 1; lines.next(line); ++number) {
-    if (line.empty() || line == "\r") continue;
+    if (line.size() <= longest_request && line.find_first_not_of(" \t\r") == line.npos) continue;
     const auto refuse = [&](const std::exception& error) {
       const std::string message = fmt::format("stdin:{}: {}", number, error.what());
       if (!arguments.answer_all) throw UsageError(message);

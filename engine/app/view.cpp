@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/image/ping_rendering.h>
+#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/run/files_read.h>
@@ -36,7 +37,7 @@ struct ViewArguments {
 };
 
 void view_scene(const ViewArguments& arguments) {
-  if (arguments.file.extension() != ".png")
+  if (lower_case(arguments.file.extension().string()) != ".png")
     throw UsageError(
         fmt::format("{}: a view is written as PNG, expected FILE.png", arguments.file.string()));
   Scene scene = arguments.scene.read();

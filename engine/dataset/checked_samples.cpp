@@ -107,6 +107,9 @@ std::optional<SampleRecord> CheckedSamples::read(std::size_t sample, std::string
           record.images[name] = std::move(image);
     }
     return record;
+  } catch (const fs::filesystem_error& error) {
+    damage = fmt::format("{}: {}", place(sample).string(), error.code().message());
+    return std::nullopt;
   } catch (const std::exception& error) {
     damage = fmt::format("{}: {}", place(sample).string(), error.what());
     return std::nullopt;

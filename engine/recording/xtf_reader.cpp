@@ -150,10 +150,13 @@ RecordedPing ping_of(const RecordingBytes& header, bool geographic) {
       ping.place_m = Eigen::Vector2d(x, y);
     else if (std::abs(y) <= 90.0 && std::abs(x) <= 360.0)
       ping.place = GeographicPlace{y * degree, x * degree};
-    else
+    else {
+      if (!ping.place_m) ping.place_m = Eigen::Vector2d(x, y);  // see take_as_metres()
       continue;
+    }
     break;
   }
+  if (ping.place) ping.place_m.reset();
   const auto radians = [&](std::size_t offset) -> std::optional<double> {
     const double value = header.at<float>(offset);
     if (!(std::abs(value) <= 360.0)) return std::nullopt;
@@ -196,6 +199,25 @@ void take_as_degrees(RecordedLine& line, std::string_view name) {
       fmt::format("{}: its header says that positions are metres, but they look like degrees; read "
                   "as longitudes and latitudes",
                   name));
+}
+
+/// Positions that cannot be degrees, of a file whose header says so, are metres if all are like
+/// that, and otherwise damaged.
+void take_as_metres(RecordedLine& line, std::string_view name) {
+  constexpr double nearest_m = 1000.0, farthest_m = 1e8;  // from the origin of a map
+  const auto has_metres = [](const RecordedPing& ping) { return ping.place_m.has_value(); };
+  if (std::ranges::none_of(line.pings, has_metres)) return;
+  const bool all = std::ranges::all_of(line.pings, [](const RecordedPing& ping) {
+    const double largest_m = ping.place_m ? ping.place_m->cwiseAbs().maxCoeff() : nearest_m;
+    return !ping.place && largest_m >= nearest_m && largest_m <= farthest_m;
+  });
+  if (all)
+    line.warnings.push_back(
+        fmt::format("{}: its header says that positions are degrees, but they are too large; read "
+                    "as metres east and north",
+                    name));
+  else
+    for (RecordedPing& ping : line.pings) ping.place_m.reset();
 }
 
 class XtfReader {
@@ -247,7 +269,10 @@ class XtfReader {
     }
     std::vector<RecordedLine> lines = lines_.finish(name);
     for (RecordedLine& line : lines) {
-      if (looks_geographic(line)) take_as_degrees(line, name);
+      if (geographic)
+        take_as_metres(line, name);
+      else if (looks_geographic(line))
+        take_as_degrees(line, name);
       tow_back(line, name);
       if (high_byte_first_)
         line.warnings.push_back(fmt::format(

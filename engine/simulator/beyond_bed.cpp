@@ -93,4 +93,23 @@ std::optional<std::string> beyond_bed_warning(std::span<const Sonar> sonars,
       worst->name);
 }
 
+std::optional<std::string> short_range_warning(const Simulator& simulator,
+                                               std::span<const Pose> poses) {
+  constexpr double none_m = std::numeric_limits<double>::infinity();
+  for (const Sonar& sonar : simulator.sonars()) {
+    double least_m = none_m;
+    for (const Pose& pose : poses) {
+      const double height_m = simulator.altitude_m(mounted(pose, sonar.mounting).position);
+      if (height_m < least_m) least_m = height_m;  // over a hole it is not a number
+      if (least_m <= sonar.range_m) break;
+    }
+    if (least_m > sonar.range_m && least_m < none_m)
+      return fmt::format(
+          "sonar {0}: in all {1} pings the bed is {2:.3g} m or more below it, beyond its range of "
+          "{3:g} m: lengthen sonar.{0}.range_m, or bring the track nearer to the bed",
+          sonar.name, poses.size(), least_m, sonar.range_m);
+  }
+  return std::nullopt;
+}
+
 }  // namespace ensonify::engine

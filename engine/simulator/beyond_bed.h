@@ -6,6 +6,7 @@
 
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/simulate.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 
@@ -18,5 +19,10 @@ std::optional<std::string> beyond_bed_warning(std::span<const Sonar> sonars,
                                               const SeafloorOptions& options,
                                               const Seafloor& seafloor,
                                               std::span<const Pose> poses);
+
+/// A warning about the first sonar whose range ends above the bed in all pings. None if there is no
+/// such sonar, or no bed below the track.
+std::optional<std::string> short_range_warning(const Simulator& simulator,
+                                               std::span<const Pose> poses);
 
 }  // namespace ensonify::engine

@@ -34,6 +34,8 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   if (auto warning =
           beyond_bed_warning(simulator.sonars(), scene.seafloor, simulator.seafloor(), poses_))
     warnings_.push_back(std::move(*warning));
+  if (auto warning = short_range_warning(simulator, poses_))
+    warnings_.push_back(std::move(*warning));
   reported_ = reported_poses(scene.navigation, scene.seed, poses_);
   hold_stale(scene.artefacts, scene.seed, reported_);
   for (std::size_t ping = 0; ping < poses_.size(); ++ping) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <mutex>
+#include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -15,6 +16,7 @@
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
 #include <ensonify/engine/trace/face_source.h>
+#include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/height_tiles.h>
 #include <ensonify/refine/mesh_clusters.h>
 #include <ensonify/refine/parallel_for.h>
@@ -162,7 +164,7 @@ class Preparing {
     key_ = seafloor_key(scene_);
     const fs::path file = file_of(how_.cache, key_, tiles_extension);
     try {
-      fs::create_directories(how_.cache);
+      refine::make_folder(how_.cache);
       if (!is_tile_file(file)) remove_with_warning(file);
       std::error_code unreadable;  // is as good as not there
       origin_.cached = fs::exists(file, unreadable);
@@ -171,8 +173,7 @@ class Preparing {
       fs::last_write_time(file, fs::file_time_type::clock::now(), unreadable);
       trim_cache(how_.cache, how_.cache_limit_bytes, key_);
     } catch (const std::system_error& error) {
-      result_->warnings.push_back(fmt::format(
-          "the bed's tiles cannot be kept: {}; --cache names another folder", error.what()));
+      warn_of_cache("the bed's tiles are", error);
       origin_.cached = false;
       make({});
     }
@@ -288,15 +289,18 @@ class Preparing {
     });
     if (how_.cache.empty()) return;
     try {
-      fs::create_directories(how_.cache);
+      refine::make_folder(how_.cache);
       save_analysed(result_->seafloor, key_, origin_.cache_file);
       trim_cache(how_.cache, how_.cache_limit_bytes, key_);
     } catch (const std::system_error& error) {
-      result_->warnings.push_back(
-          fmt::format("the analysed seafloor could not be kept: {}; --cache names another folder",
-                      error.what()));
+      warn_of_cache("the analysed seafloor is", error);
       origin_.cache_file.clear();
     }
+  }
+
+  void warn_of_cache(std::string_view what_is, const std::system_error& error) {
+    result_->warnings.push_back(
+        fmt::format("{}; {} not kept (--cache names another folder)", error.what(), what_is));
   }
 
   const Scene& scene_;

@@ -48,6 +48,30 @@ TEST_CASE("A CSV table has infinite numbers and no rows only where its format al
                       Catch::Contains("expected a number such as 12.5"));
 }
 
+TEST_CASE("A quoted field of a CSV table may have commas and quotes, and lines may end with CR") {
+  const CsvTable quoted = parsed(
+      "\"note, of the \"\"day\"\"\",angle_deg, \"b\" \n\"a,b\",1,2\n\"\",\"3\",4\n\"\"\",\"\"\",5,6\n");
+  REQUIRE(quoted.rows() == 3);
+  CHECK(quoted.at(0, 0) == 1.0);
+  CHECK(quoted.at(0, 2) == 2.0);
+  CHECK(quoted.at(1, 0) == 3.0);
+  CHECK(quoted.at(2, 2) == 6.0);
+  const CsvTable with_cr = parsed("angle_deg,a\r1,2\r\r3,4\r");
+  REQUIRE(with_cr.rows() == 2);
+  CHECK(with_cr.at(1, 1) == 4.0);
+  CHECK(std::string(with_cr.fault(1, "too large").what()) == "t.csv:4: too large");
+  CHECK(std::string(parsed("angle_deg\r\n\r\n1\r\n").fault(0, "too large").what()) ==
+        "t.csv:3: too large");
+}
+
+TEST_CASE("A CSV table of other separators is refused with their name") {
+  CHECK_THROWS_WITH(
+      parsed("angle_deg;a\n0,5;1\n"),
+      "t.csv:1: the columns are separated by semicolons, expected commas, and decimal "
+      "points");
+  CHECK_THROWS_WITH(parsed("angle_deg\ta\n1\t2\n"), Catch::Contains("separated by tabs"));
+}
+
 TEST_CASE("Errors of a CSV table name file and line, and the columns that are optional") {
   CHECK(std::string(parsed("angle_deg\n\n1\n2\n").fault(1, "too large").what()) ==
         "t.csv:4: too large");

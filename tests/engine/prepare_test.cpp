@@ -239,7 +239,11 @@ TEST_CASE("a cache that cannot be written is a warning") {
   RunReport report;
   CHECK((run_into(folder / "run", scene, folder / "file/cache", &report) == expected));
   REQUIRE(!report.warnings.empty());
-  CHECK(report.warnings.back().find("--cache names another folder") != std::string::npos);
+  CHECK(
+      report.warnings.back() ==
+      (folder / "file/cache").string() +
+          ": cannot make this folder; choose another path, because a file is in the place of a "
+          "folder: Not a directory; the analysed seafloor is not kept (--cache names another folder)");
   CHECK(report.origin.cache_file.empty());
   const Simulator session(scene, {.cache = folder / "file/cache"});
   REQUIRE(!session.warnings().empty());

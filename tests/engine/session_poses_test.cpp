@@ -73,8 +73,9 @@ TEST_CASE("a ping out of reach of the seafloor warns once, and one as fast as so
   session.ping(at(5000.0));
   session.ping(at(6000.0));
   REQUIRE(session.warnings().size() == before + 1);
-  CHECK_THAT(session.warnings().back(),
-             Catch::Contains("5000.0 m east, 0.0 m north is 4975.0 m off the seafloor"));
+  CHECK_THAT(
+      session.warnings().back(),
+      Catch::Contains("5000.0 m east, 0.0 m north, -7.0 m up is 4975.0 m from the seafloor"));
   Pose fast = beside;
   fast.velocity_mps = {0.0, 2000.0, 0.0};
   CHECK_THROWS_WITH(session.ping(fast), Catch::Contains("velocity is 2000 m/s, expected less"));

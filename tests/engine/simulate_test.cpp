@@ -227,6 +227,35 @@ TEST_CASE("swaths that reach beyond the edge of the bed are warned of, with the 
   }
 }
 
+TEST_CASE("a range that ends above the bed in all pings is warned of, for the place of the sonar") {
+  Scene scene;
+  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 40.0;
+  scene.seafloor.cell_m = 1.0;
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  scene.track.pings = 4;
+  scene.track.altitude_m = 12.0;
+  scene.sonars.resize(1);
+  scene.sonars[0].name = "s";
+  scene.sonars[0].range_m = 10.0;
+  scene.sonars[0].bins = 100;
+  for (const double down_m : {0.0, 5.0}) {
+    scene.sonars[0].mounting.down_m = down_m;
+    Simulator simulator(scene);
+    const TrackPings pings(scene, simulator);
+    const ScenePings made = ping_all(scene, simulator, 1);
+    if (down_m > 0.0) {
+      CHECK(pings.warnings().empty());
+      CHECK(made.hits > 0);
+      continue;
+    }
+    REQUIRE(pings.warnings().size() == 1);
+    CHECK(pings.warnings()[0] ==
+          "sonar s: in all 4 pings the bed is 12 m or more below it, beyond its range of 10 m: "
+          "lengthen sonar.s.range_m, or bring the track nearer to the bed");
+    CHECK(made.hits == 0);
+  }
+}
+
 TEST_CASE("a sonar that looks ahead sees what lies ahead, before the sidescan does") {
   const tests::TemporaryFolder folder;
   Scene scene = busy_scene(folder);

@@ -380,7 +380,7 @@ TEST_CASE("A file that is no scene is named by its kind, with how a scene takes 
     }
   write_text(folder / "rays.csv", "ox,oy,oz,dx,dy,dz\n");
   check_refused(run_program(folder.path(), {"trace", "bed", "rays.csv"}), 2,
-                "bed: is a seafloor as ensonify keeps it, expected a mesh or a survey grid");
+                "bed: is an analysed seafloor, expected a mesh or a survey grid");
   write_text(folder / "wrong.toml",
              "version = 1\n[seafloor]\nkind = \"survey\"\nsurvey = \"crate.stl\"\n");
   check_refused(run_program(folder.path(), {"run", "wrong.toml", "-o", "out"}), 2,
@@ -561,6 +561,8 @@ TEST_CASE("A seafloor is written as a mesh, described by mesh-info, and hit by r
              "depth_m = 20\n[seafloor.fractal]\nheight_at_1m_m = 0\n");
   REQUIRE(run_program(folder.path(), {"seafloor", "flat.toml", "-o", "flat.ply"}).code == 0);
   REQUIRE(run_program(folder.path(), {"seafloor", "flat.toml", "-o", "flat.npy"}).code == 0);
+  REQUIRE(run_program(folder.path(), {"seafloor", "flat.toml", "-o", "UPPER.PLY"}).code == 0);
+  CHECK(read_text(folder / "UPPER.PLY") == read_text(folder / "flat.ply"));
   CHECK(read_text(folder / "flat.npy").find("'shape': (3, 5)") != std::string::npos);
   check_refused(run_program(folder.path(), {"seafloor", "flat.toml", "-o", "flat.jpg"}), 2,
                 ".ply, .npy or .tif");

@@ -130,9 +130,9 @@ TEST_CASE("in a stream a sonar can be set, and objects can be added, moved and r
   CHECK_FALSE(seen(10));
 }
 
-TEST_CASE("in a stream an empty line is skipped, also one that ends as on Windows") {
+TEST_CASE("in a stream a blank line is skipped, also one that ends as on Windows") {
   const Folder folder;
-  const tests::Outcome outcome = folder.stream("\r\n" + pose + "\n" + pose, {"--json"});
+  const tests::Outcome outcome = folder.stream("\r\n" + pose + "\n \t\n" + pose, {"--json"});
   CHECK(outcome.err == "");
   CHECK(json_lines(outcome.out).size() == 5);
 }

@@ -1,6 +1,7 @@
 #include <ensonify/engine/seafloor/bed/ascii_grid.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cstddef>
 #include <fstream>
@@ -34,8 +35,10 @@ std::string fault_of_ascii_grid(const std::filesystem::path& file, int columns, 
       const std::size_t end = std::min(line.find_first_of(blank, begin), line.size());
       const std::string_view word = std::string_view(line).substr(begin, end - begin);
       if (!is_number(word)) {
-        if (found == 0) break;  // the header's lines begin with words
-        return fmt::format("line {}: '{}' is not a number", line_number, word.substr(0, 40));
+        // The header's lines begin with words.
+        if (found == 0 && !std::isdigit(static_cast<unsigned char>(word.back()))) break;
+        return fmt::format("line {}: '{}' is not a number{}", line_number, word.substr(0, 40),
+                           word.find(',') == word.npos ? "" : ", expected a decimal point");
       }
       if (found == 0 && (word.starts_with('n') || word.starts_with('N')))  // GDAL would skip it
         return fmt::format(

@@ -77,6 +77,13 @@ MapOfPlace map_of_reference(const std::string& reference) {
   };
 }
 
+bool is_on_map(const std::string& reference, const Eigen::Vector2d& place) {
+  const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
+  const Transformation to_earth = transformation_of(reference, true);
+  double east_m = place.x(), north_m = place.y();
+  return !to_earth || to_earth->Transform(1, &east_m, &north_m);
+}
+
 std::optional<double> scale_of_reference(const std::string& reference,
                                          const Eigen::Vector2d& place) {
   const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);

@@ -21,6 +21,9 @@ using MapOfPlace = std::function<MapPlace(const GeographicPlace& where)>;
 /// The inverse of place_of_reference().
 MapOfPlace map_of_reference(const std::string& reference);
 
+/// Whether a place lies on the map of a system; true if the system has no places on Earth.
+bool is_on_map(const std::string& reference, const Eigen::Vector2d& place);
+
 /// Metres on Earth per metre of the system at a place, along the system's north, within 1 %. In a
 /// Mercator map it is below 1 away from the equator. None if the system or the place is not on
 /// Earth.

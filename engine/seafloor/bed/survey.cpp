@@ -34,6 +34,7 @@
 #include <ensonify/engine/seafloor/bed/survey_checks.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
 #include <ensonify/engine/seafloor/bed/survey_mosaic.h>
+#include <ensonify/engine/seafloor/bed/unmarked_grid.h>
 #include <ensonify/engine/seafloor/bed/variable_resolution.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/refine/read_file.h>
@@ -76,11 +77,16 @@ class SurveyReader {
     GDALAllRegister();
     // BAG and netCDF files have nothing beside them. An area's image may be a PNG.
     constexpr std::array<const char*, 4> drivers = {"GTiff", "AAIGrid", "PNG", nullptr};
-    open_as(std::filesystem::absolute(file_),
-            is_mosaic(file_) ? vrt_driver.data() : drivers.data());
+    if (is_mosaic(file_))
+      open_as(std::filesystem::absolute(file_), vrt_driver.data());
+    else
+      open_file_by(drivers.data());
     if (!dataset_) return {};
     const CPLStringList names(dataset_->GetFileList());
-    return {names.List(), names.List() + names.Count()};
+    std::vector<std::filesystem::path> files(names.List(), names.List() + names.Count());
+    if (unmarked_)
+      for (std::filesystem::path& file : files) file = unmarked_->original(file.string());
+    return files;
   }
 
   Heightfield header() {
@@ -340,11 +346,8 @@ class SurveyReader {
       soundings_.emplace(file_, cell_m_);
       open_grid_of_soundings();
     } else {
-      // Absolute, so that no name is taken for one of GDAL's prefixes ("NETCDF:...").
-      open_as(std::filesystem::absolute(file_), survey_drivers.data());
+      open_file_by(survey_drivers.data());
     }
-    if (!dataset_ && refine::begins_with(file_, "\xef\xbb\xbf"))
-      fail("begins with a byte-order mark, which GDAL does not take; save it as UTF-8 without one");
     if (const std::optional found = seafloor_file(file_);
         !dataset_ && found && found->kind != "survey")
       throw refine::MeshError(fault_of_kind(file_, *found, "a survey grid"));
@@ -368,6 +371,15 @@ class SurveyReader {
   void open_as(const std::string& name, const char* const* by) {
     dataset_.reset(
         GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, by, nullptr, nullptr));
+  }
+
+  void open_file_by(const char* const* drivers) {
+    // Absolute, so that no name is taken for one of GDAL's prefixes ("NETCDF:...").
+    open_as(std::filesystem::absolute(file_), drivers);
+    if (dataset_ || !refine::begins_with(file_, "\xef\xbb\xbf")) return;
+    unmarked_ = std::make_unique<UnmarkedGrid>(file_);
+    gdal_error_.clear();
+    open_as(unmarked_->name(), drivers);
   }
 
   /// A grid in memory, whose heights come with prepare().
@@ -517,6 +529,7 @@ class SurveyReader {
   double nodata_ = 0.0;
   Metres height_m_;
   double bytes_ = 0.0;
+  std::unique_ptr<UnmarkedGrid> unmarked_;
   std::unique_ptr<GDALDataset> dataset_;
   int band_ = 1;
   std::array<double, 6> transform_{};

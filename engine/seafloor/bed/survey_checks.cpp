@@ -81,6 +81,11 @@ std::string fault_of_reference(GDALDataset& dataset, GDALRasterBand& band,
     return fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), remedy);
   constexpr double max_off = 0.05;  // of a length; that of maps of a continent is smaller
   const Eigen::Vector2d middle(west + 0.5 * east_step * columns, north + 0.5 * north_step * rows);
+  if (reference && !is_on_map(wkt_of(*reference), middle))
+    return fmt::format(
+        "lies at {:.0f} m east and {:.0f} m north, off the map of its coordinate reference system; "
+        "declare the right one with gdal_edit.py -a_srs",
+        middle.x(), middle.y());
   if (const auto scale =
           reference ? scale_of_reference(wkt_of(*reference), middle) : std::optional<double>();
       scale && std::abs(*scale - 1.0) > max_off)

@@ -384,6 +384,32 @@ TEST_CASE("positions of an XTF that are metres by its header and can only be deg
   }
 }
 
+TEST_CASE("positions of an XTF that are degrees by its header and can only be metres are metres") {
+  const auto line_of = [](double x, double y, double last_y) {
+    const Recording written = tests::small_recording();
+    std::string bytes = tests::as_text(encode_xtf({&written, 1}));
+    const std::size_t packet = (bytes.size() - 1024) / 3;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (const std::size_t place : {128, 160}) {
+        put<double>(bytes, 1024 + i * packet + place, i < 2 ? y : last_y);
+        put<double>(bytes, 1024 + i * packet + place + 8, x);
+      }
+    return parse(bytes).front();
+  };
+  const RecordedLine line = line_of(500000.0, 6100000.0, 6100002.0);
+  REQUIRE(line.pings[2].place_m);
+  CHECK_FALSE(line.pings[2].place);
+  CHECK(*line.pings[2].place_m == Eigen::Vector2d(500000.0, 6100002.0));
+  REQUIRE(line.warnings.size() == 1);
+  CHECK_THAT(line.warnings.front(), Catch::StartsWith("r: ") && Catch::Contains("metres"));
+  // A damaged position among degrees, and one that is too small for a map's metres.
+  for (const RecordedLine& other : {line_of(8.0, 54.0, 6100000.0), line_of(8.0, 100.0, 100.0)}) {
+    CHECK_FALSE(other.pings[2].place_m);
+    CHECK_FALSE(other.pings[2].place);
+    CHECK(other.warnings.empty());
+  }
+}
+
 TEST_CASE("times go on over midnight, and those that step back are counted") {
   const Recording written = tests::small_recording();
   constexpr int day_s = 86400;

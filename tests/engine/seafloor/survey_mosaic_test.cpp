@@ -119,6 +119,10 @@ TEST_CASE("The files behind a file are those that change what is read, and no ot
   CHECK(names("grid.asc").empty());
   write_text(folder / "grid.prj", "Projection UTM\nZone 32\nUnits METERS\n");
   CHECK(names("grid.asc") == Names{"grid.prj"});
+  write_text(folder / "marked.asc", "\xef\xbb\xbf" + text_grid(rows_4x3));
+  CHECK(names("marked.asc").empty());
+  std::filesystem::copy_file(folder / "grid.prj", folder / "marked.prj");
+  CHECK(names("marked.asc") == Names{"marked.prj"});
 
   Picture picture{.width = 3, .height = 2, .pixels = {1, 2, 3, 4, 5, 6}};
   const std::vector<std::byte> png = encode_png(picture);

@@ -101,6 +101,19 @@ TEST_CASE("A GeoTIFF is read with north up, in whichever direction its rows run"
   }
 }
 
+TEST_CASE("A byte-order mark before a text grid changes neither its heights nor its reference") {
+  const TemporaryFolder folder;
+  write_text(folder / "grid.prj", "Projection UTM\nDatum WGS84\nZone 32\nUnits METERS\n");
+  const std::string text = text_grid("-1 -2 -3.5 -4\n-5 -9999 -7 -8\n-9 -10 -11 -12\n");
+  const Heightfield plain = survey_of(folder, text, "grid.asc");
+  const Heightfield marked = survey_of(folder, "\xef\xbb\xbf" + text, "grid.asc");
+  CHECK(marked.at(2, 2) == -3.5);
+  CHECK(std::isnan(marked.at(1, 1)));
+  CHECK(marked.world_origin == plain.world_origin);
+  CHECK(marked.utm_zone == 32);
+  CHECK(marked.reference == plain.reference);
+}
+
 TEST_CASE("NODATA printed with few digits and non-finite heights are holes") {
   const TemporaryFolder folder;
   Tiff tiff = tiff_4x3();
@@ -140,7 +153,8 @@ TEST_CASE("Text grids that are truncated, contradict their header or hold no num
   CHECK(has(error(text_grid("-9999 -2 -9999 -4\n-5 -9999 -7 -9999\n-9999 -1 -9999 2\n")),
             "all four corners"));
   CHECK(has(error("hello, I am no grid"), "cannot be read"));
-  CHECK(has(survey_error(folder, "\xef\xbb\xbf" + whole, "grid.asc"), "byte-order mark"));
+  CHECK(has(error(text_grid("-1,5 -2 -3 -4\n-5 -6 -7 -8\n-9 -10 -11 -12\n")),
+            "line 7: '-1,5' is not a number, expected a decimal point"));
   CHECK_THROWS_AS(read_survey(folder / "absent.asc", 0.0), MeshError);
   CHECK_THROWS_AS(read_survey(folder.path(), 0.0), MeshError);
   CHECK_THROWS_AS(survey_of(folder, whole, "grid.asc", std::numeric_limits<double>::quiet_NaN()),
@@ -219,6 +233,11 @@ TEST_CASE("Grids that are rotated, in degrees or in feet are refused with the re
   mercator.transform = {-7870000, 1, 0, 5300000, 0, -1};  // 43 degrees north
   CHECK(has(survey_error(folder, mercator.bytes(), "grid.tif"),
             "map metres that are 0.73 m on Earth"));
+  Tiff off_map = tiff_4x3();
+  off_map.transform = {32500000, 1, 0, 6100000, 0, -1};  // with the zone before the easting
+  CHECK(has(survey_error(folder, off_map.bytes(), "grid.tif"),
+            "lies at 32500002 m east and 6099998 m north, off the map of its coordinate reference "
+            "system; declare the right one with"));
   CHECK(has(survey_error(folder, bare, "grid.asc"), "seems to be in degrees"));
   const auto with_cell = [&](const std::string& cell) {
     std::string text = bare;
