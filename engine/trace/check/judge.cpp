@@ -13,16 +13,15 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double steps = 8.0;  // roundings in the computation of one answer
-
 struct Arithmetic {
   double rounding;           // e
+  double steps;              // roundings in the computation of one answer
   double edge_reach;         // relative to the range
   double barycentric_slack;  // of u and v
 };
 constexpr Arithmetic arithmetic_of(Precision precision) {
-  return precision == Precision::in_float ? Arithmetic{0x1p-24, 1e-6, 1e-5}
-                                          : Arithmetic{0x1p-53, 1e-13, 1e-12};
+  return precision == Precision::in_float ? Arithmetic{0x1p-24, 8.0, 1e-6, 1e-5}
+                                          : Arithmetic{0x1p-53, 24.0, 1e-13, 1e-12};
 }
 
 double distance_to_segment(const Vector3d& p, const Vector3d& q) {
@@ -102,7 +101,9 @@ Judge::SeenFace Judge::see(const Ray& ray, std::uint32_t face, Precision precisi
     const auto i = static_cast<std::size_t>(k);
     s.corners[i] = triangles_.corner(index, k) - ray.origin;
     s.across[i] = s.corners[i] - s.corners[i].dot(unit) * unit;
-    from_origin = std::max(from_origin, largest(s.corners[i]));
+    // A fan's frame may have any direction, so that a coordinate is at most the distance.
+    from_origin = std::max(from_origin, precision == Precision::in_float ? largest(s.corners[i])
+                                                                         : s.corners[i].norm());
   }
   const auto& [a, b, c] = s.corners;
   const double longest2 =
@@ -117,7 +118,7 @@ Judge::SeenFace Judge::see(const Ray& ray, std::uint32_t face, Precision precisi
   s.plane_m = std::min({std::abs(normal.dot(s.across[0])), std::abs(normal.dot(s.across[1])),
                         std::abs(normal.dot(s.across[2]))}) /
               normal.norm();
-  s.rounding_m = steps * s.by.rounding * s.largest_m * longest2 / std::abs(normal.dot(unit));
+  s.rounding_m = s.by.steps * s.by.rounding * s.largest_m * longest2 / std::abs(normal.dot(unit));
   s.edge_m = std::min({distance_to_segment(s.across[0], s.across[1]),
                        distance_to_segment(s.across[1], s.across[2]),
                        distance_to_segment(s.across[2], s.across[0])});

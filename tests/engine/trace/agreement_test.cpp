@@ -17,6 +17,7 @@
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/trace/check/adversarial_rays.h>
 #include <ensonify/engine/trace/check/agreement.h>
+#include <ensonify/engine/trace/check/fan_comparison.h>
 #include <ensonify/engine/trace/check/hierarchy.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/trace/face_sources/static_faces.h>
@@ -430,6 +431,45 @@ TEST_CASE("an answer computed for the ray rounded to float is within the toleran
   // millimetre.
   const refine::TriangleMesh square = two_squares();
   CHECK(Judge(square, *tracer).tolerance_m({{-6.0, 1.0, 7.0}, {1, 0, -1}}, 0) < 5e-5);
+}
+
+TEST_CASE("hits and runs of a fan are within the tolerance where faces are small and far") {
+  // Faces of 3 cm at 33 m: there the roundings of the fan's frame count most.
+  constexpr std::uint32_t side = 41;
+  const Vector3d ahead = Vector3d(1.0, 1.0, -1.0).normalized();
+  const Vector3d right = ahead.cross(Vector3d::UnitZ()).normalized(), up = right.cross(ahead);
+  std::vector<double> random(side * side);
+  RandomStream(9, Purpose::test).normal(random);
+  const refine::TriangleMesh mesh = tests::sheet(side, side, [&](double i, double j) -> Vector3d {
+    const double rough_m = 0.01 * random[static_cast<std::size_t>(j * side + i)];
+    const Vector3d place = (33.0 + rough_m) * ahead + 0.03 * ((i - 20.0) * right + (j - 20.0) * up);
+    return place.cast<float>().cast<double>();
+  });
+  const auto grid = std::make_shared<const FanGrid>(FanLayout{.sector_low_rad = -0.02,
+                                                              .sector_high_rad = 0.02,
+                                                              .truncation_rad = 0.02,
+                                                              .main_lobe_rad = 0.02,
+                                                              .planes = 24,
+                                                              .elevations = 400});
+  const auto reference = make_intersector("pluecker", mesh);
+  const auto surface = static_faces(mesh, make_intersector("fan_scan", mesh));
+  const Judge judge(mesh, *reference);
+  FanComparison comparison(judge, Precision::in_double);
+  AgreementCounts counts;
+  for (int i = 0; i < 24; ++i) {
+    const double turn = 0.26 * i;
+    const Vector3d array = std::cos(turn) * right + std::sin(turn) * up;
+    const RayFan fan{grid, Vector3d::Zero(), array, ahead, array.cross(ahead), 50.0};
+    std::vector<Hit> expected(grid->rays());
+    reference->intersect(fan, expected);
+    const TracedFaces faces = comparison.prepare(*surface, {&fan, 1});
+    comparison.fan(0, faces, fan, {.by_reference = expected, .on_static = {}}, counts);
+  }
+  CHECK(counts.rays > 100000);
+  CHECK(counts.wrong_run == 0);
+  CHECK(counts.count(Verdict::unexplained) == 0);
+  CHECK(counts.largest_dt_of_tolerance < 0.7);
+  CHECK(counts.largest_dt_of_tolerance > 0.1);  // and the tolerance is not much too large
 }
 
 TEST_CASE("counts of two comparisons add up, and each largest difference stays") {
