@@ -5,8 +5,10 @@
 
 Intensities over their mean within some 4 m are filtered by the difference of two Gaussians, of a
 scale and of twice the scale. For each scale, piece and side the script prints the contrast of what is
-left (a robust standard deviation: few bright objects do not count) and its skew. Pieces have 360
-pings. A piece shows ground from 35 to 95 % of the range. It needs the Python module.
+left (a robust standard deviation: few bright objects do not count) and its skew; for the largest scale
+also how many times as long as wide the forms are, and the angle from the track to their longer side.
+Length and width are inverse to the rms slopes of the level along the two axes of its structure
+tensor. Pieces have 360 pings. A piece shows ground from 35 to 95 % of the range. It needs the Python module.
 """
 
 import sys
@@ -26,8 +28,15 @@ def blurred(values, sigmas):
     return np.fft.irfft2(spectrum, doubled.shape)[: values.shape[0], : values.shape[1]]
 
 
+def elongation(level, ping_m, sample_m):
+    """The ratio of length to width, and the angle from the track to the longer side, degrees."""
+    slopes = np.array([part.ravel() for part in np.gradient(level, ping_m, sample_m)])
+    squares, axes = np.linalg.eigh(slopes @ slopes.T)  # the smaller slope is along the longer side
+    return np.sqrt(squares[1] / squares[0]), np.degrees(np.arctan2(axes[1, 0], axes[0, 0])) % 180.0
+
+
 def forms(samples, ping_m, sample_m):
-    """Contrast and skew by scale."""
+    """Contrast and skew by scale, and the elongation of the largest forms."""
     def blur(values, scale_m):
         return blurred(values, (scale_m / ping_m, scale_m / sample_m))
     intensity = np.maximum(samples.astype(float) ** 2, 1e-9)
@@ -36,9 +45,9 @@ def forms(samples, ping_m, sample_m):
     for scale_m in SCALES_M:
         left = blur(level, scale_m) - blur(level, 2.0 * scale_m)
         off = left - left.mean()
-        found.append((np.percentile(np.abs(left - np.median(left)), 68.3),
-                      (off ** 3).mean() / (off ** 2).mean() ** 1.5))
-    return found
+        found += [np.percentile(np.abs(left - np.median(left)), 68.3),
+                  (off ** 3).mean() / (off ** 2).mean() ** 1.5]
+    return found + list(elongation(left, ping_m, sample_m))
 
 
 def ping_spacing_m(line):
@@ -55,8 +64,11 @@ def ping_spacing_m(line):
 
 def main(files):
     import ensonify
-    print("recording,side,first_ping," +
-          ",".join(f"contrast_{s}_m,skew_{s}_m" for s in SCALES_M))
+    def row(found):
+        scales = (f"{c:.3f},{s:.2f}" for c, s in zip(found[:-2:2], found[1:-2:2]))
+        return ",".join([*scales, f"{found[-2]:.1f},{found[-1]:.0f}"])
+    print("recording,side,first_ping," + ",".join(f"contrast_{s}_m,skew_{s}_m" for s in SCALES_M) +
+          f",elongation_{SCALES_M[-1]}_m,longer_side_deg")
     everything = []
     for file in files:
         line = ensonify.read_recording(file)[0]
@@ -68,8 +80,8 @@ def main(files):
             for first in range(0, len(ground) - PIECE // 2, PIECE):
                 found = forms(ground[first:first + PIECE], ping_m, sample_m)
                 everything.append(found)
-                print(f"{file},{side},{first}," + ",".join(f"{c:.3f},{s:.2f}" for c, s in found))
-    print("median,,," + ",".join(f"{c:.3f},{s:.2f}" for c, s in np.median(everything, axis=0)))
+                print(f"{file},{side},{first},{row(found)}")
+    print("median,,," + row(np.median(everything, axis=0)))
 
 
 if __name__ == "__main__":
