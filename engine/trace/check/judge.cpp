@@ -122,11 +122,15 @@ Judge::SeenFace Judge::see(const Ray& ray, std::uint32_t face, Precision precisi
   s.edge_m = std::min({distance_to_segment(s.across[0], s.across[1]),
                        distance_to_segment(s.across[1], s.across[2]),
                        distance_to_segment(s.across[2], s.across[0])});
-  const double ab = unit.dot(a.cross(b)), bc = unit.dot(b.cross(c)), ca = unit.dot(c.cross(a));
+  // Of the parts across the ray: products of whole corners would lose e r^2 of a face that is far.
+  const auto side = [&](std::size_t from, std::size_t to) {
+    return unit.dot(s.across[from].cross(s.across[to]));
+  };
+  const double ab = side(0, 1), bc = side(1, 2), ca = side(2, 0);
   s.inside = (ab > 0.0 && bc > 0.0 && ca > 0.0) || (ab < 0.0 && bc < 0.0 && ca < 0.0);
   const double turn = ab + bc + ca > 0.0 ? 1.0 : -1.0;
-  const auto beyond_m = [&](double side, const Vector3d& p, const Vector3d& q) {
-    return (q - p).isZero(0.0) ? p.norm() : -turn * side / (q - p).norm();
+  const auto beyond_m = [&](double of_edge, const Vector3d& p, const Vector3d& q) {
+    return (q - p).isZero(0.0) ? p.norm() : -turn * of_edge / (q - p).norm();
   };
   s.outside_m =
       std::max({beyond_m(ab, s.across[0], s.across[1]), beyond_m(bc, s.across[1], s.across[2]),

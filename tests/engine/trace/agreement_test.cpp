@@ -472,6 +472,37 @@ TEST_CASE("hits and runs of a fan are within the tolerance where faces are small
   CHECK(counts.largest_dt_of_tolerance > 0.1);  // and the tolerance is not much too large
 }
 
+TEST_CASE("either face at an edge that is far away is a tie") {
+  constexpr double edge_m = 1.25;
+  std::vector<double> random(6 * 500);
+  RandomStream(10, Purpose::test).uniform(random);
+  for (std::size_t i = 0; i < random.size(); i += 6) {
+    const double* of = &random[i];
+    const Vector3d middle = Vector3d(4000.0 * of[0] + 8000.0, 4000.0 * of[1], -2000.0 * of[2]);
+    refine::TriangleMesh square;
+    for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}})
+      square.positions.push_back(
+          (middle + edge_m * Vector3d(x, y, 0.3 * x * of[3] - 0.2 * y * of[4])).cast<float>());
+    square.faces = {{0, 1, 2}, {0, 2, 3}};
+    const double along = 0.1 + 0.8 * of[5];
+    const Vector3d a = square.positions[0].cast<double>(), c = square.positions[2].cast<double>();
+    // With an origin of many bits, products of corners are not exact in double.
+    const Vector3d origin = Eigen::Vector3f(0.3f, -0.7f, 0.11f).cast<double>();
+    const Vector3d place = a + along * (c - a) - origin;
+    const Ray ray{origin, place.normalized()};
+    const double t = place.norm();
+    const Hit one{.face = 0, .index = 0, .t = t, .u = 0.0, .v = along};
+    const Hit other{.face = 1, .index = 1, .t = t, .u = along, .v = 0.0};
+    const auto reference = make_intersector("pluecker", square);
+    const Judge judge(square, *reference);
+    const Hit expected = hit_of(*reference, ray);
+    CAPTURE(middle.transpose());
+    REQUIRE(expected);
+    CHECK(judge.judge(ray, expected, expected.face == 0 ? other : one, Precision::in_double) ==
+          Verdict::tie);
+  }
+}
+
 TEST_CASE("counts of two comparisons add up, and each largest difference stays") {
   const Difference first{.ray = {.t_max = 1.0}}, second{.ray = {.t_max = 2.0}};
   AgreementCounts a{
