@@ -263,8 +263,10 @@ class Reader {
     from.conditions = scene_.conditions;
     from.track.kind = scene_.track.kind;
     from.sonars.clear();
-    for (const Sonar& sonar : scene_.sonars)
+    for (const Sonar& sonar : scene_.sonars) {
       from.sonars.push_back(sonar.preset.empty() ? Sonar{} : preset_sonar(sonar.preset));
+      from.sonars.back().vertical.file = sonar.vertical.file;
+    }
     use_conditions(from);
     for (const auto& section : scene_sections()) take_keys(section, from, scene_, section.name);
     for (std::size_t i = 0; i < scene_.sonars.size(); ++i)

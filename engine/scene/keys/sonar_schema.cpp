@@ -126,7 +126,7 @@ const Section<Sonar>& sonar_section() {
            "are filled; unset: vertical_floor_db.",
            at(&Sonar::vertical, &VerticalPattern::floor_below_db)},
           {"vertical_ripple_db", "dB", {0, 100},
-           "Ripple over the vertical beam, a cosine in dB: from its brightest to its darkest.",
+           "Ripple over the vertical beam, a cosine in dB: from its brightest to its darkest, one way.",
            at(&Sonar::vertical, &VerticalPattern::ripple_db)},
           {"vertical_ripple_period_deg", "degrees", {0.1, 360},
            "Angle from one dark band to the next.",

@@ -257,7 +257,7 @@ TEST_CASE("Conditions of a survey give what a scene leaves out, ideal ones have 
     const bool sonars = std::ranges::all_of(scene.sonars, [](const Sonar& sonar) {
       return sonar.receiver.looks == 3 && sonar.receiver.detector == Detector::peak &&
              sonar.receiver.spreading == 30.0 && sonar.receiver.bed_level_db == -12.0 &&
-             sonar.receiver.output_noise_db == -42.0;
+             sonar.receiver.output_noise_db == -42.0 && sonar.vertical.ripple_db == 1.0;
     });
     const bool rest = scene.arrivals.surface && scene.arrivals.burst_m > 0.0;
     CHECK(sonars == rest);
@@ -294,6 +294,14 @@ TEST_CASE("Conditions of a survey give what a scene leaves out, ideal ones have 
   CHECK_FALSE(own.texture);
   CHECK(own.sonars[1].receiver.looks == 2);
   CHECK(own.sonars[0].receiver.looks == 3);
+
+  // A measured beam has its own ripple.
+  const TemporaryFolder folder;
+  write_text(folder / "beam.csv", "depression_deg,level_db\n0,0\n90,-20\n");
+  write_text(folder / "s.toml", head + two + preset + "vertical_pattern = \"beam.csv\"\n");
+  const Scene measured = read_scene(folder / "s.toml");
+  CHECK(measured.sonars[0].vertical.ripple_db == 1.0);
+  CHECK(measured.sonars[1].vertical.ripple_db == 0.0);
 
   // A recorded track has its own motion. A dump reads back as the same scene.
   const std::string of_file = "[track]\nkind = \"file\"\nfile = \"a.csv\"\n";
