@@ -231,12 +231,23 @@ std::optional<Mirror> strip_mirror(const Corners& corners, const Vector3d& middl
       glint_of_line(line_middle - sonar, along, length_m, first_m, last_m, wavelength_m, beam);
   if (!line) return std::nullopt;
   const Vector3d place = line_middle + line->place_m * along;
-  const double most_m = std::max(std::abs(both_m), std::max(first_m, last_m));
-  return Mirror{.offset = place - middle,
-                .inside = place - middle,
-                .cross_section_m2 = line->range_m / (2.0 * wavelength_m * most_m) * line->power_m3,
-                .phase_rad = 0.0,
-                .in_beam = line->in_beam};
+  const double wider_m = std::max(first_m, last_m), most_m = std::max(std::abs(both_m), wider_m);
+  const double per_m = line->range_m / (2.0 * wavelength_m * most_m);
+  // Planes that are w apart on a body of the radius a are w (a + r) / a apart at the range r.
+  const double widest_radius_m = line->range_m * std::min(wider_m / (most_m - wider_m), 1.0);
+  return Mirror{
+      .offset = place - middle,
+      .inside = place - middle,
+      .cross_section_m2 = per_m * line->power_m3,
+      .phase_rad = 0.0,
+      .in_beam = line->in_beam,
+      .line = MirrorLine{.middle = line_middle - middle,
+                         .away = line_middle - sonar,
+                         .along = along,
+                         .length_m = length_m,
+                         .width = per_m * first_m,
+                         .other_width = per_m * last_m,
+                         .radius_m = 0.5 * (first_m + last_m) / wider_m * widest_radius_m}};
 }
 
 }  // namespace

@@ -86,6 +86,16 @@ struct MirrorExtent {
   double phase_rad(double wavelength_m) const;
 };
 
+/// The straight line of a strip that has a glint.
+struct MirrorLine {
+  Eigen::Vector3d middle;  ///< from the flat part's middle
+  Eigen::Vector3d away;    ///< the same, from where the sonar appears to be
+  Eigen::Vector3d along;   ///< unit
+  double length_m;
+  double width, other_width;  ///< relative: with these, line_glint_in_beam() has the cross-section
+  double radius_m;            ///< of the surface across the line, on average
+};
+
 /// The glint of a flat part, or of the curved surface that it stands for.
 struct Mirror {
   Eigen::Vector3d offset;  ///< of its place, from the flat part's middle
@@ -95,6 +105,7 @@ struct Mirror {
   double cross_section_m2;
   double phase_rad;      ///< of a piece's echo, against that of the path to the place
   bool in_beam = false;  ///< the cross-section contains the beam along the array
+  std::optional<MirrorLine> line = {};
 };
 
 /// Where the sonar appears to be from a place.

@@ -12,33 +12,29 @@ using std::numbers::pi;
 // Of the fan's truncation: what rays reach; and what they reach in all planes.
 constexpr double almost_all = 0.98, well_inside = 0.7;
 
+/// Half a Fresnel zone.
+double finest_cell_m(double wavelength_m, double range_m) {
+  return 0.5 * std::sqrt(wavelength_m * range_m);
+}
+
 /// Cuts a stretch, of which rays show `shown`, into cells of some finest_m about a place. They grow
 /// with the distance from it.
-SeenCells::Cuts cut(const LineStretch& stretch, const LineStretch& shown, double about_m,
-                    double finest_m, std::size_t count) {
+LineCells cut(const LineStretch& stretch, const LineStretch& shown, double about_m, double finest_m,
+              std::size_t count) {
   const double first = std::asinh((shown.from_m - about_m) / finest_m),
                last = std::asinh((shown.until_m - about_m) / finest_m);
-  SeenCells::Cuts cuts;
+  LineCells cells{.count = count};
   for (std::size_t i = 0; i <= count; ++i) {
     const double share = static_cast<double>(i) / static_cast<double>(count);
-    cuts.edge_m[i] = about_m + finest_m * std::sinh(first + share * (last - first));
-    if (i > 0) cuts.middle_m[i - 1] = 0.5 * (cuts.edge_m[i - 1] + cuts.edge_m[i]);
+    cells.edge_m[i] = about_m + finest_m * std::sinh(first + share * (last - first));
+    if (i > 0) cells.middle_m[i - 1] = 0.5 * (cells.edge_m[i - 1] + cells.edge_m[i]);
   }
-  cuts.edge_m[0] = stretch.from_m;
-  cuts.edge_m[count] = stretch.until_m;
-  return cuts;
+  cells.edge_m[0] = stretch.from_m;
+  cells.edge_m[count] = stretch.until_m;
+  return cells;
 }
 
 }  // namespace
-
-std::pair<double, double> SeenCells::least_and_most() const {
-  double least = seen[0][0], most_seen = least;
-  for (std::size_t column = 0; column < count; ++column) {
-    const auto [low, high] = std::ranges::minmax(std::span(seen[column]).first(count));
-    least = std::min(least, low), most_seen = std::max(most_seen, high);
-  }
-  return {least, most_seen};
-}
 
 BeamOnLine::BeamOnLine(const Eigen::Vector3d& middle, const Eigen::Vector3d& along, double half_m,
                        double range_m, double wavelength_m, const GlintBeam& beam)
@@ -87,6 +83,15 @@ double BeamOnLine::place_m(double share_of_line, double share_of_fan) const {
   const LineStretch fan = in_fan(share_of_fan);
   return std::clamp(std::max(fan.from_m, std::min(foot_m_, fan.until_m)), -share_of_line * half_m_,
                     share_of_line * half_m_);
+}
+
+std::optional<LineCells> BeamOnLine::cells(std::size_t count) const {
+  const LineStretch fan = in_fan(almost_all);
+  const LineStretch shown{std::max(fan.from_m, -half_m_), std::min(fan.until_m, half_m_)};
+  if (!(shown.from_m < shown.until_m)) return std::nullopt;
+  const double place = place_m(1.0, almost_all);
+  return cut(in_beam_, shown, place,
+             finest_cell_m(wavelength_m_, std::hypot(distance_m_, place - foot_m_)), count);
 }
 
 /// As many as resolve the phase and the beam.
@@ -149,18 +154,14 @@ FlatPartInBeam::Chord FlatPartInBeam::chord_at(double level_m) const {
 }
 
 std::optional<SeenCells> FlatPartInBeam::cells(std::size_t count) const {
-  const LineStretch fan = line_.in_fan(almost_all);
-  const LineStretch shown{std::max(fan.from_m, -line_.half_m()),
-                          std::min(fan.until_m, line_.half_m())};
-  if (!(shown.from_m < shown.until_m)) return std::nullopt;
+  const std::optional<LineCells> level = line_.cells(count);
+  if (!level) return std::nullopt;
   const double half_up_m = half_extent_m(&Axis::up);
   const double level_m = line_.place_m(1.0, almost_all),
                up_m = std::clamp(-away_.dot(up_), -half_up_m, half_up_m);
-  const double finest_m = 0.5 * std::sqrt(wavelength_m_ * (away_ + level_m * level_).norm());
+  const double finest_m = finest_cell_m(wavelength_m_, (away_ + level_m * level_).norm());
   const LineStretch across{-half_up_m, half_up_m};
-  return SeenCells{.count = count,
-                   .level = cut(line_.in_beam(), shown, level_m, finest_m, count),
-                   .up = cut(across, across, up_m, finest_m, count)};
+  return SeenCells{.level = *level, .up = cut(across, across, up_m, finest_m, count)};
 }
 
 std::optional<Mirror> FlatPartInBeam::mirror(const SeenCells* cells) const {
@@ -189,11 +190,11 @@ std::optional<Mirror> FlatPartInBeam::mirror(const SeenCells* cells) const {
       const Chord chord = chord_at(level_m);
       return field_m(chord.middle_m, chord.length_m, r_m);
     });
-  for (std::size_t column = 0; cells && column < cells->count; ++column) {
+  for (std::size_t column = 0; cells && column < cells->level.count; ++column) {
     const auto of_rows = [&](double level_m, double r_m) {
       const Chord chord = chord_at(level_m);
       std::complex<double> sum = 0.0;
-      for (std::size_t row = 0; row < cells->count; ++row) {
+      for (std::size_t row = 0; row < cells->up.count; ++row) {
         const double from_m =
             std::max(chord.middle_m - 0.5 * chord.length_m, cells->up.edge_m[row]);
         const double until_m =
@@ -216,15 +217,20 @@ std::optional<Mirror> FlatPartInBeam::mirror(const SeenCells* cells) const {
 
 std::optional<LineGlint> line_glint_in_beam(const BeamOnLine& line, const Eigen::Vector3d& middle,
                                             const Eigen::Vector3d& along, double width_m,
-                                            double other_width_m) {
+                                            double other_width_m, const SeenLine* seen) {
   if (!line.reaches()) return std::nullopt;
   const double place_m = line.place_m(1.0, almost_all);
   const double range_m = (middle + place_m * along).norm();
-  const std::complex<double> field =
-      line.integral(line.in_beam(), range_m, 0.0, [&](double z_m, double) {
-        const double share = 0.5 * (z_m / line.half_m() + 1.0);
-        return std::sqrt(width_m + share * (other_width_m - width_m));
-      });
+  const auto width_at = [&](double z_m, double) {
+    const double share = 0.5 * (z_m / line.half_m() + 1.0);
+    return std::sqrt(width_m + share * (other_width_m - width_m));
+  };
+  std::complex<double> field = 0.0;
+  if (!seen) field = line.integral(line.in_beam(), range_m, 0.0, width_at);
+  for (std::size_t i = 0; seen && i < seen->cells.count; ++i)
+    if (seen->share[i] > 0.0)
+      field += seen->share[i] * line.integral({seen->cells.edge_m[i], seen->cells.edge_m[i + 1]},
+                                              range_m, 0.0, width_at);
   return LineGlint{place_m, range_m, std::norm(field), true};
 }
 

@@ -5,7 +5,6 @@
 #include <complex>
 #include <cstddef>
 #include <optional>
-#include <utility>
 
 #include <Eigen/Core>
 
@@ -18,6 +17,21 @@ namespace ensonify::engine {
 /// A stretch of a line, in metres from the line's middle.
 struct LineStretch {
   double from_m, until_m;
+};
+
+/// Cells of a line, and what of them rays may show.
+struct LineCells {
+  static constexpr std::size_t most = 12;
+  std::size_t count;
+  std::array<double, most + 1> edge_m;  ///< where the cells begin, and the end
+  std::array<double, most> middle_m;    ///< of what rays may show of them
+};
+
+/// How much is seen of a line's cells.
+struct SeenLine {
+  LineCells cells;
+  std::array<double, LineCells::most> share{};  ///< of the sound
+  double least = 0.0, most = 0.0;
 };
 
 /// A straight line of a surface that passes a sonar, and the integral over what lies of it in the
@@ -39,6 +53,10 @@ class BeamOnLine {
   double place_m(double share_of_line, double share_of_fan) const;
   double half_m() const { return half_m_; }
   LineStretch in_beam() const { return in_beam_; }  ///< empty if it ends before it begins
+  /// What lies of it in the beam, cut into cells that are finest where the glint is; none if it is
+  /// not in the fan. An edge of a shadow changes a glint the more, the nearer it is to the line of
+  /// sight's foot.
+  std::optional<LineCells> cells(std::size_t count) const;
   /// What of the line, as if it were longer, is within a share of the fan's truncation.
   LineStretch in_fan(double share_of_fan) const;
   /// The beam's two-way field at a distance from the middle, where the range is r_m.
@@ -76,18 +94,12 @@ class BeamOnLine {
 };
 
 /// What lies of a flat part in a beam, cut into cells along the array (columns) and across it
-/// (rows), and how much of each is seen. Cells are finest where the glint is, because an edge of a
-/// shadow changes a glint the more, the nearer it is to the line of sight's foot.
+/// (rows), and how much of each is seen.
 struct SeenCells {
-  static constexpr std::size_t most = 12;  // columns, and rows
-  struct Cuts {
-    std::array<double, most + 1> edge_m;  ///< where the cells begin, and the end
-    std::array<double, most> middle_m;    ///< of what rays may show of them
-  };
-  std::size_t count;                                  ///< of columns, and of rows
-  Cuts level, up;                                     ///< of the columns, and of the rows
-  std::array<std::array<double, most>, most> seen{};  ///< share of the sound, by column and row
-  std::pair<double, double> least_and_most() const;
+  LineCells level, up;  ///< the columns, and as many rows
+  /// Share of the sound, by column and row.
+  std::array<std::array<double, LineCells::most>, LineCells::most> seen{};
+  double least = 0.0, most = 0.0;
 };
 
 /// A flat part in a sonar's beam, in axes along the array and across it.
@@ -128,9 +140,9 @@ class FlatPartInBeam {
   double wavelength_m_;
 };
 
-/// The glint of a straight line in a beam, as that of glint_of_line().
+/// The glint of a straight line in a beam, as that of glint_of_line(). seen: none, if all of it is.
 std::optional<LineGlint> line_glint_in_beam(const BeamOnLine& line, const Eigen::Vector3d& middle,
                                             const Eigen::Vector3d& along, double width_m,
-                                            double other_width_m);
+                                            double other_width_m, const SeenLine* seen = nullptr);
 
 }  // namespace ensonify::engine

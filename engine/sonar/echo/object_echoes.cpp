@@ -19,6 +19,16 @@ constexpr double few_planes = 6.0;     // longest small object, in spacings of p
 constexpr std::size_t few_cells = 3;   // columns and rows that show whether a flat part is hidden
 constexpr double steepest_wall = 0.5;  // sine of a wall's inclination to the vertical, at most
 
+/// What look(count) sees of a thing: by few cells, which show whether it is partly hidden, and if
+/// so by more if any ray shows these.
+template <class Look>
+auto look_closer(const Look& look) {
+  auto seen = look(few_cells);
+  if (seen && seen->least < seen->most)
+    if (auto closer = look(LineCells::most)) seen = closer;
+  return seen;
+}
+
 }  // namespace
 
 ObjectEchoes::ObjectEchoes(const Sonar& sonar, const Medium& medium,
@@ -209,27 +219,35 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
   Vector3d place = away + mirror->offset;
   std::optional<Sight> sight = sight_of(place, away + mirror->inside, 0.0, !mirror->in_beam);
   if (!sight) return;
+  bool partly_hidden = false;
   if (flat_part.facets == 0) {
     const FlatPartInBeam in_beam(flat_part, apparent, (apparent + mirror->offset).norm(),
                                  wavelength_m_, beam);
-    const auto look = [&](std::size_t count) {
-      std::optional<SeenCells> cells = in_beam.cells(count);
-      if (cells && !look_at_cells(flat_part, away, in_beam, *cells)) cells.reset();
-      return cells;
-    };
-    if (std::optional<SeenCells> cells = look(few_cells)) {
-      const auto [least, most] = cells->least_and_most();
-      sight->seen = least;
-      if (least < most) {  // partly hidden
-        if (std::optional<SeenCells> finer = look(SeenCells::most)) cells = finer;
-        mirror = in_beam.mirror(&*cells);
-        if (!mirror) return;
-        place = away + mirror->offset;
-        sight = sight_of(place, place, 0.0, false);
-        if (!sight) return;
-        sight->seen = 1.0;
-      }
+    const std::optional<SeenCells> cells = look_closer(
+        [&](std::size_t count) { return look_at_cells(flat_part, away, in_beam, count); });
+    if (cells) sight->seen = cells->least;
+    partly_hidden = cells && cells->least < cells->most;
+    if (partly_hidden) mirror = in_beam.mirror(&*cells);
+  } else if (mirror->line) {
+    const MirrorLine line = *mirror->line;
+    const BeamOnLine in_beam(line.away, line.along, 0.5 * line.length_m,
+                             (apparent + mirror->offset).norm(), wavelength_m_, beam);
+    const std::optional<SeenLine> seen = look_closer(
+        [&](std::size_t count) { return look_at_line(line, away + line.middle, in_beam, count); });
+    if (seen) sight->seen = seen->least;
+    partly_hidden = seen && seen->least < seen->most;
+    if (partly_hidden) {
+      const std::optional<LineGlint> glint =
+          line_glint_in_beam(in_beam, line.away, line.along, line.width, line.other_width, &*seen);
+      mirror->cross_section_m2 = glint ? glint->power_m3 : 0.0;
     }
+  }
+  if (!mirror) return;
+  if (partly_hidden) {
+    place = away + mirror->offset;
+    sight = sight_of(place, place, 0.0, false);
+    if (!sight) return;
+    sight->seen = 1.0;
   }
   if (!(sight->seen > 0.0)) return;
   add_mirror_at(place, sight->range_m, sight->seen * sight->energy * specular, object.label,

@@ -136,8 +136,10 @@ class ObjectEchoes {
                                 double nearer_m = 0.0, bool with_arrays = true) const;
   std::optional<double> seen_through(const FlatPart& flat_part, const Eigen::Vector3d& away,
                                      const Eigen::Vector3d& off) const;
-  bool look_at_cells(const FlatPart& flat_part, const Eigen::Vector3d& away,
-                     const FlatPartInBeam& in_beam, SeenCells& cells) const;
+  std::optional<SeenCells> look_at_cells(const FlatPart& flat_part, const Eigen::Vector3d& away,
+                                         const FlatPartInBeam& in_beam, std::size_t count) const;
+  std::optional<SeenLine> look_at_line(const MirrorLine& line, const Eigen::Vector3d& middle,
+                                       const BeamOnLine& in_beam, std::size_t count) const;
   GlintBeam glint_beam() const;
   struct FirstHit {  // of a ray
     double range_m = std::numeric_limits<double>::infinity();

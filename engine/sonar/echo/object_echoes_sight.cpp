@@ -12,6 +12,37 @@
 // What the sonar sees of a place.
 
 namespace ensonify::engine {
+namespace {
+
+struct ShownCells {
+  std::array<std::array<double, LineCells::most>, LineCells::most> seen{};  // by column and row
+  double least = 1.0, most = 0.0;
+};
+
+/// What rays show of cells, by seen_of(column, row). Those that no ray shows are seen as much as
+/// the others on average; none if no ray shows any.
+template <class SeenOf>
+std::optional<ShownCells> show(std::size_t columns, std::size_t rows, const SeenOf& seen_of) {
+  constexpr double not_shown = -1.0;
+  ShownCells shown;
+  double count = 0.0, sum = 0.0;
+  for (std::size_t column = 0; column < columns; ++column)
+    for (std::size_t row = 0; row < rows; ++row) {
+      const std::optional<double> seen = seen_of(column, row);
+      shown.seen[column][row] = seen.value_or(not_shown);
+      if (!seen) continue;
+      count += 1.0, sum += *seen;
+      shown.least = std::min(shown.least, *seen);
+      shown.most = std::max(shown.most, *seen);
+    }
+  if (!(count > 0.0)) return std::nullopt;
+  for (std::size_t column = 0; column < columns; ++column)
+    for (std::size_t row = 0; row < rows; ++row)
+      if (shown.seen[column][row] == not_shown) shown.seen[column][row] = sum / count;
+  return shown;
+}
+
+}  // namespace
 
 /// The ray to a place; none in a shadow zone of bent rays.
 std::optional<RayToPlace> ObjectEchoes::ray_to(const Eigen::Vector3d& away) const {
@@ -201,22 +232,46 @@ std::optional<double> ObjectEchoes::seen_through(const FlatPart& flat_part,
   return seen / passing;
 }
 
-/// Looks at the cells of a flat part; false if no ray shows any. Those that no ray shows are seen
-/// as much as the others on average.
-bool ObjectEchoes::look_at_cells(const FlatPart& flat_part, const Eigen::Vector3d& away,
-                                 const FlatPartInBeam& in_beam, SeenCells& cells) const {
-  double shown = 0.0, sum = 0.0;
-  for (std::size_t column = 0; column < cells.count; ++column)
-    for (std::size_t row = 0; row < cells.count; ++row) {
-      const std::optional<double> seen =
-          seen_through(flat_part, away, in_beam.middle_of(cells, column, row));
-      cells.seen[column][row] = seen.value_or(-1.0);
-      if (seen) shown += 1.0, sum += *seen;
-    }
-  for (std::size_t column = 0; column < cells.count; ++column)
-    for (std::size_t row = 0; row < cells.count; ++row)
-      if (cells.seen[column][row] < 0.0) cells.seen[column][row] = sum / shown;
-  return shown > 0.0;
+/// Looks at the cells of a flat part; none if no ray shows any.
+std::optional<SeenCells> ObjectEchoes::look_at_cells(const FlatPart& flat_part,
+                                                     const Eigen::Vector3d& away,
+                                                     const FlatPartInBeam& in_beam,
+                                                     std::size_t count) const {
+  std::optional<SeenCells> cells = in_beam.cells(count);
+  if (!cells) return std::nullopt;
+  const std::optional<ShownCells> shown =
+      show(count, count, [&](std::size_t column, std::size_t row) {
+        return seen_through(flat_part, away, in_beam.middle_of(*cells, column, row));
+      });
+  if (!shown) return std::nullopt;
+  cells->seen = shown->seen;
+  cells->least = shown->least;
+  cells->most = shown->most;
+  return cells;
+}
+
+/// Looks at the cells of a line whose middle is `middle` from the sonar, by rays that pass through
+/// the plane that touches the surface there; none if none shows any.
+std::optional<SeenLine> ObjectEchoes::look_at_line(const MirrorLine& line,
+                                                   const Eigen::Vector3d& middle,
+                                                   const BeamOnLine& in_beam,
+                                                   std::size_t count) const {
+  const std::optional<LineCells> cells = in_beam.cells(count);
+  if (!cells) return std::nullopt;
+  const Eigen::Vector3d across = line.away.cross(line.along).normalized();
+  FlatPart touching{};
+  touching.normal = line.along.cross(across).cast<float>();
+  touching.along = line.along.cast<float>();
+  touching.across = across.cast<float>();
+  touching.length_m = static_cast<float>(line.length_m);
+  touching.width_m = static_cast<float>(std::numbers::sqrt2 * line.radius_m);
+  const std::optional<ShownCells> shown = show(count, 1, [&](std::size_t column, std::size_t) {
+    return seen_through(touching, middle, cells->middle_m[column] * line.along);
+  });
+  if (!shown) return std::nullopt;
+  SeenLine seen{.cells = *cells, .least = shown->least, .most = shown->most};
+  for (std::size_t i = 0; i < count; ++i) seen.share[i] = shown->seen[i][0];
+  return seen;
 }
 
 GlintBeam ObjectEchoes::glint_beam() const {
