@@ -7,9 +7,10 @@
 namespace ensonify::engine {
 namespace {
 
-// A towed or a small autonomous vehicle, as the headings, attitudes and depths of two recordings
-// show: they turn by 1.0 and 1.1 degrees per second (rms), most of it with periods of 7 to 40 s
-// (bench/realism). Movements with the period of waves are typical values of a slight sea.
+// A towed or a small autonomous vehicle: rms movements with the period of waves (typical values of
+// a slight sea), and slow ones by steering and depth keeping as two recordings show
+// (bench/realism). The vehicles of those turn by 1.0 and 1.1 degrees per second (rms), this one by
+// 0.4: a towfish for long ranges turns less, for its beam must not leave an echo that is 0.2 s old.
 MotionOptions survey_motion() {
   MotionOptions motion;
   motion.crab_rad = 5.0 * degree;  // a current of 0.15 m/s from the side
@@ -17,7 +18,7 @@ MotionOptions survey_motion() {
   motion.pitch = {
       .rms = 0.4 * degree, .period_s = 5.0, .wander_rms = 1.0 * degree, .wander_s = 6.0};
   motion.heading = {
-      .rms = 1.2 * degree, .period_s = 9.0, .wander_rms = 2.0 * degree, .wander_s = 6.0};
+      .rms = 0.5 * degree, .period_s = 9.0, .wander_rms = 2.0 * degree, .wander_s = 8.0};
   motion.heave = {.rms = 0.05, .period_s = 5.0, .wander_rms = 0.5, .wander_s = 10.0};
   return motion;
 }
