@@ -33,14 +33,14 @@ std::uint32_t beginning_of(float row) {
   return static_cast<std::uint32_t>(std::max(row + 0.5f, 0.0f)) * GammaTable::columns;
 }
 
-/// Amplitudes of ln intensity by octave: the variance of a scale goes with the root of the scale,
-/// so that the spectrum along a line falls with the wavenumber to the power 1.5.
+/// Amplitudes of ln intensity by octave: the variance of a scale goes with the scale, so that the
+/// spectrum along a line falls with the squared wavenumber.
 std::vector<float> octaves_of(const GroundTexture& texture) {
   std::vector<float> amplitudes;
   double variance = 0.0;
   for (double scale_m = texture.variation_m; scale_m > shortest_m; scale_m *= 0.5) {
-    variance += std::sqrt(scale_m);
-    amplitudes.push_back(static_cast<float>(std::sqrt(std::sqrt(scale_m))));
+    variance += scale_m;
+    amplitudes.push_back(static_cast<float>(std::sqrt(scale_m)));
   }
   // Interpolation leaves the share (61 / 70)^2 of the corners' variance: the mean over both axes of
   // u^2 + (1 - u)^2, which is 1 in half of a cell and 26 / 35 in the other (step_between()).
