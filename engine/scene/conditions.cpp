@@ -62,7 +62,7 @@ void use_conditions(Scene& scene) {
     if (scene.track.kind != TrackKind::file) scene.motion = survey_motion();  // else it has its own
     scene.arrivals.surface = true;
     use_survey_water(scene);
-    scene.arrivals.burst_m = 0.3;
+    scene.arrivals.burst_m = 0.12;  // two recordings are bright from the transmitter for 0.2 m
     for (Sonar& sonar : scene.sonars) {
       use_survey_recorder(sonar.receiver);
       use_survey_beam(sonar.vertical);
