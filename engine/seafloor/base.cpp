@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -10,6 +11,7 @@
 
 #include <ensonify/engine/seafloor/bed/detail_in_windows.h>
 #include <ensonify/engine/seafloor/bed/generated_tiles.h>
+#include <ensonify/engine/seafloor/bed/mean_plane.h>
 #include <ensonify/refine/height_grid.h>
 
 namespace ensonify::engine {
@@ -26,6 +28,11 @@ Heightfield fractal_grid(const SeafloorOptions& options) {
   positive(options.extent_north_m, "extent to the north");
   positive(options.cell_m, "cell");
   positive(options.depth_m, "depth");
+  constexpr double right_angle = 0.5 * std::numbers::pi;
+  if (!(std::abs(options.slope_rad) < right_angle && std::isfinite(options.downhill_rad)))
+    throw std::invalid_argument(fmt::format(
+        "seafloor: it slopes by {} rad towards {} rad; the slope must be less than a right angle",
+        options.slope_rad, options.downhill_rad));
   const double cells_east = std::round(options.extent_east_m / options.cell_m);
   const double cells_north = std::round(options.extent_north_m / options.cell_m);
   if (!(cells_east >= 1.0 && cells_north >= 1.0))
@@ -46,11 +53,15 @@ Heightfield fractal_grid(const SeafloorOptions& options) {
   return field;
 }
 
+MeanPlane plane_of(const SeafloorOptions& options) {
+  return {options.depth_m, options.slope_rad, options.downhill_rad};
+}
+
 Heightfield make_fractal(const SeafloorOptions& options, std::uint64_t seed,
                          const WorkControl& control) {
   Heightfield field = fractal_grid(options);
-  field.z_m.assign(static_cast<std::size_t>(field.columns) * static_cast<std::size_t>(field.rows),
-                   -options.depth_m);
+  field.z_m.resize(static_cast<std::size_t>(field.columns) * static_cast<std::size_t>(field.rows));
+  lay(plane_of(options), field, field.z_m);
   add_fractal(field, options.fractal, seed, control);
   add_ripples(field, options.ripples, seed, control);
   return field;
@@ -116,8 +127,8 @@ Heightfield make_base(const SeafloorOptions& options, std::uint64_t seed,
 
 refine::HeightTiles::Heights base_in_windows(const SeafloorOptions& options, std::uint64_t seed) {
   if (options.kind == SeafloorKind::fractal)
-    return generated_tiles(fractal_grid(options), options.depth_m, options.fractal, options.ripples,
-                           seed);
+    return generated_tiles(fractal_grid(options), plane_of(options), options.fractal,
+                           options.ripples, seed);
   const SurveyFile file = survey_of(options);
   refine::HeightTiles::Heights survey =
       survey_tiles(file, options.water_level_m, scatter_of(options, seed));
@@ -128,11 +139,15 @@ refine::HeightTiles::Heights base_in_windows(const SeafloorOptions& options, std
 }
 
 SurveySample sample_base(const SeafloorOptions& options) {
-  if (options.kind == SeafloorKind::fractal)
-    return {.mean_m = -options.depth_m,
-            .lowest_m = -options.depth_m,
-            .highest_m = -options.depth_m,
+  if (options.kind == SeafloorKind::fractal) {
+    const double mean_m = -options.depth_m;
+    const double to_corner_m = 0.5 * plane_of(options).rise().cwiseAbs().dot(Eigen::Vector2d(
+                                         options.extent_east_m, options.extent_north_m));
+    return {.mean_m = mean_m,
+            .lowest_m = mean_m - to_corner_m,
+            .highest_m = mean_m + to_corner_m,
             .parts = {}};
+  }
   SurveySample sample = sample_survey(survey_of(options), options.water_level_m);
   refuse_all_land(options, sample.lowest_m, sample.highest_m, 1.0);
   return sample;
@@ -154,7 +169,7 @@ void refuse_land(std::span<const double> z_m, double depth_m) {
   if (!(highest <= 0.0))
     throw std::invalid_argument(fmt::format(
         "seafloor: the bed rises {:.3g} m above the sea surface at a mean depth of {} m; make it "
-        "deeper, the relief lower, or the extent smaller",
+        "deeper, the relief or the slope lower, or the extent smaller",
         highest, depth_m));
 }
 

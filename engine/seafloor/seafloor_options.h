@@ -19,7 +19,9 @@ struct SeafloorOptions {
   double extent_east_m = 200.0;
   double extent_north_m = 140.0;
   double cell_m = 0.2;
-  double depth_m = 20.0;  ///< mean depth below the sea surface
+  double depth_m = 20.0;      ///< mean depth below the sea surface
+  double slope_rad = 0.0;     ///< of the plane without relief
+  double downhill_rad = 0.0;  ///< heading down this slope, clockwise from north
   FractalRelief fractal;
   RippleRelief ripples;
   // survey

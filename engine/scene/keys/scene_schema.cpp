@@ -183,6 +183,11 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::seafloor, &SeafloorOptions::cell_m)},
            {"depth_m", "m", {0.1, 11000}, "Mean depth of a generated seabed.",
             at(&Scene::seafloor, &SeafloorOptions::depth_m)},
+           {"slope_deg", "degrees", {0, 45}, "Slope of a generated seabed without its relief.",
+            at(&Scene::seafloor, &SeafloorOptions::slope_rad)},
+           {"downhill_deg", "degrees", {-360, 360},
+            "Heading down this slope, clockwise from north.",
+            at(&Scene::seafloor, &SeafloorOptions::downhill_rad)},
            {"survey", "", {},
             "A survey's grid (GeoTIFF, BAG, ESRI ASCII, netCDF), an array of heights (.npy, rows "
             "from the south) or soundings (lines of x y z): a path under the scene's folder, or "

@@ -17,10 +17,10 @@ namespace {
 
 class GeneratedTiles {
  public:
-  GeneratedTiles(const Heightfield& grid, double depth_m, const FractalRelief& fractal,
+  GeneratedTiles(const Heightfield& grid, const MeanPlane& plane, const FractalRelief& fractal,
                  const RippleRelief& ripples, std::uint64_t seed)
       : grid_(grid),
-        depth_m_(depth_m),
+        plane_(plane),
         fractal_(fractal),
         ripples_(ripples),
         fractal_field_(fractal_field(grid, fractal)),
@@ -44,13 +44,14 @@ class GeneratedTiles {
   }
 
   void make(int column, int row, std::vector<double>& z_m) const {
-    std::ranges::fill(z_m, -depth_m_);
+    constexpr int block = HeightBlocks::block;
+    lay(plane_, grid_.window(column * block, row * block, block, block), z_m);
     if (relief_) relief_->add_block(column, row, z_m);
     if (its_ripples_) its_ripples_->add_block(column, row, z_m);
   }
 
   const Heightfield grid_;
-  const double depth_m_;
+  const MeanPlane plane_;
   const FractalRelief fractal_;
   const RippleRelief ripples_;
   const SpectralField fractal_field_, ripple_field_;
@@ -64,10 +65,10 @@ class GeneratedTiles {
 
 }  // namespace
 
-refine::HeightTiles::Heights generated_tiles(const Heightfield& grid, double depth_m,
+refine::HeightTiles::Heights generated_tiles(const Heightfield& grid, const MeanPlane& plane,
                                              const FractalRelief& fractal,
                                              const RippleRelief& ripples, std::uint64_t seed) {
-  const auto tiles = std::make_shared<GeneratedTiles>(grid, depth_m, fractal, ripples, seed);
+  const auto tiles = std::make_shared<GeneratedTiles>(grid, plane, fractal, ripples, seed);
   return [tiles](int first_column, int first_row, int columns, int rows, std::span<double> z_m,
                  std::span<std::uint8_t>) {
     tiles->heights(first_column, first_row, columns, rows, z_m);

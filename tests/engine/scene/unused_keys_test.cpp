@@ -37,7 +37,7 @@ TEST_CASE("A key that another key makes useless is warned of, with its place") {
             {"sea.volume_scattering_db=-60", "seafloor.survey_cell_m=2",
              "seafloor.uncertainty_scatter=1", "seafloor.detail.hurst=0.4",
              "seafloor.water_level_m=1", "seafloor.weld_m=0.1", "seafloor.ripples.wavelength_m=2",
-             "seafloor.ripples.hurst=1.5"}},
+             "seafloor.ripples.hurst=1.5", "seafloor.downhill_deg=30"}},
            {{},
             {"track.legs=3", "track.leg_length_m=10", "track.ping_in_turns=false",
              "track.smooth_s=2", "track.climb_mps=2"}},

@@ -1,11 +1,15 @@
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
+
+#include <ensonify/refine/height_grid.h>
 
 #include "support/catch.h"
 #include "support/files.h"
@@ -73,6 +77,26 @@ TEST_CASE("Relief and ripples are added, and neither changes the other") {
     REQUIRE(a.z_m[i] + 15.0 == Approx(b.z_m[i] + 15.0 + c.z_m[i] + 15.0).margin(1e-12));
 }
 
+TEST_CASE("A generated bed slopes down in its direction, at once and in tiles") {
+  SeafloorOptions level = small(), sloping = small();
+  sloping.slope_rad = 0.1;
+  sloping.downhill_rad = 2.0;  // to the south-east
+  const Heightfield a = make_heightfield(level, 9), b = make_heightfield(sloping, 9);
+  for (const int column : {0, 40, 80})
+    for (const int row : {0, 24, 48}) {
+      const double downhill_m = a.x_m(column) * std::sin(2.0) + a.y_m(row) * std::cos(2.0);
+      CHECK(b.at(column, row) - a.at(column, row) ==
+            Approx(-std::tan(0.1) * downhill_m).margin(1e-12));
+    }
+  // Tiles have other relief: without it they have the same heights.
+  sloping.fractal.height_at_1m_m = 0.0;
+  const Seafloor at_once = make_seafloor(sloping, 9, {}, {}, {}, BedForm::grid);
+  const Seafloor in_tiles = make_seafloor_in_tiles(sloping, 9, {}, {}, {});
+  CHECK(at_once.grid->mesh().positions == in_tiles.grid->mesh().positions);
+  CHECK(at_once.mean_bed_m == Approx(-15.0).epsilon(1e-6));
+  CHECK(in_tiles.mean_bed_m == -15.0);
+}
+
 TEST_CASE("Impossible seafloor options are refused by name") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double wrong : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
@@ -90,6 +114,11 @@ TEST_CASE("Impossible seafloor options are refused by name") {
     CHECK(message_of(options).find("depth") != std::string::npos);
   }
   SeafloorOptions options = small();
+  for (const double wrong : {1.6, -1.6, nan}) {
+    options.slope_rad = wrong;
+    CHECK(message_of(options).find("less than a right angle") != std::string::npos);
+  }
+  options = small();
   options.cell_m = 30.0;
   CHECK(message_of(options).find("no cell") != std::string::npos);
   options = small();
@@ -105,6 +134,11 @@ TEST_CASE("A bed that would rise above the sea is refused, with the height to wh
   options.depth_m = 2.0;
   CHECK_THROWS_AS(make_seafloor(options, 1), std::invalid_argument);
   CHECK(message_of(options).find(" m above the sea surface") != std::string::npos);
+  options = small();
+  options.slope_rad = 1.0;  // a rise of 1.56 m per metre, and 6 m to the southern border
+  CHECK_NOTHROW(make_seafloor(options, 1));
+  options.downhill_rad = 1.5708;  // and 10 m to the western one
+  CHECK(message_of(options).find("the slope lower") != std::string::npos);
 }
 
 TEST_CASE(

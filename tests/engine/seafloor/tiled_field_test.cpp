@@ -295,10 +295,11 @@ TEST_CASE("A bed of 10 km x 200 m has the spectrum and the variogram of one tran
 TEST_CASE("Generated tiles are the same in every window and order, and round to floats") {
   const Heightfield grid = flat(2 * block + 1, block + 300, 0.2, 0.2);
   const FractalRelief relief{.height_at_1m_m = 0.05, .hurst = 0.6};
-  const auto whole = generated_tiles(grid, 20.0, relief, {}, 5);
+  const MeanPlane plane{20.0, 0.05, 1.0};
+  const auto whole = generated_tiles(grid, plane, relief, {}, 5);
   std::vector<double> all(grid.z_m.size());
   whole(0, 0, grid.columns, grid.rows, all, {});
-  const auto parts = generated_tiles(grid, 20.0, relief, {}, 5);
+  const auto parts = generated_tiles(grid, plane, relief, {}, 5);
   struct Part {
     int column, row, columns, rows;
   };

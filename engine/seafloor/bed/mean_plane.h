@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/seafloor/bed/heightfield.h>
+
+namespace ensonify::engine {
+
+/// The plane to which a generated bed adds its relief.
+struct MeanPlane {
+  double depth_m = 20.0;  ///< of its middle
+  double slope_rad = 0.0;
+  double downhill_rad = 0.0;  ///< heading down the slope, clockwise from north
+
+  /// How much it rises per metre to the east and to the north.
+  Eigen::Vector2d rise() const;
+};
+
+/// Sets the heights of a grid's points, row by row, to those of the plane.
+void lay(const MeanPlane& plane, const Heightfield& grid, std::span<double> z_m);
+
+}  // namespace ensonify::engine
