@@ -13,7 +13,7 @@ namespace {
 // 0.4: a towfish for long ranges turns less, for its beam must not leave an echo that is 0.2 s old.
 MotionOptions survey_motion() {
   MotionOptions motion;
-  motion.crab_rad = 5.0 * degree;  // a current of 0.15 m/s from the side
+  motion.crab_rad = 10.0 * degree;  // medians of the recordings: 7 and 15
   motion.roll = {.rms = 0.8 * degree, .period_s = 5.0, .wander_rms = 0.7 * degree, .wander_s = 6.0};
   motion.pitch = {
       .rms = 0.4 * degree, .period_s = 5.0, .wander_rms = 1.0 * degree, .wander_s = 6.0};
