@@ -21,7 +21,7 @@ struct GroundTexture {
   /// Shape of a patch's cross-section at 10 degrees grazing; it grows with the sine of the grazing
   /// angle to the power `exponent`. 0: all patches are alike.
   double shape = 0.0;
-  double exponent = 3.0;
+  double exponent = 2.4;
   /// Share of the mean cross-section at 10 degrees that comes from single points (stones, shells),
   /// and the number of points per m^2. The strength of the points is the same at all angles; that
   /// of the bed grows with the squared sine.
