@@ -445,7 +445,7 @@ TEST_CASE("A run that is stopped removes its files and exits with 128 plus the s
                                        "-D",        "track.pings=10000",
                                        "-D",        "track.speed_mps=0",
                                        "-D",        "run.block_pings=2",
-                                       "-D",        "sonar.left-right.elevations=8192"};
+                                       "-D",        "sonar.left-right.elevations=65536"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_program(folder.path(), arguments, {}, [&](pid_t process) {
       const fs::path picture = folder / "new/folders/out/left-right.png";
@@ -486,7 +486,7 @@ TEST_CASE("The exact reference's tree, which takes long to make, is stopped by S
       "run", "tiny.toml", "-o", "out", "--quiet", "--surface=static", "--intersector=pluecker"};
   for (const char* key : {"extent_east_m=100", "extent_north_m=100", "cell_m=0.05"})
     words.insert(words.end(), {"-D", std::string("seafloor.") + key});
-  for (const int after_s : {3, 6}) check_stops(folder, words, std::chrono::seconds(after_s));
+  for (const int after_s : {2, 4}) check_stops(folder, words, std::chrono::seconds(after_s));
 }
 
 TEST_CASE("A ping that takes minutes, and many objects, are stopped by SIGTERM at once") {
