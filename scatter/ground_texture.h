@@ -46,11 +46,12 @@ struct GroundTexture {
 
 /// Typical of a sediment. Patches, shape and exponent of sand were chosen so that simulated samples
 /// have the shapes of a recording at 600 kHz over a mixed bed: 0.8 to 1.6 at 8 to 14 degrees
-/// grazing, 3 at 14 to 20 and high ones above (tests/physics/texture_test.cpp). Its share of points
-/// was chosen so that skew and kurtosis at 8 to 20 degrees are those of two recordings, and its
-/// slow change so that levels change as in these recordings over 1 to 16 m of the track at each
-/// grazing angle, and forms of 0.3 to 2.4 m have a similar contrast and skew (bench/realism has the
-/// differences). The textures of other beds are scaled by the kind of bed, and are not measured.
+/// grazing, 3 at 14 to 20 and high ones above (tests/physics/texture_test.cpp), and the contrast of
+/// two recordings at 20 to 40 degrees. Its share of points was chosen so that skew and kurtosis at
+/// 8 to 20 degrees are those of two recordings, and its slow change so that levels change as in
+/// these recordings over 1 to 16 m of the track at each grazing angle, and forms of 0.3 to 2.4 m
+/// have a similar contrast and skew (bench/realism has the differences). The textures of other beds
+/// are scaled by the kind of bed, and are not measured.
 GroundTexture ground_texture_of(const Sediment& sediment);
 
 /// Quantiles of gamma distributions of mean 1, for random numbers: rows by shape, columns by the
