@@ -22,8 +22,9 @@ const Pose above_bed{.position = {0.0, 0.0, -10.0}};
 // The sonar equation for a flat bed under a line array, dB; the beam is 2/3 lambda/L wide along the
 // track.
 double closed_form_db(const Sonar& sonar, const Medium& medium, double r,
-                      const scatter::Backscatter& bed = scatter::Lambert(-27.0)) {
-  const double grazing = std::asin(altitude_m / r);
+                      const scatter::Backscatter& bed = scatter::Lambert(-27.0),
+                      double to_bed_m = altitude_m) {
+  const double grazing = std::asin(to_bed_m / r);
   const double wavelength_m = medium.sound_speed_mps / sonar.frequency_hz;
   const double width_rad = 2.0 / 3.0 * wavelength_m / sonar.array_length_m;
   const double cell_m = sonar.pulse.cell_m(medium.sound_speed_mps);
@@ -240,6 +241,36 @@ TEST_CASE(
       REQUIRE(scatter::to_db(line.bins.intensity_mean[i]) ==
               Approx(closed_form_db(sonar, medium, r, sand)).epsilon(0).margin(0.05));
     }
+}
+
+TEST_CASE("a bed that slopes across the track has levels and angles of a level one as far away") {
+  Scene scene;
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  scene.seafloor.depth_m = 20.0;
+  scene.seafloor.slope_rad = 0.15;
+  scene.seafloor.downhill_rad = 0.5 * std::numbers::pi;  // to starboard
+  scene.seafloor.material = "medium sand";
+  scene.sea.sound_speed_mps = 1528.0;
+  scene.sea.absorption_db_per_km = 30.0;
+  Sonar& sonar = scene.sonars.front() = plain_sonar();
+  sonar.frequency_hz = 100e3;
+  Simulator simulator(scene);
+  const double to_bed_m = altitude_m * std::cos(0.15);  // to the nearest point, which is to port
+  const Medium medium{1528.0, 0.03};
+  const scatter::Bottom sand(scatter::sediment_named("medium sand"), 100e3, 1528.0);
+  for (const EchoLine& line : simulator.ping_numbered(above_bed, 0)) {
+    const double first_m = line.side == Side::port ? to_bed_m : altitude_m;
+    CAPTURE(static_cast<int>(line.side));
+    CHECK(std::abs(line.first_return * sonar.bin_m() - first_m) < 2.0 * sonar.bin_m());
+    for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
+      const double r = line.bins.range_m[i];
+      if (r < 1.2 * altitude_m) continue;
+      CAPTURE(r);
+      REQUIRE(scatter::to_db(line.bins.intensity_mean[i]) ==
+              Approx(closed_form_db(sonar, medium, r, sand, to_bed_m)).epsilon(0).margin(0.05));
+      REQUIRE(line.bins.grazing_rad[i] == Approx(std::asin(to_bed_m / r)).margin(0.002));
+    }
+  }
 }
 
 TEST_CASE(
