@@ -416,8 +416,8 @@ TEST_CASE("no exponent and no strength gives an infinite strength, or none that 
           const double sigma = bed.cross_section(degrees * degree);
           CHECK((std::isfinite(sigma) && sigma >= 0.0));
         }
-        for (const float value : BackscatterTable(bed, 0.5 * degree).values())
-          REQUIRE((std::isfinite(value) && value >= 0.0f));
+        const BackscatterTable table(bed, 0.5 * degree);
+        for (const float value : table.values()) REQUIRE((std::isfinite(value) && value >= 0.0f));
       }
 }
 

@@ -122,7 +122,8 @@ def repair(scene, message):
         return strip(scene["track"], ("pings", "altitude_m")) or scene.pop("motion", None) is not None or \
             bed.pop("water_level_m", None) is not None
     if "the bed rises" in message:
-        return any(bed.pop(name, None) for name in ("fractal", "ripples", *LAYERS, "water_level_m"))
+        return any(bed.pop(name, None) for name in ("slope_deg", "fractal", "ripples", *LAYERS,
+                                                      "water_level_m"))
     words = set(re.findall(r"[a-z_]+", message))
     if any(layer in words and bed.pop(layer, None) for layer in LAYERS) or remove_named(scene, words):
         return True
