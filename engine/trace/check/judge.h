@@ -41,11 +41,11 @@ inline constexpr std::array verdict_names{"same", "tie",      "end",        "edg
 /// within reach of the face if it is within reach of the line of every edge that it is beyond; so
 /// it may be within reach of a needle whose tip is farther away.
 ///
-/// In double the same holds with e = 2^-53, coordinates relative to the mesh's own origin, distances
-/// in place of the face's coordinates, and a reach of 1e-13 r + 4 e M. The tolerance is 24 times the
-/// rounding, because fans turn faces into their own frame: a corner gets 3 roundings there, the
-/// normal 12 by its edges, and the range 9 by products and quotients. An exact back-end's answer equals the reference's to the bit, or is
-/// unexplained.
+/// In double the same holds with e = 2^-53, coordinates relative to the mesh's own origin,
+/// distances in place of the face's coordinates, and a reach of 1e-13 r + 4 e M. The tolerance is
+/// 24 times the rounding, because fans turn faces into their own frame: a corner gets 3 roundings
+/// there, the normal 12 by its edges, and the range 9 by products and quotients. An exact
+/// back-end's answer equals the reference's to the bit, or is unexplained.
 class Judge {
  public:
   /// The triangles' numbers, if they have any, must ascend. `reference` must be exact and must
