@@ -217,7 +217,10 @@ void take_as_metres(RecordedLine& line, std::string_view name) {
                     "as metres east and north",
                     name));
   else
-    for (RecordedPing& ping : line.pings) ping.place_m.reset();
+    for (RecordedPing& ping : line.pings) {
+      ping.place_m.reset();
+      if (!ping.place) ping.layback_m.reset();  // nothing to be moved back
+    }
 }
 
 class XtfReader {
