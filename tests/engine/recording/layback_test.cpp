@@ -112,3 +112,13 @@ TEST_CASE("a ship that does not move has no track to tow along") {
   REQUIRE(line.warnings.size() == 1);
   CHECK_THAT(line.warnings[0], Catch::Contains("the ship does not move; its place is used"));
 }
+
+TEST_CASE("a ping whose place is neither degrees nor metres has no place and no layback") {
+  AlteredXtf file = towed(100.0f, 0, false);
+  AlteredXtf::put(file.packets[60], 128, 500.0);
+  const RecordedLine line = file.line();
+  CHECK_FALSE(line.pings[60].place);
+  CHECK_FALSE(line.pings[60].place_m);
+  CHECK_FALSE(line.pings[60].layback_m);
+  CHECK(line.pings[61].layback_m == 100.0);
+}
