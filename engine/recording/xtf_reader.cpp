@@ -139,13 +139,16 @@ std::optional<double> layback_m(const RecordingBytes& header) {
                           header.known<float>(192).value_or(0.0));
 }
 
+constexpr double farthest_m = 1e8;  // from the origin of a map; degrees are fewer
+
 RecordedPing ping_of(const RecordingBytes& header, bool geographic) {
   RecordedPing ping{.number = header.at<std::uint32_t>(28),
                     .beam = header.at<std::uint8_t>(3),  // SubChannelNumber
                     .t_s = time_s(header)};
   for (const std::size_t y_offset : {sensor_place, ship_place}) {
     const double y = header.at<double>(y_offset), x = header.at<double>(y_offset + 8);
-    if ((x == 0.0 && y == 0.0) || !std::isfinite(x) || !std::isfinite(y)) continue;
+    if ((x == 0.0 && y == 0.0) || !(std::abs(x) <= farthest_m && std::abs(y) <= farthest_m))
+      continue;
     if (!geographic)
       ping.place_m = Eigen::Vector2d(x, y);
     else if (std::abs(y) <= 90.0 && std::abs(x) <= 360.0)
@@ -204,12 +207,12 @@ void take_as_degrees(RecordedLine& line, std::string_view name) {
 /// Positions that cannot be degrees, of a file whose header says so, are metres if all are like
 /// that, and otherwise damaged.
 void take_as_metres(RecordedLine& line, std::string_view name) {
-  constexpr double nearest_m = 1000.0, farthest_m = 1e8;  // from the origin of a map
+  constexpr double nearest_m = 1000.0;  // from the origin of a map
   const auto has_metres = [](const RecordedPing& ping) { return ping.place_m.has_value(); };
   if (std::ranges::none_of(line.pings, has_metres)) return;
   const bool all = std::ranges::all_of(line.pings, [](const RecordedPing& ping) {
     const double largest_m = ping.place_m ? ping.place_m->cwiseAbs().maxCoeff() : nearest_m;
-    return !ping.place && largest_m >= nearest_m && largest_m <= farthest_m;
+    return !ping.place && largest_m >= nearest_m;
   });
   if (all)
     line.warnings.push_back(
