@@ -139,7 +139,7 @@ std::optional<double> layback_m(const RecordingBytes& header) {
                           header.known<float>(192).value_or(0.0));
 }
 
-constexpr double farthest_m = 1e8;  // from the origin of a map; degrees are fewer
+constexpr double farthest_m = 1e8;  // no map reaches farther from its origin
 
 RecordedPing ping_of(const RecordingBytes& header, bool geographic) {
   RecordedPing ping{.number = header.at<std::uint32_t>(28),

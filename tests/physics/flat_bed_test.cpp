@@ -52,6 +52,19 @@ double worst_error_db(const Sonar& sonar, const Medium& medium, const EchoLine& 
   return worst;
 }
 
+/// Medium sand without relief at 20 m, under a sonar of 100 kHz.
+Scene flat_sand() {
+  Scene scene;
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  scene.seafloor.depth_m = 20.0;
+  scene.seafloor.material = "medium sand";
+  scene.sea.sound_speed_mps = 1528.0;
+  scene.sea.absorption_db_per_km = 30.0;
+  scene.sonars.front() = plain_sonar();
+  scene.sonars.front().frequency_hz = 100e3;
+  return scene;
+}
+
 }  // namespace
 
 TEST_CASE("a flat bed's level follows the sonar equation within 0.05 dB from 1.05 heights on") {
@@ -221,14 +234,8 @@ TEST_CASE("a flat bed of many facets has uniform columns at every altitude") {
 
 TEST_CASE(
     "a flat bed of medium sand has the level of the sonar equation with the model's strength") {
-  Scene scene;
-  scene.seafloor.fractal.height_at_1m_m = 0.0;
-  scene.seafloor.depth_m = 20.0;
-  scene.seafloor.material = "medium sand";
-  scene.sea.sound_speed_mps = 1528.0;
-  scene.sea.absorption_db_per_km = 30.0;
-  Sonar& sonar = scene.sonars.front() = plain_sonar();
-  sonar.frequency_hz = 100e3;
+  const Scene scene = flat_sand();
+  const Sonar& sonar = scene.sonars.front();
   Simulator simulator(scene);
   CHECK(simulator.warnings().empty());
   const Medium medium{1528.0, 0.03};
@@ -244,16 +251,10 @@ TEST_CASE(
 }
 
 TEST_CASE("a bed that slopes across the track has levels and angles of a level one as far away") {
-  Scene scene;
-  scene.seafloor.fractal.height_at_1m_m = 0.0;
-  scene.seafloor.depth_m = 20.0;
+  Scene scene = flat_sand();
   scene.seafloor.slope_rad = 0.15;
   scene.seafloor.downhill_rad = 0.5 * std::numbers::pi;  // to starboard
-  scene.seafloor.material = "medium sand";
-  scene.sea.sound_speed_mps = 1528.0;
-  scene.sea.absorption_db_per_km = 30.0;
-  Sonar& sonar = scene.sonars.front() = plain_sonar();
-  sonar.frequency_hz = 100e3;
+  const Sonar& sonar = scene.sonars.front();
   Simulator simulator(scene);
   const double to_bed_m = altitude_m * std::cos(0.15);  // to the nearest point, which is to port
   const Medium medium{1528.0, 0.03};

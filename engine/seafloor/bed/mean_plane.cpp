@@ -11,9 +11,9 @@ Eigen::Vector2d MeanPlane::rise() const {
 void lay(const MeanPlane& plane, const Heightfield& grid, std::span<double> z_m) {
   const Eigen::Vector2d rise = plane.rise();
   for (int row = 0; row < grid.rows; ++row) {
-    const double west_m = rise.y() * grid.y_m(row) - plane.depth_m;
+    const double middle_m = rise.y() * grid.y_m(row) - plane.depth_m;
     for (int column = 0; column < grid.columns; ++column)
-      z_m[grid.index(column, row)] = rise.x() * grid.x_m(column) + west_m;
+      z_m[grid.index(column, row)] = rise.x() * grid.x_m(column) + middle_m;
   }
 }
 

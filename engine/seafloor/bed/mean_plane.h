@@ -10,9 +10,9 @@ namespace ensonify::engine {
 
 /// The plane to which a generated bed adds its relief.
 struct MeanPlane {
-  double depth_m = 20.0;  ///< of its middle
-  double slope_rad = 0.0;
-  double downhill_rad = 0.0;  ///< heading down the slope, clockwise from north
+  double depth_m;  ///< of its middle
+  double slope_rad;
+  double downhill_rad;  ///< heading down the slope, clockwise from north
 
   /// How much it rises per metre to the east and to the north.
   Eigen::Vector2d rise() const;
