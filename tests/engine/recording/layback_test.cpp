@@ -122,3 +122,16 @@ TEST_CASE("a ping whose place is neither degrees nor metres has no place and no 
   CHECK_FALSE(line.pings[60].layback_m);
   CHECK(line.pings[61].layback_m == 100.0);
 }
+
+TEST_CASE("a place in metres that no map reaches does not count, and moves no other place") {
+  AlteredXtf file = towed(100.0f, 0, false);
+  AlteredXtf::put(file.head, 164, std::uint16_t{0});  // metres
+  for (std::size_t i = 0; i < pings; ++i) {
+    AlteredXtf::put(file.packets[i], 128, 6.2e6 + ship_m(static_cast<double>(i)).y());
+    AlteredXtf::put(file.packets[i], 136, 4e5 + ship_m(static_cast<double>(i)).x());
+  }
+  AlteredXtf::put(file.packets[50], 128, 1e300);
+  const RecordedLine line = file.line();
+  CHECK_FALSE(line.pings[50].place_m);
+  CHECK((line.pings[90].place_m.value() - Eigen::Vector2d(4e5 + 260.0, 6.2e6)).norm() < 0.01);
+}
