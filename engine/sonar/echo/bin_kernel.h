@@ -46,7 +46,8 @@ struct EchoBins {
   std::size_t other_count, other_room;
 };
 
-/// Pieces as they are laid into bins: columns, the names as in PieceEchoes.
+/// Pieces as they are laid into bins: columns with the room of PieceGeometry's, the names as in
+/// PieceEchoes.
 struct PiecesToLay {
   std::size_t count;
   const std::int32_t* answers;
