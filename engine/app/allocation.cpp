@@ -24,19 +24,32 @@ void* large_block(std::size_t bytes) {
   return block;
 }
 
-}  // namespace
-
-// NOLINTBEGIN(cppcoreguidelines-no-malloc): this is what containers and smart pointers call.
-void* operator new(std::size_t bytes) {
+/// Memory from `allocate`, or from a large block; asks the handler for memory until there is some.
+template <class Allocate>
+void* block_of(std::size_t bytes, Allocate allocate) {
   for (;;) {
-    void* const block = bytes < large_page_bytes ? std::malloc(std::max(bytes, std::size_t{1}))
-                                                 : large_block(bytes);
+    void* const block = bytes < large_page_bytes ? allocate() : large_block(bytes);
     if (block) return block;
     const std::new_handler handler = std::get_new_handler();
     if (!handler) throw std::bad_alloc();
     handler();
   }
 }
+
+}  // namespace
+
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): this is what containers and smart pointers call.
+void* operator new(std::size_t bytes) {
+  return block_of(bytes, [=] { return std::malloc(std::max(bytes, std::size_t{1})); });
+}
+void* operator new(std::size_t bytes, std::align_val_t align) {
+  const auto to = static_cast<std::size_t>(align);
+  return block_of(bytes, [=] {  // whole alignments, as aligned_alloc() asks for
+    return std::aligned_alloc(to, (std::max(bytes, to) + to - 1) / to * to);
+  });
+}
 void operator delete(void* block) noexcept { std::free(block); }
 void operator delete(void* block, std::size_t) noexcept { std::free(block); }
+void operator delete(void* block, std::align_val_t) noexcept { std::free(block); }
+void operator delete(void* block, std::size_t, std::align_val_t) noexcept { std::free(block); }
 // NOLINTEND(cppcoreguidelines-no-malloc)

@@ -18,6 +18,14 @@ std::mutex& planner() {
   return mutex;
 }
 
+// FFTW's vectors are not longer. The memory is not FFTW's own, so that a program's operator new can
+// take large pages for it.
+constexpr std::align_val_t values_begin{64};
+GridTransform::Values values_of(std::size_t numbers) {
+  return GridTransform::Values(
+      static_cast<double*>(::operator new(numbers * sizeof(double), values_begin)));
+}
+
 }  // namespace
 
 struct GridTransform::Plans {
@@ -29,13 +37,14 @@ struct GridTransform::Plans {
   }
 };
 
-void GridTransform::Free::operator()(double* values) const { fftw_free(values); }
+void GridTransform::Free::operator()(double* values) const {
+  ::operator delete(values, values_begin);
+}
 
 GridTransform::GridTransform(int rows, int columns, Ways ways)
     : rows_(rows), columns_(columns), plans_(std::make_unique<Plans>()) {
   // FFTW_ESTIMATE does not touch the array, but needs one with the alignment of the later ones.
-  const Values example(fftw_alloc_real(16));
-  if (!example) throw std::bad_alloc();
+  const Values example = values_of(16);
   double* const values = example.get();
   auto* const spectrum = reinterpret_cast<fftw_complex*>(values);
   const std::lock_guard lock(planner());
@@ -51,9 +60,7 @@ GridTransform::~GridTransform() = default;
 GridTransform::GridTransform(GridTransform&&) noexcept = default;
 
 GridTransform::Values GridTransform::allocate() const {
-  Values values(fftw_alloc_real(stride() * static_cast<std::size_t>(rows_)));
-  if (!values) throw std::bad_alloc();
-  return values;
+  return values_of(stride() * static_cast<std::size_t>(rows_));
 }
 
 void GridTransform::forward(double* values) const {
