@@ -186,19 +186,21 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
 /// Octaves of lattice noise: skewed numbers at the corners, interpolated. The mean of each corner's
 /// exponential is taken out, so that the factor's mean is 1 everywhere. Each octave is shifted by
 /// the finer ones, which makes the edges of its cells ragged at all scales, as those of patches of
-/// sediment are; its numbers do not depend on theirs, so the mean stays.
+/// sediment are; its numbers do not depend on theirs, so the mean stays. Its lattice is turned
+/// against theirs, so that no direction of a lattice shows.
 float TexturedGround::variation(const Kind& kind, double x_m, double y_m, float grazing_rad) const {
   static const LnMeanExp ln_mean_exp;
   const float share = at_angle(kind, grazing_rad).variation;
   constexpr double longer = 2.1;  // of the forms along a current, and as much narrower
   constexpr double shift = 0.35;  // of a finer cell, per standard deviation of its octave
-  const double along_m = (x_m * along_x_ + y_m * along_y_) / longer;
-  const double across_m = (x_m * along_y_ - y_m * along_x_) * longer;
-  double shift_x_m = 0.0, shift_y_m = 0.0;
+  // From octave to octave, by the golden section of a right angle.
+  constexpr double cos_turn = 0.5646348864, sin_turn = 0.8253408054;
+  double lattice_x_m = (x_m * along_x_ + y_m * along_y_) / longer;
+  double lattice_y_m = (x_m * along_y_ - y_m * along_x_) * longer;
   double scale_m = std::ldexp(kind.texture.variation_m, 1 - static_cast<int>(kind.octaves.size()));
   float sum = 0.0f;
   for (std::size_t octave = kind.octaves.size(); octave-- > 0; scale_m *= 2.0) {
-    const double x = (along_m + shift_x_m) / scale_m, y = (across_m + shift_y_m) / scale_m;
+    const double x = lattice_x_m / scale_m, y = lattice_y_m / scale_m;
     const double floor_x = std::floor(x), floor_y = std::floor(y);
     const float u = step_between(x - floor_x), v = step_between(y - floor_y);
     const auto cell_x = static_cast<std::int32_t>(floor_x);
@@ -213,10 +215,10 @@ float TexturedGround::variation(const Kind& kind, double x_m, double y_m, float 
       sum -= ln_mean_exp.at(amplitude * weight);
     }
     sum += amplitude * value;
-    // A quarter turn, so that octaves shift along and across in turns.
-    const double before_m = shift_x_m;
-    shift_x_m = shift_y_m + shift * scale_m * static_cast<double>(value);
-    shift_y_m = -before_m;
+    lattice_x_m += shift * scale_m * static_cast<double>(value);
+    const double turned_x_m = cos_turn * lattice_x_m - sin_turn * lattice_y_m;
+    lattice_y_m = sin_turn * lattice_x_m + cos_turn * lattice_y_m;
+    lattice_x_m = turned_x_m;
   }
   return std::exp(sum);
 }
