@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <functional>
-#include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -69,25 +69,25 @@ std::vector<FanGrid::Plane> lay_planes(const FanLayout& layout, double widest_ra
   return planes;
 }
 
-/// Where a growing function is surely below a value, and where it surely is not.
-struct Known {
-  double below, above;
-};
-/// From two guesses, by the secant method. Nothing is known where that does not find the place.
+/// Where a growing function has a value: between the place `below`, where it is less by `missing`,
+/// and the place `above`. By the secant method from a guess on, by halves where that leads outside.
 template <class Growing>
-Known nearly_at(const Growing& function, double value, double guess, double other_guess) {
-  constexpr double close = 5e-14;  // far more than rounding moves the place
-  double x = guess, next = other_guess, off = function(x) - value;
-  for (int step = 0; step < 12 && std::abs(next - x) > 0.1 * close; ++step) {
-    const double next_off = function(next) - value;
-    const double slope = (next_off - off) / (next - x);
-    x = next;
-    off = next_off;
-    next = x - off / slope;
+double place_of(const Growing& function, double value, double below, double missing, double above,
+                double guess) {
+  constexpr double close = 1e-9;  // of the last two places: then the next is much closer
+  double last = below, last_off = -missing, place = guess;
+  for (int step = 0; step < 100 && above - below > 1e-15; ++step) {
+    const double off = function(place) - value;
+    (off < 0.0 ? below : above) = place;
+    double next = place - off * (place - last) / (off - last_off);
+    if (!(next >= below && next <= above))
+      next = 0.5 * (below + above);
+    else if (std::abs(next - place) < close)
+      return next;
+    last = std::exchange(place, next);
+    last_off = off;
   }
-  if (function(next - close) < value && function(next + close) >= value)
-    return {next - 2.0 * close, next + 2.0 * close};
-  return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  return below;
 }
 
 /// The distribution over the launch angle that is even in the range of bent rays between two ranges
@@ -187,23 +187,14 @@ class ElevationShares {
 /// The elevations from one end of the sector to the other, between which equal shares lie.
 std::vector<double> lay_elevations(const ElevationShares& shares, double half_sector, int count) {
   const auto distribution = [&](double elevation) { return shares.below(elevation); };
-  std::vector<double> elevations(static_cast<std::size_t>(count));
-  double below = -half_sector, step_rad = 2.0 * half_sector / count;
-  for (std::size_t j = 0; j < elevations.size(); ++j) {
-    const double wanted = static_cast<double>(j) / static_cast<double>(elevations.size() - 1);
-    const Known known = nearly_at(distribution, wanted, below, below + step_rad);
-    const double before = below;
-    double above = half_sector;
-    for (int step = 0; step < 60 && above - below > 1e-15; ++step) {
-      const double middle = 0.5 * (below + above);
-      const bool lower = middle <= known.below   ? true
-                         : middle >= known.above ? false
-                                                 : distribution(middle) < wanted;
-      below = lower ? middle : below;
-      above = lower ? above : middle;
-    }
-    step_rad = below - before;
-    elevations[j] = below;
+  std::vector<double> elevations(static_cast<std::size_t>(count), -half_sector);
+  const double share = 1.0 / (count - 1);  // between two elevations
+  double step_rad = 2.0 * half_sector * share;
+  for (std::size_t j = 1; j < elevations.size(); ++j) {
+    const double before = elevations[j - 1];
+    elevations[j] = place_of(distribution, static_cast<double>(j) * share, before, share,
+                             half_sector, std::min(before + step_rad, half_sector));
+    step_rad = elevations[j] - before;
   }
   elevations.back() = half_sector;
   return elevations;
