@@ -10,6 +10,7 @@
 
 #include <hwy/highway.h>
 
+#include <ensonify/engine/simd/gather-inl.h>
 #include <ensonify/engine/simd/vec3-inl.h>
 #include <ensonify/engine/trace/fan_frame.h>
 
@@ -73,9 +74,9 @@ HWY_INLINE FacePlane face_plane(const Frame& frame, double handedness, Corners f
 }
 /// From rows of four numbers each; `first` is where the rows begin.
 HWY_INLINE FacePlane gather_face_plane(const double* rows, hn::Vec<I> first) {
-  return {{hn::GatherIndex(d, rows, first), hn::GatherIndex(d, rows + 1, first),
-           hn::GatherIndex(d, rows + 2, first)},
-          hn::GatherIndex(d, rows + 3, first)};
+  const auto [x, y] = gather_pair(d, rows, first);
+  const auto [z, distance] = gather_pair(d, rows + 2, first);
+  return {{x, y, z}, distance};
 }
 /// The normal's component along the direction of a fan's plane at elevation 0; along the pole it is
 /// its z.

@@ -10,6 +10,7 @@
 
 #include <hwy/highway.h>
 
+#include <ensonify/engine/simd/gather-inl.h>
 #include <ensonify/engine/sonar/echo/beam_tables.h>
 #include <ensonify/engine/sonar/echo/echo_kernel.h>
 #include <ensonify/scatter/backscatter_cells.h>
@@ -33,13 +34,11 @@ using VF = hn::Vec<F>;
 using VH = hn::Vec<H>;
 using VI = hn::Vec<I>;
 using VJ = hn::Vec<J>;
-using B = hn::CappedTag<float, 4>;  // a block: 128 bits
 
 constexpr D d;
 constexpr F f;
 constexpr H h;
 constexpr I i32;
-constexpr hn::RebindToUnsigned<F> u32;
 constexpr J j32;
 constexpr L i64;
 constexpr std::size_t lanes = HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(d);
@@ -113,32 +112,18 @@ HWY_INLINE VF interpolated(const float* table, VI below, VF share) {
 }
 
 // Two neighbouring columns of two rows of ArrayTable. One load per lane takes all four values,
-// which are then transposed: faster than four gathers. The places go through memory (hence
-// `volatile`), because compilers take them out of the register one by one, which is slower.
+// which are then transposed: faster than four gathers.
 struct Corners {
   Neighbours lower, upper;  // by row
 };
-#if HWY_TARGET != HWY_SCALAR
-HWY_INLINE hn::Vec<B> loaded(B block, const float* table, const volatile std::uint32_t* at) {
-  return hn::LoadU(block, table + 2 * std::size_t{*at});
-}
-// Block k of the register is of the place at[4 k].
-template <class Tag>
-HWY_INLINE hn::Vec<Tag> loaded(Tag tag, const float* table, const volatile std::uint32_t* at) {
-  const hn::Half<Tag> half;
-  constexpr std::size_t ahead = hn::MaxLanes(half);
-  return hn::Combine(tag, loaded(half, table, at + ahead), loaded(half, table, at));
-}
-#endif
 HWY_INLINE Corners corners(const float* table, VI at) {
 #if HWY_TARGET == HWY_SCALAR
   const float* from = table + 2 * hn::GetLane(at);
   return {{set(from[0]), set(from[2])}, {set(from[1]), set(from[3])}};
 #else
-  alignas(64) std::uint32_t places[wide];
-  hn::Store(hn::BitCast(u32, at), u32, places);
-  const VF a = loaded(f, table, places), b = loaded(f, table, places + 1),
-           c = loaded(f, table, places + 2), e = loaded(f, table, places + 3);
+  const TablePlaces<VI> places(at + at);
+  const VF a = blocks_at(f, table, places.at), b = blocks_at(f, table, places.at + 1),
+           c = blocks_at(f, table, places.at + 2), e = blocks_at(f, table, places.at + 3);
   const hn::Repartition<double, F> pairs;
   const auto lower_half = [&](VF x, VF y)
                               HWY_ATTR { return hn::BitCast(pairs, hn::InterleaveLower(f, x, y)); };
@@ -252,7 +237,7 @@ HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine, VF&
       moment = fma(transmitted * received,
                    set(sample.width_rad * (sample.sin_azimuth - beam.sin_azimuth)), moment);
   }
-  aside = hn::IfThenElseZero(sum > set(0.0f), moment / sum);
+  aside = lopsided ? hn::IfThenElseZero(sum > set(0.0f), moment / sum) : set(0.0f);
   return cosine * sent * (heard * sum) * (row.scale * heard_row.scale);
 }
 

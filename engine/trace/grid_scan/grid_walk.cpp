@@ -8,6 +8,7 @@
 
 #include <hwy/highway.h>
 
+#include <ensonify/engine/simd/gather-inl.h>
 #include <ensonify/engine/trace/fan_frame-inl.h>
 #include <ensonify/engine/trace/fan_scan/crossings-inl.h>
 #include <ensonify/engine/trace/grid_scan/grid_walk.h>
@@ -50,19 +51,12 @@ HWY_INLINE VI times(VI a, std::int64_t b) {
 }
 
 HWY_INLINE V gather(const float* from, VI index) {
-  constexpr hn::RebindToUnsigned<HalfI> u;
-  const auto narrow = hn::BitCast(half, hn::TruncateTo(u, hn::BitCast(du, index)));
-  return hn::PromoteTo(d, hn::GatherIndex(df, from, narrow));
+  return hn::PromoteTo(d, gather(df, from, index));
 }
 
-// from[index] and from[index + 1].
-struct Pair {
-  V at, next;
-};
-HWY_INLINE Pair gather_pair(const float* from, VI index) {
+HWY_INLINE Pair<V> gather_pair(const float* from, VI index) {
   constexpr hn::RebindToUnsigned<HalfI> u;
-  const auto both =
-      hn::GatherOffset(du, reinterpret_cast<const std::uint64_t*>(from), hn::ShiftLeft<2>(index));
+  const auto both = gather(du, from, index);
   const auto number = [&](hn::Vec<U> bits) HWY_ATTR {
     return hn::PromoteTo(d, hn::BitCast(df, hn::TruncateTo(u, bits)));
   };
@@ -136,13 +130,13 @@ struct OrderOfWalks {
   HWY_INLINE V steps_per_q() const { return hn::Load(d, &walks.steps_per_q[0]); }
   HWY_INLINE V last_step() const { return hn::Load(d, &walks.last_step[0]); }
   HWY_INLINE hn::Vec<U> line(VI step) const {
-    return hn::GatherIndex(du, args.lines, load(&walks.lines[0]) + step);
+    return gather(du, args.lines, load(&walks.lines[0]) + step);
   }
   HWY_INLINE V before(VI ray) const {
-    return hn::GatherIndex(d, args.ascending, load(&walks.ascending[0]) + ray);
+    return gather(d, args.ascending, load(&walks.ascending[0]) + ray);
   }
   HWY_INLINE V at(VI ray) const {
-    return hn::GatherIndex(d, args.ascending + 1, load(&walks.ascending[0]) + ray);
+    return gather(d, args.ascending + 1, load(&walks.ascending[0]) + ray);
   }
 };
 
@@ -172,7 +166,7 @@ HWY_INLINE void step(const GridArrays& grid, GridWalks& at, double* x, double* y
   const TilePlace tile = tile_of(grid, c, r);
   const VI word =
       hn::ShiftLeft<11>(tile.number) + hn::ShiftLeft<9>(tile.number) + hn::And(r, hn::Set(di, 63));
-  const auto bits = hn::GatherIndex(du, grid.rising, word);
+  const auto bits = gather(du, grid.rising, word);
   const auto shift = hn::BitCast(du, hn::And(c, hn::Set(di, 63)));
   const VI rising = hn::And(hn::BitCast(di, hn::Shr(bits, shift)), one);
   const auto rises = hn::Ne(rising, zero);
@@ -430,10 +424,10 @@ void find_grid_faces(const GridArrays& grid, const FanFrame& fan_frame, const st
     const VI row = hn::BitCast(di, hn::ShiftRight<GridFace::row>(hn::BitCast(du, face)));
     const VI column = hn::ShiftRight<GridFace::column>(hn::And(face, hn::Set(di, 0xffffffff)));
     const TilePlace tile = tile_of(grid, column, row);
-    const Pair x = gather_pair(grid.x, column), y = gather_pair(grid.y, row);
+    const Pair<V> x = gather_pair(grid.x, column), y = gather_pair(grid.y, row);
     const VI place = place_of(tile, column, row);
-    const Pair south = gather_pair(grid.z, place);
-    const Pair north = gather_pair(grid.z, place + hn::Set(di, tile_points));
+    const Pair<V> south = gather_pair(grid.z, place);
+    const Pair<V> north = gather_pair(grid.z, place + hn::Set(di, tile_points));
     const M is_second = hn::RebindMask(d, second), is_rising = hn::RebindMask(d, rising);
     const Corners at =
         corners_of(is_second, is_rising, {x.at, y.at, south.at}, {x.next, y.at, south.next},
