@@ -1,5 +1,6 @@
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "support/catch.h"
@@ -27,6 +28,28 @@ TEST_CASE("a fan's elevations ascend from one end of the sector to the other") {
   CHECK(grid.middle_depression_rad - grid.elevation_rad.back() == Approx(-0.17));
   for (std::size_t j = 1; j < grid.elevation_rad.size(); ++j)
     REQUIRE(grid.elevation_rad[j] > grid.elevation_rad[j - 1]);
+}
+
+TEST_CASE("no step between elevations is longer than five even ones, wherever the fan looks") {
+  // A fifth of the rays are even in angle over the whole sector.
+  for (const double tilt_rad : {-0.3, 0.0, 0.2})
+    for (const double range_over_height : {0.01, 1.0, 3.0, 40.0})
+      for (const double rise_rad : {0.0, 0.1})
+        for (const auto& [low_rad, high_rad] :
+             {std::pair{0.0, 1.57}, {-1.5, 1.5}, {-0.2, 0.2}, {0.3, 1.0}}) {
+          FanLayout turned = layout;
+          turned.sector_low_rad = low_rad, turned.sector_high_rad = high_rad;
+          turned.range_over_height = range_over_height;
+          turned.roll_tilt_rad = tilt_rad, turned.rise_rad = rise_rad;
+          const FanGrid grid(turned);
+          const double even_rad = (high_rad - low_rad) / (turned.elevations - 1);
+          CAPTURE(tilt_rad, range_over_height, rise_rad, low_rad);
+          for (std::size_t j = 1; j < grid.elevation_rad.size(); ++j) {
+            const double step_rad = grid.elevation_rad[j] - grid.elevation_rad[j - 1];
+            REQUIRE(step_rad >= 0.0);
+            REQUIRE(step_rad <= 5.0 * even_rad * (1.0 + 1e-6));
+          }
+        }
 }
 
 TEST_CASE("two thirds of a fan's elevations are even in range over a flat bed") {
