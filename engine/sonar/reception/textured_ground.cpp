@@ -119,7 +119,7 @@ float TexturedGround::rows_of(double length_m) {
   return static_cast<float>(GammaTable::rows_per_octave * std::log2(length_m));
 }
 
-TexturedGround::TexturedGround(std::vector<GroundTexture> by_material, double length_m,
+TexturedGround::TexturedGround(const std::vector<GroundTexture>& by_material, double length_m,
                                std::uint64_t seed) {
   std::array<double, 2> random;
   RandomStream(seed, Purpose::ground_texture).uniform(random);
@@ -135,8 +135,8 @@ TexturedGround::TexturedGround(std::vector<GroundTexture> by_material, double le
               .of_angle = {},
               .octaves = octaves_of(texture)};
     const bool varies = texture.variation_db > 0.0;
-    for (std::size_t degree = 0; degree < angles; ++degree) {
-      const double grazing_rad = (static_cast<double>(degree) + 0.5) * std::numbers::pi / 180.0;
+    for (std::size_t angle = 0; angle < angles; ++angle) {
+      const double grazing_rad = (static_cast<double>(angle) + 0.5) * std::numbers::pi / 180.0;
       const double share = texture.glint_share_at(grazing_rad);
       const double variation_db = texture.variation_db_at(grazing_rad);
       kind.of_angle.push_back(

@@ -22,7 +22,7 @@ class TexturedGround {
  public:
   /// By material; empty: the ground is even. `length_m`: of ground over range for which each
   /// scatterer stands.
-  TexturedGround(std::vector<scatter::GroundTexture> by_material, double length_m,
+  TexturedGround(const std::vector<scatter::GroundTexture>& by_material, double length_m,
                  std::uint64_t seed);
 
   /// Whether no material has patches or glints.
