@@ -21,7 +21,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The places of all lanes, in memory.
+/// The places of all lanes, in memory.
 template <class Index>
 struct TablePlaces {
   using Tag = hn::DFromV<Index>;
@@ -29,7 +29,7 @@ struct TablePlaces {
   HWY_INLINE explicit TablePlaces(Index index) { hn::Store(index, Tag(), at); }
 };
 
-// Lane k is what lies at table + at[k].
+/// Lane k is what lies at table + at[k].
 template <class Tag, class Number, class Place>
 HWY_INLINE hn::Vec<Tag> lanes_at(Tag tag, const Number* table, const volatile Place* at) {
 #if HWY_TARGET == HWY_SCALAR
@@ -47,7 +47,7 @@ HWY_INLINE hn::Vec<Tag> lanes_at(Tag tag, const Number* table, const volatile Pl
 }
 
 #if HWY_TARGET != HWY_SCALAR
-// The block of 128 bits that begins with lane k is what lies at table + at[k].
+/// The block of 128 bits that begins with lane k is what lies at table + at[k].
 template <class Tag, class Place>
 HWY_INLINE hn::Vec<Tag> blocks_at(Tag tag, const hn::TFromD<Tag>* table, const volatile Place* at) {
   if constexpr (hn::MaxLanes(tag) * sizeof(*table) > 16) {
@@ -59,18 +59,18 @@ HWY_INLINE hn::Vec<Tag> blocks_at(Tag tag, const hn::TFromD<Tag>* table, const v
 }
 #endif
 
-// What lies at table + index, by lane.
+/// What lies at table + index, by lane.
 template <class Tag, class Number, class Index>
 HWY_INLINE hn::Vec<Tag> gather(Tag tag, const Number* table, Index index) {
   const TablePlaces<Index> places(index);
   return lanes_at(tag, table, places.at);
 }
 
-// table[index] and table[index + 1], by lane.
 template <class Vector>
 struct Pair {
   Vector at, next;
 };
+/// table[index] and table[index + 1], by lane.
 template <class Tag, class Index>
 HWY_INLINE Pair<hn::Vec<Tag>> gather_pair(Tag tag, const double* table, Index index) {
 #if HWY_TARGET == HWY_SCALAR

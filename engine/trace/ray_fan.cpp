@@ -71,7 +71,7 @@ std::vector<FanGrid::Plane> lay_planes(const FanLayout& layout, double widest_ra
 
 /// Where a growing function has a value: between the place `below`, where it is less by `missing`,
 /// and the place `above`. By the secant method from a guess on, by halves where that leads outside.
-/// Where the function is smooth the error is a small part of 1e-6 of the way from `below`.
+/// Where the function is smooth, the error is far below a millionth of the way from `below`.
 template <class Growing>
 double place_of(const Growing& function, double value, double below, double missing, double above,
                 double guess) {
