@@ -69,9 +69,10 @@ std::vector<FanGrid::Plane> lay_planes(const FanLayout& layout, double widest_ra
   return planes;
 }
 
-/// Where a growing function has a value: between the place `below`, where it is less by `missing`,
-/// and the place `above`. By the secant method from a guess on, by halves where that leads outside.
-/// Where the function is smooth, the error is far below a millionth of the way from `below`.
+/// Where a growing function has a value: between the place `below`, where it is less by about
+/// `missing`, and the place `above`. By the secant method from a guess on, by halves where that
+/// leads outside. Where the function is smooth, the error is far below a millionth of the way from
+/// `below`.
 template <class Growing>
 double place_of(const Growing& function, double value, double below, double missing, double above,
                 double guess) {
@@ -186,15 +187,13 @@ class ElevationShares {
 std::vector<double> lay_elevations(const ElevationShares& shares, double half_sector, int count) {
   const auto distribution = [&](double elevation) { return shares.below(elevation); };
   std::vector<double> elevations(static_cast<std::size_t>(count), -half_sector);
-  double reached = distribution(-half_sector);  // not 0 if even the lowest ray is beyond the range
-  double step_rad = 2.0 * half_sector / count;
+  const double share = 1.0 / (count - 1);  // between two elevations
+  double step_rad = 2.0 * half_sector * share;
   for (std::size_t j = 1; j < elevations.size(); ++j) {
-    const double wanted = static_cast<double>(j) / (count - 1), before = elevations[j - 1];
-    if (wanted <= reached) continue;
-    elevations[j] = place_of(distribution, wanted, before, wanted - reached, half_sector,
-                             std::min(before + step_rad, half_sector));
+    const double before = elevations[j - 1];
+    elevations[j] = place_of(distribution, static_cast<double>(j) * share, before, share,
+                             half_sector, std::min(before + step_rad, half_sector));
     step_rad = elevations[j] - before;
-    reached = wanted;
   }
   elevations.back() = half_sector;
   return elevations;
