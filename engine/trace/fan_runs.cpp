@@ -15,6 +15,20 @@ void FanRuns::start(const FanGrid& grid) {
   for (CacheLines<double>* row : {&level, &pole, &distance}) row->resize(room);
 }
 
+void FanRuns::copy_runs(std::size_t run, const FanRuns& other, std::size_t from,
+                        std::size_t until) {
+  constexpr std::size_t together = 8;  // fast for few runs and for many
+  static_assert(together <= widest_vector);
+  const auto copy = [&](auto& to, const auto& row) {
+    for (std::size_t i = 0; i < until - from; i += together)
+      std::copy_n(&row[from + i], together, &to[run + i]);
+  };
+  for (const auto row : {&FanRuns::begin, &FanRuns::end, &FanRuns::index, &FanRuns::face})
+    copy(this->*row, other.*row);
+  for (const auto row : {&FanRuns::level, &FanRuns::pole, &FanRuns::distance})
+    copy(this->*row, other.*row);
+}
+
 void FanRuns::take(const RayFan& fan, refine::Triangles triangles, std::span<const Hit> hits) {
   start(*fan.grid);
   std::size_t count = 0;

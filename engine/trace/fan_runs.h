@@ -42,6 +42,10 @@ class FanRuns {
     distance[run] = from.distance[other];
   }
 
+  /// Copies runs [from, until) of another fan to `run` and the following ones. What is behind these
+  /// may be overwritten.
+  void copy_runs(std::size_t run, const FanRuns& other, std::size_t from, std::size_t until);
+
   std::size_t size() const { return first.back(); }
 };
 

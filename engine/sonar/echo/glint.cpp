@@ -148,7 +148,23 @@ Vector3d place_on(std::span<const Corner> corners, std::span<const double> share
   return place + out_m * normal.normalized();
 }
 
+/// Whether all normals are turned to one side of the direction to the sonar by more than it changes
+/// over the facet, which then has no glint. Most facets are turned away.
+bool turned_away(std::span<const Corner, 3> corners) {
+  const Vector3d way = corners[0].sonar - corners[0].place;
+  const double range_m = way.norm();
+  const Vector3d to_sonar = way / range_m;
+  const Vector3d side = corners[0].normal - corners[0].normal.dot(to_sonar) * to_sonar;
+  for (const Corner& corner : corners.subspan<1>()) {
+    const double turned_m = range_m * side.dot(corner.normal);
+    const double change_m2 = 4.0 * (corner.sonar - corner.place - way).squaredNorm();
+    if (!(turned_m > 0.0 && turned_m * turned_m > change_m2 * side.squaredNorm())) return false;
+  }
+  return true;
+}
+
 std::optional<Mirror> triangle_mirror(std::span<const Corner, 3> corners, const Vector3d& middle) {
+  if (turned_away(corners)) return std::nullopt;
   std::array<Vector3d, 3> to_sonar, turned;
   for (std::size_t i = 0; i < 3; ++i) {
     to_sonar[i] = (corners[i].sonar - corners[i].place).normalized();

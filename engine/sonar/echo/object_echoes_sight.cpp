@@ -287,7 +287,8 @@ GlintBeam ObjectEchoes::glint_beam() const {
 /// Whether a ball may reach into the fan's beam and range.
 bool ObjectEchoes::may_see(const Eigen::Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
-  return (middle - fan.origin).norm() <= fan.range_m * fan.bend.lengthening + radius_m &&
+  const double reach_m = fan.range_m * fan.bend.lengthening + radius_m;
+  return (middle - fan.origin).squaredNorm() <= reach_m * reach_m &&
          may_be_in_beam(middle, radius_m);
 }
 
@@ -296,9 +297,12 @@ bool ObjectEchoes::may_see(const Eigen::Vector3d& middle, double radius_m) const
 bool ObjectEchoes::may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
   const Eigen::Vector3d away = middle - fan.origin;
-  const double distance_m = away.norm(), strays_m = radius_m + fan.bend.turn_rad * distance_m;
-  return away.dot(fan.middle) >= -strays_m &&
-         std::abs(away.dot(fan.array_axis)) <= strays_m + fan.grid->sin_truncation * distance_m;
+  const double distance_m2 = away.squaredNorm();
+  double strays_m = radius_m;
+  if (fan.bend.turn_rad > 0.0) strays_m += fan.bend.turn_rad * std::sqrt(distance_m2);
+  const double off_m = std::max(std::abs(away.dot(fan.array_axis)) - strays_m, 0.0);
+  const double sine = fan.grid->sin_truncation;
+  return away.dot(fan.middle) >= -strays_m && off_m * off_m <= sine * sine * distance_m2;
 }
 
 }  // namespace ensonify::engine

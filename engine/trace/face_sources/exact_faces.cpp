@@ -96,18 +96,20 @@ struct ObjectFaces {
     list.faces.clear();
     list.numbers.clear();
     view.look_at(volumes);
+    const std::span<const refine::Face> all = objects->triangles().faces;
+    // Faces lie far apart in memory: all are fetched before the first is copied.
     objects->walk(view, [&](std::uint32_t face, const refine::BallTree::Corners&) {
-      list.faces.push_back(objects->triangles().faces[face]);
-      list.numbers.push_back(static_cast<std::uint32_t>(grid->faces()) + face);
+      __builtin_prefetch(&all[face]);
+      list.numbers.push_back(face);
     });
+    for (std::uint32_t& number : list.numbers) {
+      list.faces.push_back(all[number]);
+      number += static_cast<std::uint32_t>(grid->faces());
+    }
     return {objects->triangles().positions, list.faces, list.numbers};
   }
   void reset() {}
 };
-
-/// Objects are scanned apart from a scanned grid. With more of them, one scan of all is faster:
-/// measured with 4 and 16 (bench/README.md).
-constexpr std::size_t grid_faces_per_object_face = 32;
 
 /// A bound, in metres, on how far a point within range moves by the rotation between two volumes.
 double turned_m(const FanVolume& from, const FanVolume& to) {
@@ -297,9 +299,7 @@ std::unique_ptr<FaceSource> make_refined_faces(const FaceSourceParts& parts) {
 std::unique_ptr<FaceSource> make_footprint_faces(const FaceSourceParts& parts) {
   if (!parts.grid) return std::make_unique<ExactFaces<Walked>>(parts);
   auto exact = std::make_unique<ExactFaces<Gridded>>(parts);
-  if (&intersector_kind(parts.intersector) != &intersector_kind("fan_scan") ||
-      grid_faces_per_object_face * parts.objects->triangles().faces.size() > parts.grid->faces())
-    return exact;
+  if (&intersector_kind(parts.intersector) != &intersector_kind("fan_scan")) return exact;
   return make_scanned_grid(parts, std::move(exact));
 }
 

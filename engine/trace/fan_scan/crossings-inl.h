@@ -11,6 +11,7 @@
 
 #include <hwy/highway.h>
 
+#include <ensonify/engine/simd/gather-inl.h>
 #include <ensonify/engine/simd/vec3-inl.h>
 #include <ensonify/engine/trace/fan_scan/elevation_order.h>
 
@@ -72,11 +73,9 @@ struct OneOrder {
   HWY_INLINE V first_q() const { return hn::Set(d, rays.first_q); }
   HWY_INLINE V steps_per_q() const { return hn::Set(d, rays.steps_per_q); }
   HWY_INLINE V last_step() const { return hn::Set(d, rays.steps - 1.0); }
-  HWY_INLINE hn::Vec<U> line(hn::Vec<I> step) const {
-    return hn::GatherIndex(du, rays.lines, step);
-  }
-  HWY_INLINE V before(hn::Vec<I> ray) const { return hn::GatherIndex(d, rays.ascending, ray); }
-  HWY_INLINE V at(hn::Vec<I> ray) const { return hn::GatherIndex(d, rays.ascending + 1, ray); }
+  HWY_INLINE hn::Vec<U> line(hn::Vec<I> step) const { return gather(du, rays.lines, step); }
+  HWY_INLINE V before(hn::Vec<I> ray) const { return gather(d, rays.ascending, ray); }
+  HWY_INLINE V at(hn::Vec<I> ray) const { return gather(d, rays.ascending + 1, ray); }
 };
 template <class Order>
 HWY_INLINE Guess guess_below(const Order& rays, V order) {

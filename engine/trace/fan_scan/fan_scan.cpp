@@ -23,8 +23,9 @@ struct Scratch {
   KnownFanTables known_tables;
   ScanBatch batch;
   CacheLines<double> crossings;
-  CacheLines<std::int64_t> counts;
-  CacheLines<std::uint32_t> blocks_met, index, nearest, doubtful;
+  CacheLines<std::int64_t> counts, claimed_from, claimed_until;
+  CacheLines<MetBlock> blocks_met;
+  CacheLines<std::uint32_t> index, nearest, doubtful;
   CacheLines<float> nearness;  // 0 between queries; nearest is no_candidate
   CacheLines<double> forms, face_planes;
 };
@@ -88,9 +89,12 @@ class FanScan final : public Intersector {
                        runs.level.data(), runs.pole.data(), runs.distance.data()};
     std::int64_t count = 0;
     for (std::int64_t plane = 0; plane < args.planes; ++plane) {
-      const std::int64_t from = args.left_out_from[plane], until = args.left_out_until[plane];
-      count = engine::list_runs(args, plane, 0, from, rows, count);
-      count = engine::list_runs(args, plane, until, args.elevations, rows, count);
+      const std::int64_t from = scratch->batch.claimed_from[plane];
+      const std::int64_t until = scratch->batch.claimed_until[plane];
+      const std::int64_t before = std::min(until, args.left_out_from[plane]);
+      const std::int64_t behind = std::max(from, args.left_out_until[plane]);
+      count = engine::list_runs(args, plane, from, before, rows, count);
+      count = engine::list_runs(args, plane, behind, until, rows, count);
       runs.first.push_back(static_cast<std::size_t>(count));
     }
     return true;
@@ -156,6 +160,8 @@ class FanScan final : public Intersector {
     args.nearness = scratch.nearness.data();
     args.nearest = scratch.nearest.data();
     scratch.batch.counts = at_least(scratch.counts, planes);
+    scratch.batch.claimed_from = at_least(scratch.claimed_from, planes);
+    scratch.batch.claimed_until = at_least(scratch.claimed_until, planes);
     scratch.batch.crossings =
         at_least(scratch.crossings, planes * ScanBatch::list_rows * ScanBatch::list_room);
     scan_faces(args, scratch.batch);

@@ -31,7 +31,6 @@ static_assert(block_faces % lanes == 0);
 // computed in double.
 constexpr float largest_sum = 128.0f;
 constexpr float surely_nearer = 1.0f - 0x1p-12f, maybe_nearer = 1.0f + 0x1p-12f;
-constexpr double steepest_of_all = std::numeric_limits<double>::infinity();
 
 // Computes what is common to all rays that meet a face. With a, b, c the face's corners from the
 // origin, N its normal (b - a) x (c - a) and d a ray's direction, the ray meets the face's plane at
@@ -110,7 +109,7 @@ HWY_INLINE double* crossings_of(const ScanBatch& batch, std::int64_t plane) {
 // that of their own, so x and y of less than e = 2^-21 of both. Where y is more than 2 e, the error
 // of x / y is less than 2 e (1 + |x / y|) / y. Twice that is allowed, for rounding in this
 // function.
-HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, std::uint32_t block,
+HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, const MetBlock& met,
                           std::uint32_t* index) {
   constexpr F f;
   constexpr hn::RebindToUnsigned<F> u;
@@ -121,7 +120,8 @@ HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, std::uint32_t 
   const double* o = &args.frame.origin[0];
   const double* axes = &args.frame.axes[0];
   const float origin_size = static_cast<float>(std::fabs(o[0]) + std::fabs(o[1]) + std::fabs(o[2]));
-  const float* rows = args.block_rows + std::int64_t{block} * block_rows * block_faces;
+  const std::int64_t block = met.block;
+  const float* rows = args.block_rows + block * block_rows * block_faces;
   for (std::int64_t i = 0; i < block_faces; i += width, rows += width) {
     VF min_y = set(0.0), least = min_y, greatest = min_y, size = min_y;
     const auto see = [&](std::int64_t corner) HWY_ATTR {
@@ -146,7 +146,7 @@ HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, std::uint32_t 
     const VF slack = error * set(4.0) / min_y * (steepest + set(1.0));
     const VF from = least - slack, until = greatest + slack;
     auto may_cross = hn::Not(in_front);
-    for (std::int64_t k = 0; k < args.planes; ++k) {
+    for (std::int64_t k = met.first_plane; k <= met.last_plane; ++k) {
       const VF tangent = hn::Set(f, args.tan_azimuth[k]);
       may_cross = hn::Or(may_cross, hn::And(hn::Ge(tangent, from), hn::Le(tangent, until)));
     }
@@ -156,11 +156,11 @@ HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, std::uint32_t 
                           HWY_ATTR { store_some(f, values, may_cross, to + row * batch_room); };
     for (std::int64_t row = 0; row < block_rows; ++row)
       keep(row, hn::LoadU(f, rows + row * block_faces));
-    keep(ScanBatch::min_tangent, hn::IfThenElse(in_front, from, set(-steepest_of_all)));
-    keep(ScanBatch::max_tangent, hn::IfThenElse(in_front, until, set(steepest_of_all)));
+    const VF lowest = hn::Set(f, met.lowest), highest = hn::Set(f, met.highest);
+    keep(ScanBatch::min_tangent, hn::IfThenElse(in_front, hn::Max(from, lowest), lowest));
+    keep(ScanBatch::max_tangent, hn::IfThenElse(in_front, hn::Min(until, highest), highest));
     const auto number =
-        hn::Iota(u, 0) +
-        hn::Set(u, static_cast<std::uint32_t>(std::int64_t{block} * block_faces + i));
+        hn::Iota(u, 0) + hn::Set(u, static_cast<std::uint32_t>(block * block_faces + i));
     store_some(u, number, hn::RebindMask(u, may_cross), index + batch.count);
     batch.count += static_cast<std::int64_t>(hn::CountTrue(f, may_cross));
   }
@@ -354,6 +354,7 @@ HWY_INLINE void find_intervals(const ScanArgs& args, ScanBatch& batch, std::int6
   const std::int64_t count = batch.counts[plane];
   double* const rows = crossings_of(batch, plane);
   constexpr std::int64_t room = ScanBatch::list_room;
+  auto least = all, greatest = hn::Zero(di);
   for (std::int64_t row = 0; row < ScanBatch::list_rows; ++row)  // fills the last vector
     hn::StoreU(hn::Set(d, rows[row * room]), d, rows + row * room + count);
   std::int64_t intervals = 0;
@@ -382,7 +383,10 @@ HWY_INLINE void find_intervals(const ScanArgs& args, ScanBatch& batch, std::int6
     M some = hn::And(hn::RebindMask(d, hn::Lt(from, until)),
                      hn::FirstN(d, static_cast<std::size_t>(count - first)));
 
+    least = hn::Min(least, hn::IfThenElse(hn::RebindMask(di, some), from, all));
+    greatest = hn::Max(greatest, hn::IfThenElseZero(hn::RebindMask(di, some), until));
     if (HWY_UNLIKELY(batch.through_origin)) {
+      least = hn::Zero(di), greatest = all;
       const V size =
           hn::Max(hn::Max(hn::Abs(p.x), hn::Abs(p.y)), hn::Max(hn::Abs(q.x), hn::Abs(q.y)));
       const V sees = hn::GatherIndex(d, &batch.sees_origin[0], hn::BitCast(di, places));
@@ -411,6 +415,10 @@ HWY_INLINE void find_intervals(const ScanArgs& args, ScanBatch& batch, std::int6
     intervals += static_cast<std::int64_t>(hn::CountTrue(d, some));
   }
   batch.counts[plane] = intervals;
+  const std::int64_t first = hn::GetLane(hn::MinOfLanes(di, least));
+  const std::int64_t end = hn::GetLane(hn::MaxOfLanes(di, greatest));
+  if (first < batch.claimed_from[plane]) batch.claimed_from[plane] = first;
+  if (end > batch.claimed_until[plane]) batch.claimed_until[plane] = end;
 }
 
 // Goes round the planes with one face each: by the time a plane gets its next face, its row's last
@@ -433,12 +441,18 @@ HWY_INLINE void claim_intervals(const ScanArgs& args, ScanBatch& batch,
 
 }  // namespace
 
-// A block may be met if it is within range and, for at least one plane, on both sides of it and not
-// behind.
+// A plane may meet a block that is within range, on both sides of it and not behind, unless all of
+// the block is at elevations that the plane leaves out.
 void find_blocks(ScanArgs& args) {
   const Frame frame = laid(args.frame);
   const V range2 = hn::Set(d, args.range_m * args.range_m);
   const V wider = hn::Set(d, 1.0 + 1e-12), rounding = hn::Set(d, 1e-14), zero = hn::Zero(d);
+  double widest = 0.0, least_cosine = 1.0;
+  for (std::int64_t k = 0; k < args.planes; ++k) {
+    const double sine = std::fabs(args.sin_azimuth[k]), cosine = args.cos_azimuth[k];
+    widest = sine > widest ? sine : widest;
+    least_cosine = cosine < least_cosine ? cosine : least_cosine;
+  }
   std::int64_t count = 0;
   for (std::int64_t block = 0; block < args.blocks; block += lanes) {
     const float* box = args.boxes + block;
@@ -456,23 +470,63 @@ void find_blocks(ScanArgs& args) {
       return dot({hn::Abs(axis.x), hn::Abs(axis.y), hn::Abs(axis.z)}, half);
     };
     const V slack = rounding * (away.x + away.y + away.z + (half.x + half.y + half.z));
-    const V x = dot(frame.array, from), y = dot(frame.middle, from);
+    const V x = dot(frame.array, from), y = dot(frame.middle, from), z = dot(frame.pole, from);
     const V reach_x = fma(reach(frame.array), wider, slack);
     const V reach_y = fma(reach(frame.middle), wider, slack);
-    M meets = hn::Lt(zero, zero);
+    const V reach_z = fma(reach(frame.pole), wider, slack);
+    const V low = z - reach_z, high = z + reach_z;
+    // Where y is negative, no plane has a block farther along than this.
+    const V farthest =
+        fma(hn::Set(d, least_cosine), y + reach_y, hn::Set(d, widest) * (hn::Abs(x) + reach_x));
+    const M behind = hn::And(hn::Lt(y + reach_y, zero), hn::Lt(farthest, zero));
+    if (hn::AllTrue(d, hn::Or(behind, hn::Not(in_range)))) continue;
+    const V everywhere = hn::Set(d, std::numeric_limits<double>::infinity());
+    V first_plane = hn::Set(d, static_cast<double>(args.planes)), last_plane = hn::Set(d, -1.0);
+    V lowest = everywhere, highest = hn::Neg(everywhere);
     for (std::int64_t k = 0; k < args.planes; ++k) {
       const V sine = hn::Set(d, args.sin_azimuth[k]), cosine = hn::Set(d, args.cos_azimuth[k]);
       const V off = hn::Abs(off_plane(sine, cosine, x, y));
       const V off_reach = fma(hn::Abs(cosine), reach_x, hn::Abs(sine) * reach_y);
       const V along = along_plane(sine, cosine, x, y);
       const V along_reach = fma(hn::Abs(cosine), reach_y, hn::Abs(sine) * reach_x);
-      meets = hn::Or(meets, hn::And(hn::Le(off, off_reach), hn::Ge(along, hn::Neg(along_reach))));
+      const V near = along - along_reach, far = along + along_reach;
+      M meets = hn::And(in_range, hn::And(hn::Le(off, off_reach), hn::Ge(far, zero)));
+      const std::int64_t left_out = args.left_out_from[k], after = args.left_out_until[k];
+      if (left_out < after) {
+        // Whether all of the block is above the last ray before these, or below the next one.
+        const auto apart = [&](std::int64_t ray, V height, double side) HWY_ATTR {
+          const V sine_e = hn::Set(d, args.sin_elevation[ray]);
+          const V cosine_e = hn::Set(d, args.cos_elevation[ray]);
+          const V of_near = height * cosine_e - near * sine_e;
+          const V of_far = height * cosine_e - far * sine_e;
+          const V least = hn::Min(hn::Set(d, side) * of_near, hn::Set(d, side) * of_far);
+          return hn::Gt(least, slack);
+        };
+        M outside = hn::Gt(near, zero);
+        if (left_out > 0) outside = hn::And(outside, apart(left_out - 1, low, 1.0));
+        if (after < args.elevations) outside = hn::And(outside, apart(after, high, -1.0));
+        meets = hn::AndNot(outside, meets);
+      }
+      const V number = hn::Set(d, static_cast<double>(k));
+      first_plane = hn::IfThenElse(meets, hn::Min(first_plane, number), first_plane);
+      last_plane = hn::IfThenElse(meets, number, last_plane);
+      const bool in_front = args.cos_azimuth[k] > 0.0;  // else its tangent is on the other side
+      const V tangent = hn::Set(d, double{args.tan_azimuth[k]});
+      lowest =
+          hn::IfThenElse(meets, hn::Min(lowest, in_front ? tangent : hn::Neg(everywhere)), lowest);
+      highest = hn::IfThenElse(meets, hn::Max(highest, in_front ? tangent : everywhere), highest);
     }
-    alignas(8) std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, hn::And(meets, in_range), bits);
+    alignas(64) double first[lanes], last[lanes];
+    alignas(64) float tangents[2][lanes];
+    hn::Store(first_plane, d, first);
+    hn::Store(last_plane, d, last);
+    hn::Store(hn::DemoteTo(df, lowest), df, tangents[0]);
+    hn::Store(hn::DemoteTo(df, highest), df, tangents[1]);
     for (std::int64_t i = 0; i < lanes && block + i < args.blocks; ++i) {
-      args.blocks_met[count] = static_cast<std::uint32_t>(block + i);
-      count += bits[0] >> i & 1;
+      if (last[i] < 0.0) continue;
+      args.blocks_met[count++] = {
+          static_cast<std::uint32_t>(block + i), static_cast<std::uint32_t>(first[i]),
+          static_cast<std::uint32_t>(last[i]), tangents[0][i], tangents[1][i]};
     }
   }
   args.blocks_met_count = count;
@@ -480,6 +534,8 @@ void find_blocks(ScanArgs& args) {
 
 void scan_faces(const ScanArgs& args, ScanBatch& batch) {
   const Frame frame = laid(args.frame);
+  for (std::int64_t k = 0; k < args.planes; ++k)
+    batch.claimed_from[k] = args.elevations, batch.claimed_until[k] = 0;
   std::int64_t candidates = 0;
   for (std::int64_t block = 0; block < args.blocks_met_count;) {
     batch.count = 0;

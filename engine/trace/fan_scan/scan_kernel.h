@@ -12,6 +12,13 @@
 
 namespace ensonify::engine {
 
+/// A block, and which planes of a fan may meet it: they are among [first_plane, last_plane], and
+/// the tangents of their azimuths are from `lowest` to `highest`.
+struct MetBlock {
+  std::uint32_t block, first_plane, last_plane;
+  float lowest, highest;
+};
+
 /// What fan_scan's loops read and write, as plain arrays. The loops are compiled once per vector
 /// target and must share no inline function with the rest of the program: the linker might keep a
 /// copy with instructions that the machine does not have.
@@ -42,8 +49,9 @@ struct ScanArgs {
   std::int64_t blocks, boxes_in_row;
   const std::uint32_t* numbers;  ///< null: a face's number is its index
 
-  // The results: blocks that may be met; by candidate; and by ray, in rows of `stride`.
-  std::uint32_t* blocks_met;
+  // The results: blocks that may be met, and by which planes; by candidate; and by ray, in rows of
+  // `stride`.
+  MetBlock* blocks_met;
   std::int64_t blocks_met_count;
   std::uint32_t* index;  ///< by candidate, of the face
   bool hits_wanted;      ///< hits (fills `forms`) or runs (fills `face_planes`)
@@ -73,6 +81,8 @@ struct ScanBatch {
   static constexpr std::int64_t list_rows = 5, list_room = batch_faces + 8;
   double* crossings;
   std::int64_t* counts;  ///< by plane
+  /// By plane, of all batches: no ray outside [claimed_from, claimed_until) is claimed.
+  std::int64_t *claimed_from, *claimed_until;
 };
 
 /// Finds the blocks that may be met: fills blocks_met and blocks_met_count.

@@ -22,8 +22,8 @@ constexpr double slope_of_moved = 0.5;
 // A bound, with much to spare, on the rounding of a crossing, relative to the range and to the
 // length of the edge.
 constexpr double rounding = 1e-11;
-constexpr std::size_t known_faces = 1 << 12;
 constexpr std::size_t fans_together = 2;  // the sides of a sonar
+constexpr auto all_rays = std::int64_t{std::numeric_limits<std::uint32_t>::max()};
 
 /// A dot product as the kernels compute it.
 double dot(const Vector3d& a, const Vector3d& b) {
@@ -35,6 +35,12 @@ std::int64_t numbers_between(const void* from, const void* to) {
   return (reinterpret_cast<std::intptr_t>(to) - reinterpret_cast<std::intptr_t>(from)) /
          std::int64_t{sizeof(double)};
 }
+
+// An interval of rays, as in GridWalkArgs.
+std::int64_t begin_of(std::uint64_t interval) {
+  return static_cast<std::int64_t>(interval & 0xffffffff);
+}
+std::int64_t end_of(std::uint64_t interval) { return static_cast<std::int64_t>(interval >> 32); }
 
 double widest_step(std::span<const float> lines) {
   double widest = 0.0;
@@ -74,7 +80,7 @@ struct GridScan::FanWalks {
   std::span<PlaneWalks> planes;
 };
 
-GridScan::GridScan(const refine::HeightGrid& grid) : grid_(&grid), known_(known_faces) {
+GridScan::GridScan(const refine::HeightGrid& grid) : grid_(&grid) {
   const auto cells_across = static_cast<std::size_t>(grid.columns() - 1),
              cells_up = static_cast<std::size_t>(grid.rows() - 1);
   const std::size_t tiles =
@@ -98,7 +104,7 @@ GridScan::GridScan(const refine::HeightGrid& grid) : grid_(&grid), known_(known_
 bool GridScan::take(std::span<const RayFan> fans) {
   if (!usable_) return false;
   if (runs_.size() < fans.size()) runs_.resize(fans.size());
-  face_count_ = other_count_;
+  row_count_ = other_count_;
   std::size_t most = other_count_;
   for (const RayFan& fan : fans) most += fan.grid->rays();
   make_room(most);
@@ -112,7 +118,7 @@ bool GridScan::take(std::span<const RayFan> fans) {
 bool GridScan::take(const RayFan& fan, const MovedPoints& moved) {
   if (!usable_) return false;
   if (runs_.empty()) runs_.resize(1);
-  face_count_ = other_count_;
+  row_count_ = other_count_;
   make_room(other_count_ + fan.grid->rays());
   arrays_.moved = &moved;
   const bool taken = take({&fan, 1}, std::span(runs_).first(1));
@@ -160,8 +166,16 @@ bool GridScan::take(std::span<const RayFan> fans, std::span<FanRuns> runs) {
   order_ = some.front().tables->order();
   walk_count_ = 0;
   for (const FanWalks& walks : some)
-    if (!begin_outwards(walks)) return false;
-  // Start these short walks last, so that the walks of one SIMD group have similar lengths.
+    if (!plan_walks(walks)) return false;
+  // The walks of one SIMD group end together: short ones wait for the longest, so they come last.
+  for (const bool whole : {true, false})
+    for (const FanWalks& walks : some)
+      for (std::size_t plane = 0; plane < walks.planes.size(); ++plane) {
+        const PlaneWalks& its = walks.planes[plane];
+        if (its.below_nadir < its.end && (its.end == walks.fan->elevations()) == whole &&
+            !begin_walk(walks, Line(*walks.fan, plane), plane, true))
+          return false;
+      }
   for (const FanWalks& walks : some)
     for (std::size_t plane = 0; plane < walks.planes.size(); ++plane)
       if (walks.planes[plane].below_nadir > 0 &&
@@ -184,14 +198,13 @@ bool GridScan::take(std::span<const RayFan> fans, std::span<FanRuns> runs) {
              .room = static_cast<std::int64_t>(room_of_walk_)});
   for (std::size_t i = 0; i < fans.size(); ++i) {
     if (!stayed_on_grid(some[i])) return false;
-    runs[i].start(*fans[i].grid);
-    first_of_fan_ = face_count_;
-    for (std::size_t plane = 0; plane < fans[i].planes(); ++plane) collect(some[i], plane, runs[i]);
+    collect(some[i], runs[i]);
   }
   return true;
 }
 
-bool GridScan::begin_outwards(const FanWalks& walks) {
+/// Finds which rays the walks of each plane are for. Returns false if one cannot be walked.
+bool GridScan::plan_walks(const FanWalks& walks) {
   const RayFan& fan = *walks.fan;
   const FanTables& tables = *walks.tables;
   const std::size_t elevations = fan.elevations();
@@ -219,7 +232,20 @@ bool GridScan::begin_outwards(const FanWalks& walks) {
       const Vector2d last_ray(fan.grid->cos_elevation.back(), fan.grid->sin_elevation.back());
       if (down.y() > 0.0 || last_ray.dot(line.ahead) < 0.0) return false;
     }
-    if (below < elevations && !begin_walk(walks, line, plane, true)) return false;
+    // The outer planes of a fan have rays of the beam near the array's axis only: those towards the
+    // bed, and others that reach nothing. From straight down on, rays rise with elevation.
+    const auto last_below = static_cast<std::size_t>(tables.left_out_from[plane]);
+    const auto first_above = static_cast<std::size_t>(tables.left_out_until[plane]);
+    const auto reaches_bed = [&](std::size_t ray) {
+      const double sink =
+          -Vector2d(fan.grid->cos_elevation[ray], fan.grid->sin_elevation[ray]).dot(line.up) *
+          line.up_in_space.z();
+      return arrays_.moved ||
+             sink * fan.range_m * (1.0 + 1e-9) >= fan.origin.z() - grid_->bounds().highest.z();
+    };
+    const bool no_more = last_below < first_above && below <= first_above &&
+                         (first_above == elevations || !reaches_bed(first_above));
+    walks.planes[plane].end = no_more ? last_below : elevations;
   }
   return true;
 }
@@ -353,7 +379,7 @@ bool GridScan::begin_walk(const FanWalks& of_fan, const Line& line, std::size_t 
   walks.right_column[lane] = axis == 0 ? number : right;
   walks.right_row[lane] = axis == 0 ? right : number;
   walks.from[lane] = outwards ? static_cast<std::int64_t>(of_plane.below_nadir) : 0;
-  walks.until[lane] = static_cast<std::int64_t>(outwards ? fan.elevations() : of_plane.below_nadir);
+  walks.until[lane] = static_cast<std::int64_t>(outwards ? of_plane.end : of_plane.below_nadir);
   (outwards ? of_plane.outwards : of_plane.inwards) = walk_count_++;
   return true;
 }
@@ -390,126 +416,115 @@ void GridScan::make_room(std::size_t faces) {
   const std::size_t rows_before = corners_.size();
   room_ = faces;
   const std::size_t rows = room_ + widest_vector;
-  faces_.resize(rows);
   numbers_.resize(rows);
   positions_.resize(3 * rows);
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t i = 0; i < std::min(other_count_, rows_before); ++i)
       positions_[k * rows + i] = before[k * rows_before + i];
-  face_planes_.resize(4 * rows);
   corners_.resize(rows);
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t corner = 0; corner < 3; ++corner)
       corners_[i][corner] = static_cast<std::uint32_t>(corner * rows + i);
 }
 
-/// Without a branch on whether the face is known, which is as good as random: its row is written
-/// either way, and kept if it is new.
-void GridScan::add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs) {
-  std::uint32_t& known = known_[(face * 0x9e3779b97f4a7c15) >> 52];
-  static_assert(known_faces == 1 << (64 - 52));
-  const std::size_t before = known;
-  const bool is_new =
-      static_cast<bool>(static_cast<int>(before - first_of_fan_ >= face_count_ - first_of_fan_) |
-                        static_cast<int>(faces_[before] != face));
-  const std::uint64_t cell_row = face >> GridFace::row;
-  const std::uint64_t column = (face & 0xffffffff) >> GridFace::column;
-  const auto number = static_cast<std::uint32_t>(
-      2 * (cell_row * static_cast<std::uint64_t>(arrays_.cells_across) + column) + (face & 1));
-  faces_[face_count_] = face;
-  numbers_[face_count_] = number;
-  const auto row = static_cast<std::uint32_t>(is_new ? face_count_ : before);
-  face_count_ += is_new ? 1 : 0;
-  known = row;
-  if ((face >> GridFace::far & 1) != 0) far_.push_back(found_);
-  runs.begin[found_] = begin;
-  runs.end[found_] = end;
-  runs.index[found_] = row;
-  runs.face[found_++] = number;
+/// Appends those rays of what a walk has found that are within the beam, as runs.
+void lay_in_beam(const FanTables& tables, std::size_t plane, const FoundFaces& found,
+                 GridRunArgs& args) {
+  const std::int64_t out_from = tables.left_out_from[plane],
+                     out_until = tables.left_out_until[plane];
+  if (out_from == out_until) return lay_runs(args, found, 0, all_rays);
+  const std::uint64_t *const first = found.intervals, *const end = first + found.count;
+  const std::int64_t before =
+      std::partition_point(first, end,
+                           [&](std::uint64_t interval) { return begin_of(interval) < out_from; }) -
+      first;
+  const std::int64_t behind =
+      std::partition_point(first, end,
+                           [&](std::uint64_t interval) { return end_of(interval) <= out_until; }) -
+      first;
+  lay_runs(args, {found.intervals, found.faces, before}, 0, out_from);
+  lay_runs(args, {found.intervals + behind, found.faces + behind, found.count - behind}, out_until,
+           all_rays);
 }
 
-/// Appends the runs of a plane, from its walks.
-void GridScan::collect(const FanWalks& of_fan, std::size_t plane, FanRuns& runs) {
+/// Appends the runs of a fan, from its walks.
+void GridScan::collect(const FanWalks& of_fan, FanRuns& runs) {
   const RayFan& fan = *of_fan.fan;
-  const FanTables& tables = *of_fan.tables;
-  const auto out_from = static_cast<std::uint32_t>(tables.left_out_from[plane]);
-  const auto out_until = static_cast<std::uint32_t>(tables.left_out_until[plane]);
-  const std::size_t first = runs.first.back();
-  const std::size_t first_face = face_count_;
-  found_ = first;
-  far_.clear();
-  const auto lanes = static_cast<std::size_t>(walks_together());
-  const auto count_of = [&](std::size_t walk) {
-    return walk == PlaneWalks::none
-               ? std::size_t{0}
-               : static_cast<std::size_t>(walks_[walk / lanes].count[walk % lanes]);
-  };
-  const auto add = [&](std::uint64_t interval, std::uint64_t face) {
-    const auto begin = static_cast<std::uint32_t>(interval);
-    const auto end = static_cast<std::uint32_t>(interval >> 32);
-    if (begin < out_from) add_run(begin, std::min(end, out_from), face, runs);
-    if (end > out_until) add_run(std::max(begin, out_until), end, face, runs);
-  };
-  const PlaneWalks& walks = of_fan.planes[plane];
-  const std::size_t inwards = count_of(walks.inwards), outwards = count_of(walks.outwards);
-  const std::size_t row = outwards > 0 ? walks.outwards * room_of_walk_ : 0;
-  std::uint64_t* interval = intervals_.data() + row;
-  const std::uint64_t* face = seen_.data() + row;
-  if (inwards > 0) {
-    const std::uint64_t* interval_of_ray = intervals_.data() + walks.inwards * room_of_walk_;
-    const std::uint64_t* seen = seen_.data() + walks.inwards * room_of_walk_;
-    for (std::size_t i = inwards; i-- > 1;) add(interval_of_ray[i], seen[i]);
+  runs.start(*fan.grid);
+  far_.resize(fan.elevations() + widest_vector);
+  GridRunArgs args{.grid = arrays_,
+                   .frame = frame(fan),
+                   .row = static_cast<std::int64_t>(row_count_),
+                   .begin = runs.begin.data(),
+                   .end = runs.end.data(),
+                   .index = runs.index.data(),
+                   .face = runs.face.data(),
+                   .level = runs.level.data(),
+                   .pole = runs.pole.data(),
+                   .distance = runs.distance.data(),
+                   .numbers = numbers_.data(),
+                   .positions = positions_.front().data(),
+                   .rows = static_cast<std::int64_t>(corners_.size()),
+                   .far = far_.data()};
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
+    args.sin_azimuth = of_fan.tables->sin_azimuth[plane];
+    args.cos_azimuth = of_fan.tables->cos_azimuth[plane];
+    args.far_count = 0;
+    FoundFaces inwards = found_by(of_fan.planes[plane].inwards);
+    FoundFaces outwards = found_by(of_fan.planes[plane].outwards);
     // Both walks may see the face below the origin.
-    if (outwards > 0 && face[0] == seen[0] &&
-        interval_of_ray[0] >> 32 == (interval[0] & 0xffffffff))
-      interval[0] = (interval[0] >> 32 << 32) | (interval_of_ray[0] & 0xffffffff);
-    else
-      add(interval_of_ray[0], seen[0]);
+    if (inwards.count > 0 && outwards.count > 0 && inwards.faces[0] == outwards.faces[0] &&
+        end_of(inwards.intervals[0]) == begin_of(outwards.intervals[0])) {
+      outwards.intervals[0] =
+          (outwards.intervals[0] >> 32 << 32) | (inwards.intervals[0] & 0xffffffff);
+      ++inwards.intervals, ++inwards.faces, --inwards.count;
+    }
+    std::reverse(inwards.intervals, inwards.intervals + inwards.count);
+    std::reverse(inwards.faces, inwards.faces + inwards.count);
+    for (const FoundFaces& found : {inwards, outwards})
+      lay_in_beam(*of_fan.tables, plane, found, args);
+    trim(fan, args);
+    runs.first.push_back(static_cast<std::size_t>(args.run));
   }
-  for (std::size_t i = 0; i < outwards; ++i) add(interval[i], face[i]);
-
-  find_grid_faces(arrays_, frame(fan), faces_.data(), static_cast<std::int64_t>(first_face),
-                  static_cast<std::int64_t>(face_count_),
-                  {.positions = positions_.front().data(),
-                   .room = static_cast<std::int64_t>(room_ + widest_vector),
-                   .face_planes = face_planes_.data()});
-  cut_face_planes({.face = &runs.index[first],
-                   .face_planes = face_planes_.data(),
-                   .level = &runs.level[first],
-                   .pole = &runs.pole[first],
-                   .distance = &runs.distance[first]},
-                  tables.sin_azimuth[plane], tables.cos_azimuth[plane],
-                  static_cast<std::int64_t>(found_ - first));
-  trim(fan, runs);
-  runs.first.push_back(found_);
+  row_count_ = static_cast<std::size_t>(args.row);
 }
 
-/// Removes rays at the ends of runs that meet their face beyond the range: as list_runs() of
-/// fan_scan does.
-void GridScan::trim(const RayFan& fan, FanRuns& runs) {
-  if (far_.empty()) return;
-  const auto beyond = [&](std::size_t run, std::uint32_t ray) {
-    const double facing = std::fma(runs.level[run], fan.grid->cos_elevation[ray],
-                                   runs.pole[run] * fan.grid->sin_elevation[ray]);
-    return !(runs.distance[run] / facing <= fan.range_m);
+/// What a walk has found.
+FoundFaces GridScan::found_by(std::size_t walk) {
+  if (walk == PlaneWalks::none) return {};
+  const auto lanes = static_cast<std::size_t>(walks_together());
+  return {.intervals = intervals_.data() + walk * room_of_walk_,
+          .faces = seen_.data() + walk * room_of_walk_,
+          .count = walks_[walk / lanes].count[walk % lanes]};
+}
+
+/// Removes rays at the ends of a plane's runs that meet their face beyond the range: as list_runs()
+/// of fan_scan does.
+void GridScan::trim(const RayFan& fan, GridRunArgs& args) const {
+  if (args.far_count == 0) return;
+  const auto beyond = [&](std::uint32_t run, std::uint32_t ray) {
+    const double facing = std::fma(args.level[run], fan.grid->cos_elevation[ray],
+                                   args.pole[run] * fan.grid->sin_elevation[ray]);
+    return !(args.distance[run] / facing <= fan.range_m);
   };
-  for (const std::size_t run : far_) {
-    std::uint32_t &begin = runs.begin[run], &end = runs.end[run];
+  const std::span far(args.far, static_cast<std::size_t>(args.far_count));
+  for (const std::uint32_t run : far) {
+    std::uint32_t &begin = args.begin[run], &end = args.end[run];
     while (begin < end && beyond(run, begin)) ++begin;
     while (begin < end && beyond(run, end - 1)) --end;
   }
-  std::size_t to = far_.front();
-  for (std::size_t run = to; run < found_; ++run) {
-    if (runs.begin[run] == runs.end[run]) continue;
-    runs.begin[to] = runs.begin[run], runs.end[to] = runs.end[run];
-    runs.copy_face(to++, runs, run);
+  std::int64_t to = far.front();
+  for (std::int64_t run = to; run < args.run; ++run) {
+    if (args.begin[run] == args.end[run]) continue;
+    for (std::uint32_t* row : {args.begin, args.end, args.index, args.face}) row[to] = row[run];
+    for (double* row : {args.level, args.pole, args.distance}) row[to] = row[run];
+    ++to;
   }
-  found_ = to;
+  args.run = to;
 }
 
 refine::Triangles GridScan::triangles() const {
-  return {positions_, std::span(corners_).first(face_count_),
-          std::span(numbers_).first(face_count_)};
+  return {positions_, std::span(corners_).first(row_count_), std::span(numbers_).first(row_count_)};
 }
 
 }  // namespace ensonify::engine

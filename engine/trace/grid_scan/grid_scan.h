@@ -47,7 +47,7 @@ class GridScan {
 
   /// The runs of the fan with this number.
   FanRuns& runs(std::size_t fan) { return runs_[fan]; }
-  /// The faces that the last fans hit; FanRuns::index counts in them.
+  /// The faces of the runs, one for each; FanRuns::index counts in them.
   refine::Triangles triangles() const;
 
  private:
@@ -58,10 +58,11 @@ class GridScan {
     static constexpr std::size_t none = static_cast<std::size_t>(-1);
     std::size_t outwards = none, inwards = none;
     std::size_t below_nadir = 0;  // rays
+    std::size_t end = 0;          // of the rays that may hit something within the beam
   };
 
   bool take(std::span<const RayFan> fans, std::span<FanRuns> runs);
-  bool begin_outwards(const FanWalks& walks);
+  bool plan_walks(const FanWalks& walks);
   bool begin_walk(const FanWalks& walks, const Line& line, std::size_t plane, bool outwards);
   bool left_at_border(const Line& line, std::size_t walk) const;
   bool is_above_bed(const Eigen::Vector3d& place) const;
@@ -69,9 +70,9 @@ class GridScan {
   double allowed_slope() const;
   Eigen::Vector3d from_origin(const RayFan& fan, std::ptrdiff_t column, std::ptrdiff_t row) const;
   bool stayed_on_grid(const FanWalks& walks) const;
-  void collect(const FanWalks& walks, std::size_t plane, FanRuns& runs);
-  void add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs);
-  void trim(const RayFan& fan, FanRuns& runs);
+  FoundFaces found_by(std::size_t walk);
+  void collect(const FanWalks& walks, FanRuns& runs);
+  void trim(const RayFan& fan, GridRunArgs& args) const;
   void make_room(std::size_t faces);
 
   const refine::HeightGrid* grid_;
@@ -90,20 +91,14 @@ class GridScan {
   std::size_t room_of_walk_ = 0;                // in these:
   CacheLines<std::uint64_t> intervals_, seen_;  // by walk
 
-  // The faces that are hit.
-  std::vector<std::uint64_t> faces_;
+  // The faces of the runs, a row each.
   std::vector<std::uint32_t> numbers_;
-  std::vector<Eigen::Vector3f> positions_;  // [corner][face]
+  std::vector<Eigen::Vector3f> positions_;  // [corner][row]
   std::vector<refine::Face> corners_;
-  CacheLines<double> face_planes_;
-  std::size_t face_count_ = 0, found_ = 0, room_ = 0;
+  std::size_t row_count_ = 0, room_ = 0;
   std::size_t other_count_ = 0;
   std::uint64_t others_ = static_cast<std::uint64_t>(-1);  // their version
-  std::size_t first_of_fan_ = 0;                           // of the faces
-  /// Finds the row of a face that the fan has hit before. Two faces may share a place; then one is
-  /// kept twice. Rows that are not of the face are left from others.
-  std::vector<std::uint32_t> known_;
-  std::vector<std::size_t> far_;  // runs whose face is partly out of range
+  CacheLines<std::uint32_t> far_;
 };
 
 }  // namespace ensonify::engine

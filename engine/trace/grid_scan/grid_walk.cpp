@@ -371,92 +371,108 @@ void walk_grid(const GridWalkArgs& args) {
   alignas(64) double x[together][room], y[together][room];
   alignas(64) std::uint64_t faces[together][room], intervals[room];
   alignas(64) std::int64_t later[together][chunk_cells * GridWalks::most];
-  for (std::int64_t first = 0; first < args.groups; first += together) {
-    const std::int64_t some = args.groups - first < together ? args.groups - first : together;
-    for (bool any = true; any;) {
-      for (std::int64_t k = 0; k < some; ++k)
-        look_ahead(args.grid, args.walks[first + k], later[k]);
-      // Interleave the groups: a step depends on the step before it, so the processor works on
-      // another group meanwhile.
-      for (std::int64_t step_number = 0; step_number < chunk_steps; ++step_number)
-        for (std::int64_t k = 0; k < some; ++k) {
-          // A cell's southern points, then its northern ones.
-          const std::int64_t* const places = later[k] + step_number / 2 * lanes;
-          const std::int64_t north = step_number % 2 * tile_points;
-          for (std::int64_t lane = 0; lane < lanes; ++lane)
-            __builtin_prefetch(args.grid.z + places[lane] + north);
-          const std::int64_t i = step_number * lanes;
-          step(args.grid, args.walks[first + k], x[k] + i, y[k] + i, faces[k] + i);
-        }
-      any = false;
-      for (std::int64_t k = 0; k < some; ++k) {
-        GridWalks& at = args.walks[first + k];
-        find_rays(args, at, x[k], y[k], intervals);
-        any |= !hn::AllFalse(d, mask_of(load(&at.active[0])));
-        for (std::int64_t lane = 0; lane < lanes; ++lane) {
-          const std::int64_t walk = (first + k) * lanes + lane;
-          std::uint64_t* const to = args.intervals + walk * args.room;
-          std::uint64_t* const faces_of_walk = args.faces + walk * args.room;
-          std::int64_t count = at.count[static_cast<std::size_t>(lane)];
-          for (std::int64_t i = lane; i < chunk_steps * lanes; i += lanes) {
-            to[count] = intervals[i];
-            faces_of_walk[count] = faces[k][i];
-            count += (intervals[i] & 0xffffffff) < intervals[i] >> 32;
-          }
-          at.count[static_cast<std::size_t>(lane)] = count;
-        }
+  // Interleave groups: a step depends on the step before it, so the processor works on another
+  // group meanwhile. A group that ends makes way for the next one.
+  std::int64_t going[together], count = 0, next = 0;
+  for (;;) {
+    while (count < together && next < args.groups) going[count++] = next++;
+    if (count == 0) return;
+    for (std::int64_t k = 0; k < count; ++k) look_ahead(args.grid, args.walks[going[k]], later[k]);
+    for (std::int64_t step_number = 0; step_number < chunk_steps; ++step_number)
+      for (std::int64_t k = 0; k < count; ++k) {
+        // A cell's southern points, then its northern ones.
+        const std::int64_t* const places = later[k] + step_number / 2 * lanes;
+        const std::int64_t north = step_number % 2 * tile_points;
+        for (std::int64_t lane = 0; lane < lanes; ++lane)
+          __builtin_prefetch(args.grid.z + places[lane] + north);
+        const std::int64_t i = step_number * lanes;
+        step(args.grid, args.walks[going[k]], x[k] + i, y[k] + i, faces[k] + i);
       }
+    std::int64_t still_going = 0;
+    for (std::int64_t k = 0; k < count; ++k) {
+      const std::int64_t group = going[k];
+      GridWalks& at = args.walks[group];
+      find_rays(args, at, x[k], y[k], intervals);
+      for (std::int64_t lane = 0; lane < lanes; ++lane) {
+        const std::int64_t walk = group * lanes + lane;
+        std::uint64_t* const to = args.intervals + walk * args.room;
+        std::uint64_t* const faces_of_walk = args.faces + walk * args.room;
+        std::int64_t found = at.count[static_cast<std::size_t>(lane)];
+        for (std::int64_t i = lane; i < chunk_steps * lanes; i += lanes) {
+          to[found] = intervals[i];
+          faces_of_walk[found] = faces[k][i];
+          found += (intervals[i] & 0xffffffff) < intervals[i] >> 32;
+        }
+        at.count[static_cast<std::size_t>(lane)] = found;
+      }
+      if (!hn::AllFalse(d, mask_of(load(&at.active[0])))) going[still_going++] = group;
     }
+    count = still_going;
   }
 }
 
 std::int64_t walks_together() { return lanes; }
 
-void find_grid_faces(const GridArrays& grid, const FanFrame& fan_frame, const std::uint64_t* faces,
-                     std::int64_t first, std::int64_t end, const GridFaceRows& rows) {
-  const Frame frame = laid(fan_frame);
+void lay_runs(GridRunArgs& args, const FoundFaces& found, std::int64_t from, std::int64_t until) {
+  const GridArrays& grid = args.grid;
+  const Frame frame = laid(args.frame);
+  const V sine = hn::Set(d, args.sin_azimuth), cosine = hn::Set(d, args.cos_azimuth);
   const VI zero = hn::Zero(di);
-  for (std::int64_t i = first; i < end; i += lanes) {
-    const auto within = hn::FirstN(di, static_cast<std::size_t>(end - i));
-    const VI face = hn::IfThenElseZero(within, hn::BitCast(di, hn::LoadU(du, faces + i)));
-    const auto second = hn::Ne(hn::And(face, hn::Set(di, 1 << GridFace::second)), zero);
-    const auto rising = hn::Ne(hn::And(face, hn::Set(di, 1 << GridFace::rising)), zero);
+  constexpr hn::RebindToUnsigned<HalfI> narrow;
+  for (std::int64_t i = 0; i < found.count; i += lanes) {
+    const std::int64_t run = args.run + i, first_row = args.row + i;
+    const auto store = [&](VI numbers, std::uint32_t* to) HWY_ATTR {
+      hn::StoreU(hn::TruncateTo(narrow, hn::BitCast(du, numbers)), narrow, to);
+    };
+    const VI interval = hn::BitCast(di, hn::LoadU(du, found.intervals + i));
+    const VI begin = hn::And(interval, hn::Set(di, 0xffffffff)), end = hn::ShiftRight<32>(interval);
+    store(hn::Max(begin, hn::Set(di, from)), args.begin + run);
+    store(hn::Min(end, hn::Set(di, until)), args.end + run);
+    store(hn::Iota(di, 0) + hn::Set(di, first_row), args.index + run);
+
+    const auto within = hn::FirstN(di, static_cast<std::size_t>(found.count - i));
+    const VI face = hn::IfThenElseZero(within, hn::BitCast(di, hn::LoadU(du, found.faces + i)));
+    const auto has = [&](int bit) HWY_ATTR {
+      return hn::Ne(hn::And(face, hn::Set(di, std::int64_t{1} << bit)), zero);
+    };
     const VI row = hn::BitCast(di, hn::ShiftRight<GridFace::row>(hn::BitCast(du, face)));
     const VI column = hn::ShiftRight<GridFace::column>(hn::And(face, hn::Set(di, 0xffffffff)));
+    static_assert(GridFace::second == 0);
+    const VI number =
+        hn::ShiftLeft<1>(times(row, grid.cells_across) + column) + hn::And(face, hn::Set(di, 1));
+    store(number, args.face + run);
+    store(number, args.numbers + first_row);
+    const auto far = has(GridFace::far);
+    if (HWY_UNLIKELY(!hn::AllFalse(di, far))) {
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(di, far, bits);
+      for (std::int64_t k = 0; k < lanes; ++k)
+        if (bits[0] >> k & 1) args.far[args.far_count++] = static_cast<std::uint32_t>(run + k);
+    }
+
     const TilePlace tile = tile_of(grid, column, row);
     const Pair<V> x = gather_pair(grid.x, column), y = gather_pair(grid.y, row);
     const VI place = place_of(tile, column, row);
     const Pair<V> south = gather_pair(grid.z, place);
     const Pair<V> north = gather_pair(grid.z, place + hn::Set(di, tile_points));
-    const M is_second = hn::RebindMask(d, second), is_rising = hn::RebindMask(d, rising);
+    const M second = hn::RebindMask(d, has(GridFace::second)),
+            rising = hn::RebindMask(d, has(GridFace::rising));
     const Corners at =
-        corners_of(is_second, is_rising, {x.at, y.at, south.at}, {x.next, y.at, south.next},
+        corners_of(second, rising, {x.at, y.at, south.at}, {x.next, y.at, south.next},
                    {x.at, y.next, north.at}, {x.next, y.next, north.next});
-    float* to = rows.positions + 3 * i;
+    float* to = args.positions + 3 * first_row;
     for (const V3& p : {at.a, at.b, at.c}) {
       hn::StoreInterleaved3(hn::DemoteTo(df, p.x), hn::DemoteTo(df, p.y), hn::DemoteTo(df, p.z), df,
                             to);
-      to += 3 * rows.room;
+      to += 3 * args.rows;
     }
     const FacePlane plane =
-        face_plane(frame, fan_frame.handedness,
-                   grid.moved ? moved_corners(*grid.moved, is_second, is_rising, column, row) : at);
-    hn::StoreInterleaved4(plane.normal.x, plane.normal.y, plane.normal.z, plane.distance, d,
-                          rows.face_planes + 4 * i);
+        face_plane(frame, args.frame.handedness,
+                   grid.moved ? moved_corners(*grid.moved, second, rising, column, row) : at);
+    store_cut(plane, sine, cosine, args.level + run, args.pole + run, args.distance + run);
   }
-}
-
-void cut_face_planes(const GridRunRows& rows, double sin_azimuth, double cos_azimuth,
-                     std::int64_t count) {
-  const V sine = hn::Set(d, sin_azimuth), cosine = hn::Set(d, cos_azimuth);
-  for (std::int64_t i = 0; i < count; i += lanes) {
-    const auto within = hn::FirstN(half, static_cast<std::size_t>(count - i));
-    const auto face = hn::IfThenElseZero(
-        within, hn::LoadU(half, reinterpret_cast<const std::int32_t*>(rows.face) + i));
-    const auto at = hn::ShiftLeft<2>(hn::PromoteTo(di, face));
-    store_cut(gather_face_plane(rows.face_planes, at), sine, cosine, rows.level + i, rows.pole + i,
-              rows.distance + i);
-  }
+  args.run += found.count;
+  args.row += found.count;
 }
 
 }  // namespace HWY_NAMESPACE
@@ -467,22 +483,15 @@ HWY_AFTER_NAMESPACE();
 namespace ensonify::engine {
 
 HWY_EXPORT(walk_grid);
-HWY_EXPORT(find_grid_faces);
-HWY_EXPORT(cut_face_planes);
 HWY_EXPORT(walks_together);
-
-std::int64_t walks_together() { return HWY_DYNAMIC_DISPATCH(walks_together)(); }
+HWY_EXPORT(lay_runs);
 
 void walk_grid(const GridWalkArgs& args) { HWY_DYNAMIC_DISPATCH(walk_grid)(args); }
 
-void find_grid_faces(const GridArrays& grid, const FanFrame& frame, const std::uint64_t* faces,
-                     std::int64_t first, std::int64_t end, const GridFaceRows& rows) {
-  HWY_DYNAMIC_DISPATCH(find_grid_faces)(grid, frame, faces, first, end, rows);
-}
+std::int64_t walks_together() { return HWY_DYNAMIC_DISPATCH(walks_together)(); }
 
-void cut_face_planes(const GridRunRows& rows, double sin_azimuth, double cos_azimuth,
-                     std::int64_t count) {
-  HWY_DYNAMIC_DISPATCH(cut_face_planes)(rows, sin_azimuth, cos_azimuth, count);
+void lay_runs(GridRunArgs& args, const FoundFaces& found, std::int64_t from, std::int64_t until) {
+  HWY_DYNAMIC_DISPATCH(lay_runs)(args, found, from, until);
 }
 
 }  // namespace ensonify::engine

@@ -96,24 +96,32 @@ void walk_grid(const GridWalkArgs& args);
 /// How many walks a GridWalks has on this machine: the first lanes are used.
 std::int64_t walks_together();
 
-/// Where find_grid_faces() writes, by face; one vector longer than the most faces.
-struct GridFaceRows {
-  float* positions;  ///< [corner][face]
-  std::int64_t room;
-  double* face_planes;  ///< [face][FacePlane]
+/// Faces that one walk has found, as in GridWalkArgs, in order of rays.
+struct FoundFaces {
+  std::uint64_t *intervals, *faces;
+  std::int64_t count;
 };
-/// The corners and planes of faces [first, end); the planes are those of moved points, if there are
-/// any.
-void find_grid_faces(const GridArrays& grid, const FanFrame& frame, const std::uint64_t* faces,
-                     std::int64_t first, std::int64_t end, const GridFaceRows& rows);
 
-/// The planes of runs as the fan's plane cuts them: as in FanRuns. Writes up to one vector more.
-struct GridRunRows {
-  const std::uint32_t* face;  ///< row of face_planes
-  const double* face_planes;
+/// What lay_runs() reads and writes. Arrays are one vector longer than the most runs.
+struct GridRunArgs {
+  GridArrays grid;
+  // The plane of a fan.
+  FanFrame frame;
+  double sin_azimuth, cos_azimuth;
+  // The next run, as in FanRuns, and its face, which is no other run's.
+  std::int64_t run, row;
+  std::uint32_t *begin, *end, *index, *face;
   double *level, *pole, *distance;
+  std::uint32_t* numbers;  ///< by row
+  float* positions;        ///< [corner][row]
+  std::int64_t rows;
+  // The runs whose face is partly out of range.
+  std::int64_t far_count;
+  std::uint32_t* far;
 };
-void cut_face_planes(const GridRunRows& rows, double sin_azimuth, double cos_azimuth,
-                     std::int64_t count);
+
+/// Appends runs: rays [from, until) of what a walk of the plane has found. The faces' planes are
+/// those of moved points, if there are any.
+void lay_runs(GridRunArgs& args, const FoundFaces& found, std::int64_t from, std::int64_t until);
 
 }  // namespace ensonify::engine

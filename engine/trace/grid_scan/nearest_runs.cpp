@@ -75,16 +75,16 @@ void take_corners(const refine::Triangles& triangles, std::uint32_t index, float
     for (std::size_t i = 0; i < 3; ++i) to[k][i] = corners[k][static_cast<Eigen::Index>(i)];
 }
 
-/// 1 / t on a ray. A run's face is seen well enough if this is not far from exact, whatever its
-/// shape.
+/// 1 / t on a ray is `facing` over `distance_m`; both are positive here. A run's face is seen well
+/// enough if this is not far from exact, whatever its shape.
 struct Nearness {
-  double per_m;
-  bool exact_enough;
+  double facing, distance_m;
+  bool exact_enough() const { return facing > 0.01; }
 };
 Nearness nearness(const FanRuns& runs, std::size_t run, const FanGrid& grid, std::uint32_t ray) {
-  const double facing =
-      runs.level[run] * grid.cos_elevation[ray] + runs.pole[run] * grid.sin_elevation[ray];
-  return {facing / runs.distance[run], std::abs(facing) > 0.01};
+  return {std::abs(runs.level[run] * grid.cos_elevation[ray] +
+                   runs.pole[run] * grid.sin_elevation[ray]),
+          std::abs(runs.distance[run])};
 }
 
 enum class Nearer { a, b, unclear };
@@ -92,16 +92,17 @@ enum class Nearer { a, b, unclear };
 /// difference of their 1 / t is least at one of the ends, if it has the same sign at both.
 Nearer clearly_nearer(const FanGrid& grid, const FanRuns& a, std::size_t i, const FanRuns& b,
                       std::size_t j, std::uint32_t begin, std::uint32_t end) {
-  constexpr double surely = 1e-4;
+  constexpr double surely = 1.0 + 1e-4;
   const std::uint32_t last = end - 1;
   const double turn = grid.cos_elevation[begin] * grid.cos_elevation[last] +
                       grid.sin_elevation[begin] * grid.sin_elevation[last];
   bool a_nearer = turn > 0.0, b_nearer = turn > 0.0;
   for (const std::uint32_t ray : {begin, last}) {
     const Nearness of_a = nearness(a, i, grid, ray), of_b = nearness(b, j, grid, ray);
-    const bool both = of_a.exact_enough && of_b.exact_enough;
-    a_nearer &= both && of_a.per_m > of_b.per_m * (1.0 + surely);
-    b_nearer &= both && of_b.per_m > of_a.per_m * (1.0 + surely);
+    const bool both = of_a.exact_enough() && of_b.exact_enough();
+    const double for_a = of_a.facing * of_b.distance_m, for_b = of_b.facing * of_a.distance_m;
+    a_nearer &= both && for_a > for_b * surely;
+    b_nearer &= both && for_b > for_a * surely;
   }
   return a_nearer ? Nearer::a : b_nearer ? Nearer::b : Nearer::unclear;
 }
@@ -136,6 +137,14 @@ void nearest_runs(const RayFan& fan, refine::Triangles triangles, const FanRuns&
     const std::size_t end_a = a.first[plane + 1], end_b = b.first[plane + 1];
     std::uint32_t ray = 0;  // all before it are decided
     while (i < end_a && j < end_b) {
+      if (ray <= a.begin[i] && a.end[i] <= b.begin[j]) {
+        std::size_t end = i + 1;
+        while (end < end_a && a.end[end] <= b.begin[j]) ++end;
+        nearest.copy_runs(count, a, i, end);
+        count += end - i;
+        i = end;
+        continue;
+      }
       const std::uint32_t begin_a = std::max(ray, a.begin[i]), begin_b = std::max(ray, b.begin[j]);
       ray = std::max(begin_a, begin_b);
       add(a, i, begin_a, std::min(a.end[i], ray));
@@ -164,7 +173,9 @@ void nearest_runs(const RayFan& fan, refine::Triangles triangles, const FanRuns&
       if (a.end[i] == both) ++i;
       if (j < end_b && b.end[j] == both) ++j;
     }
-    for (; i < end_a; ++i) add(a, i, std::max(ray, a.begin[i]), a.end[i]);
+    if (i < end_a && a.begin[i] < ray) add(a, i, ray, a.end[i]), ++i;
+    nearest.copy_runs(count, a, i, end_a);
+    count += end_a - i;
     for (; j < end_b; ++j) add(b, j, std::max(ray, b.begin[j]), b.end[j]);
     nearest.first.push_back(count);
   }
