@@ -442,7 +442,7 @@ TEST_CASE("A run that is stopped removes its files and exits with 128 plus the s
     std::vector<std::string> arguments{"run",       "tiny.toml",
                                        "-o",        "new/folders/out",
                                        "--threads", "1",
-                                       "-D",        "track.pings=10000",
+                                       "-D",        "track.pings=40000",
                                        "-D",        "track.speed_mps=0",
                                        "-D",        "run.block_pings=2",
                                        "-D",        "sonar.left-right.elevations=65536"};

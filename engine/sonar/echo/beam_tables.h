@@ -4,8 +4,8 @@
 
 namespace ensonify::engine {
 
-// The layout of the beam's tables (beam.h), for echo_kernel.cpp, which reads them too and may
-// include only plain constants and structs.
+// The layout of tables of the beam (beam.h) and of rays (ray_layout.h), for echo_kernel.cpp, which
+// reads them too and may include only plain constants and structs.
 
 /// The rows of ArrayTable are at equal steps of F / (F + 2): in F, steps of 0.008 in the far field,
 /// and of a few percent in the near field. Its columns are at equal steps of x, from 0 to F +
@@ -21,6 +21,11 @@ inline constexpr std::int32_t vertical_directions = 8192;
 struct BeamSample {
   float sin_azimuth;
   float width_rad;  ///< the azimuth that the sample stands for
+};
+
+/// Of an elevation in a fan's plane.
+struct RayDirection {
+  double cosine, sine;
 };
 
 }  // namespace ensonify::engine

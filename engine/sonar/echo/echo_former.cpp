@@ -63,8 +63,7 @@ PlaneBeam plane_beam(const SideView& view, std::size_t plane) {
 
 RayAngles ray_angles(const RayLayout& layout) {
   return {.edge_rad = layout.edge_rad.data(),
-          .cosines = layout.cosines.data(),
-          .sines = layout.sines.data()};
+          .directions = layout.directions.data()};
 }
 
 }  // namespace
@@ -336,7 +335,7 @@ void EchoFormer::lay_shifted(std::size_t plane) {
   const double pole = view_.motion->drift.dot(fan.pole);
   const RayAngles rays = ray_angles(*view_.layout);
   const auto drift_at = [&](std::size_t angle) {
-    return level * rays.cosines[angle] + pole * rays.sines[angle];
+    return level * rays.directions[angle].cosine + pole * rays.directions[angle].sine;
   };
   const auto shift = [&](double& range_m, std::size_t angle) {
     range_m -= nearer_m(range_m, drift_at(angle));

@@ -271,14 +271,17 @@ HWY_INLINE hn::Vec<Tag> load(Tag tag, const std::uint32_t* from) {
   return hn::LoadU(tag, reinterpret_cast<const std::int32_t*>(from));
 }
 
-// Sine and cosine of the elevation in the middle of rays [begin, end), and the elevation from their
+// Cosine and sine of the elevation in the middle of rays [begin, end), and the elevation from their
 // first end to their last.
 struct Middle {
   V cosine, sine, width;
 };
+HWY_INLINE Pair<V> cosine_and_sine(const RayAngles& rays, VJ angle) {
+  return gather_pair(d, &rays.directions->cosine, hn::PromoteTo(i64, angle + angle));
+}
 HWY_INLINE Middle middle_of(const RayAngles& rays, VJ begin, VJ end) {
-  const auto middle = hn::PromoteTo(i64, begin + end - hn::Set(j32, 1));  // in half steps
-  return {hn::GatherIndex(d, rays.cosines, middle), hn::GatherIndex(d, rays.sines, middle),
+  const auto [cosine, sine] = cosine_and_sine(rays, begin + end - hn::Set(j32, 1));
+  return {cosine, sine,
           hn::GatherIndex(d, rays.edge_rad, hn::PromoteTo(i64, end)) -
               hn::GatherIndex(d, rays.edge_rad, hn::PromoteTo(i64, begin))};
 }
@@ -487,9 +490,9 @@ void shift_ranges(const RangeShiftArgs& in, double* from_m, double* until_m) {
     const auto shift = [&](const std::uint32_t* rays, double* range_m) HWY_ATTR {
       // Halfway between rays j - 1 and j, where neighbouring pieces meet, it is angle 2 j - 1.
       const VJ ray = hn::IfThenElseZero(within, load(j32, rays + i));
-      const auto angle = hn::PromoteTo(i64, hn::Max(ray + ray - hn::Set(j32, 1), hn::Zero(j32)));
-      const V drift = set(in.drift_level) * hn::GatherIndex(d, in.rays.cosines, angle) +
-                      set(in.drift_pole) * hn::GatherIndex(d, in.rays.sines, angle);
+      const auto [cosine, sine] =
+          cosine_and_sine(in.rays, hn::Max(ray + ray - hn::Set(j32, 1), hn::Zero(j32)));
+      const V drift = set(in.drift_level) * cosine + set(in.drift_pole) * sine;
       const V there = hn::LoadU(d, range_m + i);
       hn::StoreU(there - (set(0.5) * there + set(in.closing_shift_m)) * drift, d, range_m + i);
     };

@@ -32,8 +32,8 @@ struct PieceGeometry {
 
 /// The elevations of a fan's rays, as in RayLayout.
 struct RayAngles {
-  const double* edge_rad;         ///< halfway from each elevation to the one before it
-  const double *cosines, *sines;  ///< of each elevation (2 j), and halfway to the next (2 j + 1)
+  const double* edge_rad;          ///< halfway from each elevation to the one before it
+  const RayDirection* directions;  ///< of each elevation (2 j), and halfway to the next (2 j + 1)
 };
 
 /// A vector in a plane of a fan: its component along a ray of elevation e is cos(e) level + sin(e)

@@ -91,8 +91,8 @@ class Steps {
 void set_grid(std::shared_ptr<const FanGrid> grid, RayLayout& layout) {
   layout.grid = std::move(grid);
   layout.rays = 0;
-  for (std::vector<double>* angles : {&layout.cosines, &layout.sines, &layout.edge_rad})
-    angles->clear();
+  layout.directions.clear();
+  layout.edge_rad.clear();
   layout.within.resize(layout.grid->planes.size());
   for (std::size_t plane = 0; plane < layout.grid->planes.size(); ++plane) {
     std::vector<RayLayout::Stretch>& stretches = layout.within[plane];
@@ -106,8 +106,7 @@ void set_grid(std::shared_ptr<const FanGrid> grid, RayLayout& layout) {
   const std::vector<double>& elevation_rad = layout.grid->elevation_rad;
   const std::size_t count = elevation_rad.size();
   const auto add = [&](double angle_rad) {
-    layout.cosines.push_back(std::cos(angle_rad));
-    layout.sines.push_back(std::sin(angle_rad));
+    layout.directions.push_back({std::cos(angle_rad), std::sin(angle_rad)});
   };
   layout.edge_rad.push_back(elevation_rad.front());
   for (std::size_t j = 0; j < count; ++j) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/beam.h>
+#include <ensonify/engine/sonar/echo/beam_tables.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/ray_fan.h>
@@ -35,7 +36,7 @@ struct RayLayout {
   /// By elevation: halfway to the one before it; then the last elevation itself.
   std::vector<double> edge_rad;
   /// At each elevation (2 j), and halfway to the next (2 j + 1).
-  std::vector<double> cosines, sines;
+  std::vector<RayDirection> directions;
   /// By elevation: how many rays from it on may form one piece if all hit one face.
   std::vector<std::uint8_t> max_rays_per_piece;
 

@@ -53,8 +53,7 @@ struct LevelRuns {
                 .level = levels.data(),
                 .pole = poles.data(),
                 .rays = {.edge_rad = layout.edge_rad.data(),
-                         .cosines = layout.cosines.data(),
-                         .sines = layout.sines.data()},
+                         .directions = layout.directions.data()},
                 .max_growth = max_growth},
                max_rays.data());
     max_rays.resize(begin.size());
