@@ -23,7 +23,7 @@ struct BeamSample {
   float width_rad;  ///< the azimuth that the sample stands for
 };
 
-/// Of an elevation in a fan's plane.
+/// The direction of an elevation in a fan's plane.
 struct RayDirection {
   double cosine, sine;
 };

@@ -184,9 +184,10 @@ bool GridScan::take(std::span<const RayFan> fans, std::span<FanRuns> runs) {
   const auto lanes = static_cast<std::size_t>(walks_together());
   const std::size_t groups = (walk_count_ + lanes - 1) / lanes;
   room_of_walk_ = elevations + 1;
-  if (intervals_.size() < groups * lanes * room_of_walk_) {
-    intervals_.resize(groups * lanes * room_of_walk_);
-    seen_.resize(groups * lanes * room_of_walk_);
+  const std::size_t found = groups * lanes * room_of_walk_ + widest_vector;
+  if (intervals_.size() < found) {
+    intervals_.resize(found);
+    seen_.resize(found);
   }
   walk_grid({.grid = arrays_,
              .ascending = order_.ascending,

@@ -96,7 +96,7 @@ void walk_grid(const GridWalkArgs& args);
 /// How many walks a GridWalks has on this machine: the first lanes are used.
 std::int64_t walks_together();
 
-/// Faces that one walk has found, as in GridWalkArgs, in order of rays.
+/// Faces that one walk has found, as in GridWalkArgs, in order of rays. One vector more is read.
 struct FoundFaces {
   std::uint64_t *intervals, *faces;
   std::int64_t count;
