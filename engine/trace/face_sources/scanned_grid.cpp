@@ -29,7 +29,7 @@ class ScannedGrid final : public FaceSource {
 
   TracedFaces prepare_runs(std::span<const RayFan> fans) override {
     const TracedFaces objects = objects_ ? objects_->prepare(fans) : TracedFaces{};
-    if (objects_) scan_.keep_first(objects.triangles, objects.version);
+    if (objects_) scan_.keep_first(objects.triangles, objects.version, fans);
     if (!scan_.take(fans)) return prepare(fans);
     scanned_ = true;
     runs_.fans.assign(fans.begin(), fans.end());

@@ -105,9 +105,7 @@ bool GridScan::take(std::span<const RayFan> fans) {
   if (!usable_) return false;
   if (runs_.size() < fans.size()) runs_.resize(fans.size());
   row_count_ = other_count_;
-  std::size_t most = other_count_;
-  for (const RayFan& fan : fans) most += fan.grid->rays();
-  make_room(most);
+  make_room(most_rows(fans));
   for (std::size_t i = 0; i < fans.size(); i += fans_together) {
     const std::size_t some = std::min(fans_together, fans.size() - i);
     if (!take(fans.subspan(i, some), std::span(runs_).subspan(i, some))) return false;
@@ -119,7 +117,7 @@ bool GridScan::take(const RayFan& fan, const MovedPoints& moved) {
   if (!usable_) return false;
   if (runs_.empty()) runs_.resize(1);
   row_count_ = other_count_;
-  make_room(other_count_ + fan.grid->rays());
+  make_room(most_rows({&fan, 1}));
   arrays_.moved = &moved;
   const bool taken = take({&fan, 1}, std::span(runs_).first(1));
   arrays_.moved = nullptr;
@@ -399,16 +397,24 @@ bool GridScan::is_above_bed(const Vector3d& place) const {
   return true;
 }
 
-void GridScan::keep_first(const refine::Triangles& others, std::uint64_t version) {
+void GridScan::keep_first(const refine::Triangles& others, std::uint64_t version,
+                          std::span<const RayFan> fans) {
   if (std::exchange(others_, version) == version) return;
   other_count_ = others.faces.size();
-  make_room(other_count_);
+  make_room(most_rows(fans));
   const std::size_t rows = corners_.size();
   for (std::size_t i = 0; i < other_count_; ++i) {
     for (std::size_t k = 0; k < 3; ++k)
       positions_[k * rows + i] = others.positions[others.faces[i][k]];
     numbers_[i] = others.number(static_cast<std::uint32_t>(i));
   }
+}
+
+/// How many rows the other faces and the runs of some fans may take.
+std::size_t GridScan::most_rows(std::span<const RayFan> fans) const {
+  std::size_t most = other_count_;
+  for (const RayFan& fan : fans) most += fan.grid->rays();
+  return most;
 }
 
 void GridScan::make_room(std::size_t faces) {

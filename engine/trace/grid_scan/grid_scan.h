@@ -34,8 +34,9 @@ class GridScan {
   double diagonal_m() const { return diagonal_m_; }
 
   /// Other triangles, whose runs are merged with the bed's: they keep their indices in triangles().
-  /// The version changes with them.
-  void keep_first(const refine::Triangles& others, std::uint64_t version);
+  /// The version changes with them. fans: the next ones, for which memory is taken at once.
+  void keep_first(const refine::Triangles& others, std::uint64_t version,
+                  std::span<const RayFan> fans);
 
   /// Finds the runs of these fans. Returns false, without runs, if one of the fans cannot be
   /// scanned in this way.
@@ -73,6 +74,7 @@ class GridScan {
   FoundFaces found_by(std::size_t walk);
   void collect(const FanWalks& walks, FanRuns& runs);
   void trim(const RayFan& fan, GridRunArgs& args) const;
+  std::size_t most_rows(std::span<const RayFan> fans) const;
   void make_room(std::size_t faces);
 
   const refine::HeightGrid* grid_;

@@ -118,7 +118,7 @@ bool RefractedTracer::trace_bed(const RayFan& fan, std::span<Hit> hits) {
   }
   straightening_->start(fan);
   const bool objects = !faces_.triangles.faces.empty();
-  bed_->keep_first(faces_.triangles, faces_.version);
+  bed_->keep_first(faces_.triangles, faces_.version, {&fan, 1});
   if (!bed_->trace(fan, hits)) return false;
   chord_place_.clear();
   of_objects_.clear();

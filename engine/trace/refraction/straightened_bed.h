@@ -25,8 +25,9 @@ class StraightenedBed {
   StraightenedBed(const refine::HeightGrid& grid, Straightening& straightening, double tolerance_m);
 
   /// Other triangles, as GridScan::keep_first().
-  void keep_first(const refine::Triangles& others, std::uint64_t version) {
-    scan_.keep_first(others, version);
+  void keep_first(const refine::Triangles& others, std::uint64_t version,
+                  std::span<const RayFan> fans) {
+    scan_.keep_first(others, version, fans);
   }
 
   /// Finds the nearest hits, by ray number. Returns false where it cannot decide all rays of the
