@@ -10,7 +10,6 @@
 
 #include <hwy/highway.h>
 
-#include <ensonify/engine/simd/gather-inl.h>
 #include <ensonify/engine/simd/vec3-inl.h>
 #include <ensonify/engine/trace/fan_frame.h>
 
@@ -71,12 +70,6 @@ HWY_INLINE FacePlane face_plane(const Frame& frame, double handedness, Corners f
   const V3 a = into(frame, face.a), b = into(frame, face.b), c = into(frame, face.c);
   const V3 normal = hn::Set(d, handedness) * cross(b - a, c - a);
   return face_plane(normal, dot(normal, a));
-}
-/// From rows of four numbers each; `first` is where the rows begin.
-HWY_INLINE FacePlane gather_face_plane(const double* rows, hn::Vec<I> first) {
-  const auto [x, y] = gather_pair(d, rows, first);
-  const auto [z, distance] = gather_pair(d, rows + 2, first);
-  return {{x, y, z}, distance};
 }
 /// The normal's component along the direction of a fan's plane at elevation 0; along the pole it is
 /// its z.

@@ -137,7 +137,7 @@ class FanScan final : public Intersector {
   ScanArgs scan(const RayFan& fan, const FanTables& tables, Scratch& scratch,
                 bool hits_wanted) const {
     ScanArgs args = args_for(fan, tables);
-    args.blocks_met = at_least(scratch.blocks_met, blocks_.boxes_in_row() + widest_vector);
+    args.blocks_met = at_least(scratch.blocks_met, blocks_.boxes_in_row());
     find_blocks(args);
 
     const std::size_t planes = fan.planes(), elevations = fan.elevations();

@@ -10,6 +10,7 @@
 
 #include <hwy/highway.h>
 
+#include <ensonify/engine/simd/gather-inl.h>
 #include <ensonify/engine/trace/fan_frame-inl.h>
 #include <ensonify/engine/trace/fan_scan/scan_kernel.h>
 
@@ -25,6 +26,13 @@ constexpr Half half;
 
 HWY_INLINE hn::Vec<Half> load(const std::uint32_t* from) {
   return hn::LoadU(half, reinterpret_cast<const std::int32_t*>(from));
+}
+
+// From rows of four numbers each; `first` is where the rows begin.
+HWY_INLINE FacePlane gather_face_plane(const double* rows, hn::Vec<I> first) {
+  const auto [x, y] = gather_pair(d, rows, first);
+  const auto [z, distance] = gather_pair(d, rows + 2, first);
+  return {{x, y, z}, distance};
 }
 
 // How many rays from j on have the same nearest face, at most up to `end`.

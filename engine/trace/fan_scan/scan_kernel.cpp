@@ -475,7 +475,7 @@ void find_blocks(ScanArgs& args) {
     const V reach_y = fma(reach(frame.middle), wider, slack);
     const V reach_z = fma(reach(frame.pole), wider, slack);
     const V low = z - reach_z, high = z + reach_z;
-    // Where y is negative, no plane has a block farther along than this.
+    // A bound on how far along any plane a block reaches, if all of it is where y is negative.
     const V farthest =
         fma(hn::Set(d, least_cosine), y + reach_y, hn::Set(d, widest) * (hn::Abs(x) + reach_x));
     const M behind = hn::And(hn::Lt(y + reach_y, zero), hn::Lt(farthest, zero));

@@ -231,8 +231,9 @@ bool GridScan::plan_walks(const FanWalks& walks) {
       const Vector2d last_ray(fan.grid->cos_elevation.back(), fan.grid->sin_elevation.back());
       if (down.y() > 0.0 || last_ray.dot(line.ahead) < 0.0) return false;
     }
-    // The outer planes of a fan have rays of the beam near the array's axis only: those towards the
-    // bed, and others that reach nothing. From straight down on, rays rise with elevation.
+    // In the outer planes of a fan only the lowest and the highest rays are within the beam. The
+    // walk may end before the highest ones if these cannot reach the bed. Rays that are past
+    // straight down rise with elevation, so the first of them decides.
     const auto last_below = static_cast<std::size_t>(tables.left_out_from[plane]);
     const auto first_above = static_cast<std::size_t>(tables.left_out_until[plane]);
     const auto reaches_bed = [&](std::size_t ray) {
@@ -454,6 +455,31 @@ void lay_in_beam(const FanTables& tables, std::size_t plane, const FoundFaces& f
            all_rays);
 }
 
+/// Removes rays at the ends of runs that meet their face beyond the range: as list_runs() of
+/// fan_scan does. far: the runs that may have such rays. Returns the end of what is left of the
+/// runs before `end`.
+std::int64_t trim(const RayFan& fan, std::span<const std::uint32_t> far, std::int64_t end,
+                  FanRuns& runs) {
+  if (far.empty()) return end;
+  const auto beyond = [&](std::uint32_t run, std::uint32_t ray) {
+    const double facing = std::fma(runs.level[run], fan.grid->cos_elevation[ray],
+                                   runs.pole[run] * fan.grid->sin_elevation[ray]);
+    return !(runs.distance[run] / facing <= fan.range_m);
+  };
+  for (const std::uint32_t run : far) {
+    std::uint32_t &begin = runs.begin[run], &last = runs.end[run];
+    while (begin < last && beyond(run, begin)) ++begin;
+    while (begin < last && beyond(run, last - 1)) --last;
+  }
+  std::size_t to = far.front();
+  for (std::size_t run = to; run < static_cast<std::size_t>(end); ++run) {
+    if (runs.begin[run] == runs.end[run]) continue;
+    runs.begin[to] = runs.begin[run], runs.end[to] = runs.end[run];
+    runs.copy_face(to++, runs, run);
+  }
+  return static_cast<std::int64_t>(to);
+}
+
 /// Appends the runs of a fan, from its walks.
 void GridScan::collect(const FanWalks& of_fan, FanRuns& runs) {
   const RayFan& fan = *of_fan.fan;
@@ -490,7 +516,7 @@ void GridScan::collect(const FanWalks& of_fan, FanRuns& runs) {
     std::reverse(inwards.faces, inwards.faces + inwards.count);
     for (const FoundFaces& found : {inwards, outwards})
       lay_in_beam(*of_fan.tables, plane, found, args);
-    trim(fan, args);
+    args.run = trim(fan, {far_.data(), static_cast<std::size_t>(args.far_count)}, args.run, runs);
     runs.first.push_back(static_cast<std::size_t>(args.run));
   }
   row_count_ = static_cast<std::size_t>(args.row);
@@ -503,31 +529,6 @@ FoundFaces GridScan::found_by(std::size_t walk) {
   return {.intervals = intervals_.data() + walk * room_of_walk_,
           .faces = seen_.data() + walk * room_of_walk_,
           .count = walks_[walk / lanes].count[walk % lanes]};
-}
-
-/// Removes rays at the ends of a plane's runs that meet their face beyond the range: as list_runs()
-/// of fan_scan does.
-void GridScan::trim(const RayFan& fan, GridRunArgs& args) const {
-  if (args.far_count == 0) return;
-  const auto beyond = [&](std::uint32_t run, std::uint32_t ray) {
-    const double facing = std::fma(args.level[run], fan.grid->cos_elevation[ray],
-                                   args.pole[run] * fan.grid->sin_elevation[ray]);
-    return !(args.distance[run] / facing <= fan.range_m);
-  };
-  const std::span far(args.far, static_cast<std::size_t>(args.far_count));
-  for (const std::uint32_t run : far) {
-    std::uint32_t &begin = args.begin[run], &end = args.end[run];
-    while (begin < end && beyond(run, begin)) ++begin;
-    while (begin < end && beyond(run, end - 1)) --end;
-  }
-  std::int64_t to = far.front();
-  for (std::int64_t run = to; run < args.run; ++run) {
-    if (args.begin[run] == args.end[run]) continue;
-    for (std::uint32_t* row : {args.begin, args.end, args.index, args.face}) row[to] = row[run];
-    for (double* row : {args.level, args.pole, args.distance}) row[to] = row[run];
-    ++to;
-  }
-  args.run = to;
 }
 
 refine::Triangles GridScan::triangles() const {

@@ -73,7 +73,6 @@ class GridScan {
   bool stayed_on_grid(const FanWalks& walks) const;
   FoundFaces found_by(std::size_t walk);
   void collect(const FanWalks& walks, FanRuns& runs);
-  void trim(const RayFan& fan, GridRunArgs& args) const;
   std::size_t most_rows(std::span<const RayFan> fans) const;
   void make_room(std::size_t faces);
 
@@ -100,7 +99,7 @@ class GridScan {
   std::size_t row_count_ = 0, room_ = 0;
   std::size_t other_count_ = 0;
   std::uint64_t others_ = static_cast<std::uint64_t>(-1);  // their version
-  CacheLines<std::uint32_t> far_;
+  CacheLines<std::uint32_t> far_;  // of a plane: runs whose face is partly out of range
 };
 
 }  // namespace ensonify::engine

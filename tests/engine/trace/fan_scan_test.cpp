@@ -351,6 +351,7 @@ TEST_CASE("of faces at one place fan_scan hits the first, in any orientation of 
 TEST_CASE("fan_scan's runs are those of its hits, to the last bit") {
   refine::TriangleMesh mesh = clutter(60);
   std::vector<RayFan> fans;
+  bool through_sonar = false;
   SECTION("of any look and range") {
     for (const double turn : {0.0, 0.2, 2.5})
       for (const bool mirrored : {false, true})
@@ -363,6 +364,7 @@ TEST_CASE("fan_scan's runs are those of its hits, to the last bit") {
     mesh.positions = {{-1.0f, -1.0f, -14.0f}, {1.0f, -1.0f, -14.0f}, {0.0f, 2.0f, -17.0f}};
     mesh.faces = {{0, 1, 2}};
     fans.push_back(fan_of({}));
+    through_sonar = true;
   }
   const auto scan = make_intersector("fan_scan", mesh);
   for (const RayFan& fan : fans) {
@@ -371,7 +373,7 @@ TEST_CASE("fan_scan's runs are those of its hits, to the last bit") {
     expected.take(fan, mesh, hits);
     REQUIRE(scan->list_runs(fan, runs));
     REQUIRE(runs.first == expected.first);
-    REQUIRE(runs.size() >= fan.planes());
+    REQUIRE(runs.size() >= (through_sonar ? fan.planes() : 101));
     const auto same = [&](const auto& a, const auto& b) {
       return std::memcmp(a.data(), b.data(), runs.size() * sizeof a[0]) == 0;
     };
@@ -381,9 +383,11 @@ TEST_CASE("fan_scan's runs are those of its hits, to the last bit") {
     CHECK(same(runs.face, expected.face));
     CHECK(same(runs.level, expected.level));
     CHECK(same(runs.pole, expected.pole));
-    for (FanRuns* of : {&runs, &expected})
-      for (double& distance_m : of->distance) distance_m += 0.0;  // -0 is 0
-    CHECK(same(runs.distance, expected.distance));
+    if (through_sonar)  // 0 or -0
+      CHECK(std::equal(runs.distance.begin(), runs.distance.begin() + std::ptrdiff_t(runs.size()),
+                       expected.distance.begin()));
+    else
+      CHECK(same(runs.distance, expected.distance));
   }
 }
 
