@@ -7,6 +7,7 @@
 #include <hwy/foreach_target.h>
 
 #include <cmath>
+#include <numbers>
 
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
@@ -171,6 +172,34 @@ std::size_t lay_pieces(const PiecesToLay& pieces, std::size_t first, EchoBins& b
   return i;
 }
 
+void write_places(const EchoBin* bins, std::size_t count, const std::array<double, 3>& origin,
+                  const std::array<float*, 4>& to) {
+  constexpr std::size_t step = 4 / quarters, block = 16;
+  constexpr double any = 1e300, right_angle = 0.5 * std::numbers::pi;
+  const double from[4] = {origin[0], origin[1], origin[2], 0.0};
+  // Along a piece the angle is taken as linear, which may lead past its limits.
+  const double least[4] = {-any, -any, -any, 0.0}, most[4] = {any, any, any, right_angle};
+  constexpr hn::Rebind<float, Q> floats;
+  alignas(64) float seen[4 * block];
+  for (std::size_t i = 0; i < count; i += block) {
+    const std::size_t here = count - i < block ? count - i : block;
+    for (std::size_t k = 0; k < here; ++k) {
+      const EchoBin& bin = bins[i + k];
+      const bool lit = bin.energy > 0.0;
+      const auto inverse = hn::Set(quarter, lit ? 1.0 / bin.energy : 0.0);
+      for (std::size_t at = 0; at < 4; at += step) {
+        const auto mean =
+            hn::Load(quarter, &bin.seen[0] + at) * inverse + hn::LoadU(quarter, from + at);
+        const auto kept =
+            hn::Min(hn::Max(mean, hn::LoadU(quarter, least + at)), hn::LoadU(quarter, most + at));
+        hn::Store(hn::DemoteTo(floats, lit ? kept : hn::Zero(quarter)), floats, seen + 4 * k + at);
+      }
+    }
+    for (std::size_t layer = 0; layer < 4; ++layer)
+      for (std::size_t k = 0; k < here; ++k) to[layer][i + k] = seen[4 * k + layer];
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace ensonify::engine
 HWY_AFTER_NAMESPACE();
@@ -179,9 +208,14 @@ HWY_AFTER_NAMESPACE();
 namespace ensonify::engine {
 
 HWY_EXPORT(lay_pieces);
+HWY_EXPORT(write_places);
 
 std::size_t lay_pieces(const PiecesToLay& pieces, std::size_t first, EchoBins& bins) {
   return HWY_DYNAMIC_DISPATCH(lay_pieces)(pieces, first, bins);
+}
+void write_places(const EchoBin* bins, std::size_t count, const std::array<double, 3>& origin,
+                  const std::array<float*, 4>& to) {
+  HWY_DYNAMIC_DISPATCH(write_places)(bins, count, origin, to);
 }
 
 }  // namespace ensonify::engine

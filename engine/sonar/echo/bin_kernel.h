@@ -6,7 +6,7 @@
 
 namespace ensonify::engine {
 
-// The inner loop that lays pieces into range bins, as echo_kernel.h has those that compute them.
+// The inner loops over range bins, as echo_kernel.h has those that compute pieces.
 
 /// A range bin while planes are laid into it.
 struct alignas(64) EchoBin {  // one cache line
@@ -62,5 +62,11 @@ struct PiecesToLay {
 /// Lays the pieces from number `first` on, each between its two ranges. Returns the number of the
 /// first piece that was not laid because `others` may have no room for its shares, or the count.
 std::size_t lay_pieces(const PiecesToLay& pieces, std::size_t first, EchoBins& bins);
+
+/// Writes the energy-weighted place of what each of the first bins saw, in metres, and its grazing
+/// angle: `to` are the layers x_m, y_m, z_m and grazing_rad. Bins without energy get zeros.
+/// `origin` is the origin of the pieces' places.
+void write_places(const EchoBin* bins, std::size_t count, const std::array<double, 3>& origin,
+                  const std::array<float*, 4>& to);
 
 }  // namespace ensonify::engine

@@ -97,12 +97,9 @@ HWY_INLINE Neighbours neighbours(const float* table, VI below) {
 #if HWY_TARGET == HWY_SCALAR
   return {hn::GatherIndex(f, table, below), hn::GatherIndex(f, table + 1, below)};
 #else  // both at once
-  const auto both = [&](VJ half) HWY_ATTR {
-    const auto offset = hn::ShiftLeft<2>(hn::PromoteTo(i64, half));
-    return hn::BitCast(f,
-                       hn::GatherOffset(i64, reinterpret_cast<const std::int64_t*>(table), offset));
-  };
-  const VF low = both(hn::LowerHalf(j32, below)), high = both(hn::UpperHalf(j32, below));
+  const TablePlaces<VI> places(below);
+  const VF low = hn::BitCast(f, lanes_at(i64, table, places.at)),
+           high = hn::BitCast(f, lanes_at(i64, table, places.at + lanes));
   return {hn::ConcatEven(f, high, low), hn::ConcatOdd(f, high, low)};
 #endif
 }

@@ -1,7 +1,6 @@
 #include <ensonify/engine/sonar/echo/range_bins.h>
 
 #include <algorithm>
-#include <numbers>
 #include <span>
 
 namespace ensonify::engine {
@@ -130,45 +129,64 @@ std::uint16_t RangeBins::strongest_label(std::size_t bin, double& energy) const 
 void RangeBins::write(const FaceLabels& labels, const Eigen::Vector3d& sonar,
                       EchoLine& line) const {
   BinLayers& out = line.bins;
-  line.first_return = -1;
-  line.starved = 0;
-  for (std::size_t i = 0; i < out.region.size(); ++i) {
+  const std::size_t count = out.region.size();
+  write_places(bins_.data(), count, {sonar.x(), sonar.y(), sonar.z()},
+               {out.x_m.data(), out.y_m.data(), out.z_m.data(), out.grazing_rad.data()});
+  // The layers' addresses, because a loop over the vectors themselves is slower.
+  std::uint32_t* const sediment = out.sediment.data();
+  std::uint32_t* const class_id = out.class_id.data();
+  std::uint32_t* const instance = out.instance.data();
+  float* const fraction = out.fraction.data();
+  float* const shadow_fraction = out.shadow_fraction.data();
+  std::uint32_t* const shadow_instance = out.shadow_instance.data();
+  std::uint32_t* const layover = out.layover.data();
+  std::uint32_t* const region = out.region.data();
+  int first_return = -1, starved = 0;
+  std::int32_t looked_up = EchoBin::no_label;
+  Label label{};  // that one
+  for (std::size_t i = 0; i < count; ++i) {
     const EchoBin& bin = bins_[i];
     const bool lit = bin.energy > 0.0;
-    if (lit && line.first_return < 0) line.first_return = static_cast<int>(i);
+    if (lit && first_return < 0) first_return = static_cast<int>(i);
+    if (lit) {
+      double most = bin.energy;
+      std::int32_t strongest = bin.label;
+      if (first_share_[i] >= 0) strongest = strongest_label(i, most);
+      if (strongest != looked_up) {
+        looked_up = strongest;
+        label = labels[static_cast<std::uint16_t>(strongest)];
+      }
+      sediment[i] = label.sediment;
+      class_id[i] = label.class_id;
+      instance[i] = label.instance;
+      fraction[i] = static_cast<float>(most * (1.0 / bin.energy));
+    } else {
+      sediment[i] = class_id[i] = instance[i] = 0;
+      fraction[i] = 0.0f;
+    }
+    float dark = 0.0f;
+    std::uint32_t in_front = 0;
+    if (bin.shadowed > 0.0f) {
+      dark = bin.shadowed / (bin.lit + bin.shadowed);
+      in_front = labels[bin.shadow_label].instance;
+    }
+    shadow_fraction[i] = dark;
+    shadow_instance[i] = in_front;
+    layover[i] = layover_[i];
 
-    Label label{};
-    double most = 0.0;
-    if (lit) label = labels[strongest_label(i, most)];
-    out.sediment[i] = label.sediment;
-    out.class_id[i] = label.class_id;
-    out.instance[i] = label.instance;
-    const double inverse = lit ? 1.0 / bin.energy : 0.0;
-    out.fraction[i] = static_cast<float>(most * inverse);
-    out.x_m[i] = lit ? static_cast<float>(sonar.x() + bin.seen[0] * inverse) : 0.0f;
-    out.y_m[i] = lit ? static_cast<float>(sonar.y() + bin.seen[1] * inverse) : 0.0f;
-    out.z_m[i] = lit ? static_cast<float>(sonar.z() + bin.seen[2] * inverse) : 0.0f;
-    // Along a piece the angle is taken as linear, which may lead past its limits.
-    out.grazing_rad[i] =
-        static_cast<float>(std::clamp(bin.seen[3] * inverse, 0.0, 0.5 * std::numbers::pi));
-
-    const float weight = bin.lit + bin.shadowed;
-    const float dark = weight > 0.0f ? bin.shadowed / weight : 0.0f;
-    out.shadow_fraction[i] = dark;
-    out.shadow_instance[i] = bin.shadowed > 0.0f ? labels[bin.shadow_label].instance : 0;
-    out.layover[i] = layover_[i];
-
-    Region region = Region::no_data;
-    if (line.first_return < 0)
-      region = Region::water_column;
+    Region seen = Region::no_data;
+    if (first_return < 0)
+      seen = Region::water_column;
     else if (dark > 0.5f)
-      region = Region::shadow;
+      seen = Region::shadow;
     else if (lit)
-      region = label.instance != 0 && !label.feature ? Region::object : Region::seabed;
+      seen = label.instance != 0 && !label.feature ? Region::object : Region::seabed;
     else
-      ++line.starved;
-    out.region[i] = static_cast<std::uint32_t>(region);
+      ++starved;
+    region[i] = static_cast<std::uint32_t>(seen);
   }
+  line.first_return = first_return;
+  line.starved = starved;
   if (line.first_return < 0)  // no echo at all, so no end of the water column is known
     std::fill(out.region.begin(), out.region.end(), static_cast<std::uint32_t>(Region::no_data));
   else
