@@ -182,6 +182,21 @@ Row weighted_sum(std::span<const float> weights, At&& at) {
   return sum;
 }
 
+/// The level that a column shows of level(column).
+template <class Level>
+double level_of(ShownColumns shown, ColumnValue value, Level&& level) {
+  switch (value) {
+    case ColumnValue::mean: break;
+    case ColumnValue::peak: return greatest_over(shown, level);
+    case ColumnValue::middle: return shown.from < shown.until ? level(shown.middle()) : 0.0;
+  }
+  // Amplitudes are averaged, not brightnesses: those above white count in full, so that a thin
+  // strong echo stays bright.
+  const double mean =
+      mean_over(shown, [&](std::size_t column) { return std::sqrt(level(column)); });
+  return mean * mean;
+}
+
 double sigma_along_track_px(const Display& display) {
   return std::hypot(display.smoothing_px, display.track_smoothing_px);
 }
@@ -435,15 +450,9 @@ Picture Renderer::render(const Waterfall& waterfall, int bits,
       if (of_bins) {
         for (std::size_t column = 0; column < columns_; ++column) show(its_levels.at(row, column));
       } else {
-        // Amplitudes are averaged, not brightnesses: those above white count in full, so that a
-        // thin strong echo stays bright.
-        const auto amplitude = [&](std::size_t column) {
-          return std::sqrt(its_levels.at(row, column));
-        };
-        for (const ShownColumns& shown : shown_columns(of, row, columns)) {
-          const double mean = mean_over(shown, amplitude);
-          show(mean * mean);
-        }
+        const auto level = [&](std::size_t column) { return its_levels.at(row, column); };
+        for (const ShownColumns& shown : shown_columns(of, row, columns))
+          show(level_of(shown, display.column_value, level));
       }
     return picture;
   };

@@ -16,6 +16,11 @@ constexpr std::string_view name_of(Palette palette) {
 /// How amplitude becomes brightness.
 enum class Mapping { gamma, logarithmic, equalised };
 
+/// What a column of a picture shows of several samples: their mean amplitude, the greatest one, as
+/// displays do that must not lose a small target, or the one in its middle, as displays do that
+/// leave samples out.
+enum class ColumnValue { mean, peak, middle };
+
 /// The layer that a display shows.
 enum class DisplayedLayer { sample, intensity };
 
@@ -33,8 +38,9 @@ struct Display {
   /// Columns are equally spaced in ground range, without the water column.
   bool slant_range_correction = false;
   /// Columns are as wide as rows are usually apart along the track, but not narrower than a bin, so
-  /// that the picture is to scale: each has the mean amplitude of what it shows.
+  /// that the picture is to scale.
   bool speed_correction = false;
+  ColumnValue column_value = ColumnValue::mean;
   /// Divide by the median level of the bed, of each side per depression angle. The water stays.
   bool beam_normalisation = false;
   bool flat_field = false;  ///< the same for each column

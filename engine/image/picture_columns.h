@@ -35,6 +35,8 @@ struct ShownColumns {
 
   std::size_t first() const { return static_cast<std::size_t>(from); }
   std::size_t end() const;
+  /// The one in the middle, if anything is shown.
+  std::size_t middle() const { return static_cast<std::size_t>(0.5 * (from + until)); }
 };
 
 /// For each column of a picture's row.
@@ -52,6 +54,19 @@ double mean_over(ShownColumns shown, At&& at) {
   }
   const double width = shown.until - shown.from;
   return width > 0.0 ? sum / width : 0.0;
+}
+
+/// The greatest at(column) over what a column of a picture shows: of the waterfall's columns whose
+/// middle it shows, and of the one in its own middle; 0 for nothing.
+template <class At>
+double greatest_over(ShownColumns shown, At&& at) {
+  if (!(shown.from < shown.until)) return 0.0;
+  double greatest = at(shown.middle());
+  for (std::size_t column = shown.first(); column < shown.end(); ++column) {
+    const double middle = static_cast<double>(column) + 0.5;
+    if (shown.from <= middle && middle < shown.until) greatest = std::max(greatest, at(column));
+  }
+  return greatest;
 }
 
 /// Which of the waterfall's columns stands for what a picture's column shows, because labels have

@@ -19,12 +19,13 @@ struct ValueTypes {
   using Pointer = std::variant<Value*...>;
   using ConstPointer = std::variant<const Value*...>;
 };
-using OptionTypes = ValueTypes<bool, int, std::uint64_t, std::optional<std::uint64_t>, double,
-                               std::optional<double>, std::string, std::vector<std::string>,
-                               std::vector<double>, InputFile, std::vector<Eigen::Vector2d>,
-                               RefractionMode, SeafloorKind, FractalSpectrum, TrackKind, Vertical,
-                               Sides, Palette, Mapping, DisplayedLayer, PulseKind, PulseWindow,
-                               ShadingKind, Detector, TransferCurve, ExrCompression, Conditions>;
+using OptionTypes =
+    ValueTypes<bool, int, std::uint64_t, std::optional<std::uint64_t>, double,
+               std::optional<double>, std::string, std::vector<std::string>, std::vector<double>,
+               InputFile, std::vector<Eigen::Vector2d>, RefractionMode, SeafloorKind,
+               FractalSpectrum, TrackKind, Vertical, Sides, Palette, Mapping, DisplayedLayer,
+               ColumnValue, PulseKind, PulseWindow, ShadingKind, Detector, TransferCurve,
+               ExrCompression, Conditions>;
 /// The option behind a key, to be set.
 using Option = OptionTypes::Pointer;
 /// The same, to be read.

@@ -546,9 +546,13 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::display, &Display::slant_range_correction)},
            {"speed_correction", "", {},
             "Whether the picture is to scale: its columns are as wide as pings are usually apart, "
-            "but not narrower than a sample, and show the mean amplitude of their samples. The "
-            "image's columns are then not those of the layers.",
+            "but not narrower than a sample. The image's columns are then not those of the layers.",
             at(&Scene::display, &Display::speed_correction)},
+           {"column_value", "", {},
+            "What a column of several samples shows. mean: their mean amplitude; peak: the greatest, "
+            "as displays do that must not lose small targets (brighter, and so are shadows); middle: "
+            "the sample in its middle, as displays do that leave samples out (more grain).",
+            at(&Scene::display, &Display::column_value), {"mean", "peak", "middle"}},
            {"beam_normalisation", "", {},
             "Whether each side's median level of the bed over the depression angle, the beam's "
             "pattern, is removed.",

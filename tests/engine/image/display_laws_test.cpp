@@ -444,6 +444,45 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("a column of several samples shows their peak or the one in its middle") {
+  const Waterfall waterfall = bed(5, stripes);
+  Calibration calibration;
+  for (std::size_t column = 0; column < columns; ++column)
+    calibration.level_bed.push_back(1e9 * std::pow(0.2 * double(column % bins + 1), -3.0));
+  const auto bright = [&](ColumnValue value, bool corrected) -> Bright {
+    Display display = levelling();
+    display.gain_db = -20.0;
+    display.speed_correction = corrected;
+    display.column_value = value;
+    return {render(waterfall, display, calibration, 16)};
+  };
+  calibration.row_spacing_m = 1.0;  // columns of five samples
+  const Bright samples = bright(ColumnValue::mean, false), peak = bright(ColumnValue::peak, true),
+               middle = bright(ColumnValue::middle, true);
+  REQUIRE(peak.picture.width == columns / 5);
+  for (const std::size_t ping : {0, 4})
+    for (std::size_t column = 0; column < columns / 5; ++column) {
+      int greatest = 0;
+      for (std::size_t i = 0; i < 5; ++i)
+        greatest = std::max(greatest, samples.at(ping, 5 * column + i));
+      CHECK(peak.at(ping, column) == greatest);
+      CHECK(middle.at(ping, column) == samples.at(ping, 5 * column + 2));
+    }
+  // Columns of two and a half samples: a sample counts where its middle is.
+  calibration.row_spacing_m = 0.5;
+  const Bright halves = bright(ColumnValue::peak, true);
+  for (std::size_t column = 0; column < bins / 5; ++column) {
+    const std::size_t first = bins + 5 * column, picture_first = 2 * (bins / 5 + column);
+    const auto greatest = [&](std::size_t from, std::size_t until) {
+      int value = 0;
+      for (std::size_t i = from; i < until; ++i) value = std::max(value, samples.at(0, first + i));
+      return value;
+    };
+    CHECK(halves.at(0, picture_first) == greatest(0, 2));
+    CHECK(halves.at(0, picture_first + 1) == greatest(2, 5));
+  }
+}
+
 TEST_CASE("a picture does not depend on how far above its sonar the vehicle's origin is") {
   const Waterfall at_origin = bed(16, pattern);
   Waterfall below = at_origin;

@@ -32,8 +32,8 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "s.toml:2:1: unknown key \"range_m\"; did you mean 'sonar.NAME.range_m'?"},
       {head + "[display]\nzzzzzzzzzz = 5",
        "s.toml:3:1: unknown key \"zzzzzzzzzz\" in [display]; expected one of of, spreading, "
-       "absorption, slant_range_correction, speed_correction, beam_normalisation, flat_field, gain_db, "
-       "mapping, gamma, range_db, smoothing_px, track_smoothing_px, palette"},
+       "absorption, slant_range_correction, speed_correction, column_value, beam_normalisation, "
+       "flat_field, gain_db, mapping, gamma, range_db, smoothing_px, track_smoothing_px, palette"},
       {head + "\"sea.temperature_c\" = 5",
        "s.toml:2:1: unknown key \"sea.temperature_c\"; did you mean 'sea.temperature_c'?"},
       {head + "[output]\nclass_names = [\"none\"]",
