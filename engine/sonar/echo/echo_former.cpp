@@ -62,8 +62,7 @@ PlaneBeam plane_beam(const SideView& view, std::size_t plane) {
 }
 
 RayAngles ray_angles(const RayLayout& layout) {
-  return {.edge_rad = layout.edge_rad.data(),
-          .directions = layout.directions.data()};
+  return {.edge_rad = layout.edge_rad.data(), .directions = layout.directions.data()};
 }
 
 }  // namespace
