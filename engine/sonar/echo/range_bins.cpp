@@ -143,7 +143,7 @@ void RangeBins::write(const FaceLabels& labels, const Eigen::Vector3d& sonar,
   std::uint32_t* const region = out.region.data();
   int first_return = -1, starved = 0;
   std::int32_t looked_up = EchoBin::no_label;
-  Label label{};  // that one
+  Label label{};  // whose number is looked_up
   for (std::size_t i = 0; i < count; ++i) {
     const EchoBin& bin = bins_[i];
     const bool lit = bin.energy > 0.0;

@@ -1,6 +1,8 @@
 #include <ensonify/engine/sonar/echo/range_bins.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include <hwy/targets.h>
@@ -202,6 +204,41 @@ TEST_CASE("a bin's place is the mean of what it saw, weighted with energy") {
   CHECK(of.line().bins.y_m[9] == Approx(200.0));
   of.plane({{4.5, 4.0, 3.0}});  // backwards, wholly in bin 8
   CHECK(of.line().bins.x_m[8] == Approx((0.5 * 104.0 + 3.0 * 105.0) / 3.5));
+}
+
+TEST_CASE(
+    "places are zero without an echo, and grazing angles stay within 0 and 90 degrees, on every "
+    "instruction set") {
+  // All but every fifth bin have an echo; their number is no multiple of a register's lanes.
+  constexpr std::size_t count = 37;
+  std::vector<EchoBin> seen(count);
+  for (std::size_t i = 0; i < count; ++i)
+    if (i % 5 != 0) {
+      const double energy = 0.5 + static_cast<double>(i);
+      const double angle_rad = 0.1 * static_cast<double>(i) - 0.5;  // from below 0 to above 90 deg
+      seen[i].energy = energy;
+      seen[i].seen = {energy * 3.0, energy * -4.0, energy * static_cast<double>(i),
+                      energy * angle_rad};
+    }
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    std::vector<float> x(count + 1, 7.0f), y = x, z = x, grazing = x;
+    write_places(seen.data(), count, {100.0, 200.0, -3.0},
+                 {x.data(), y.data(), z.data(), grazing.data()});
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool lit = i % 5 != 0;
+      const double angle_rad = 0.1 * static_cast<double>(i) - 0.5;
+      CAPTURE(hwy::TargetName(target), i);
+      CHECK(x[i] == (lit ? Approx(103.0) : Approx(0.0)));
+      CHECK(y[i] == (lit ? Approx(196.0) : Approx(0.0)));
+      CHECK(z[i] == (lit ? Approx(static_cast<double>(i) - 3.0) : Approx(0.0)));
+      CHECK(grazing[i] ==
+            (lit ? Approx(std::clamp(angle_rad, 0.0, std::acos(0.0))).margin(1e-7) : Approx(0.0)));
+    }
+    CHECK(x[count] == 7.0f);  // not written
+    CHECK(grazing[count] == 7.0f);
+  }
+  hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST_CASE("a shadow covers the bins wholly within it that its plane does not see") {
