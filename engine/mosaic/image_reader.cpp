@@ -32,9 +32,10 @@ namespace {
 constexpr const char* usual_remedy = "copy the file again, or make the run again";
 constexpr const char* another_kind = "this is not an image of a run";
 constexpr const char* other_remedy = "give a folder that `ensonify run` wrote";
-constexpr int max_columns = 1 << 20;       // more than any scene's
-constexpr double max_compression = 2000;   // no method reaches it
-constexpr double max_rows_per_byte = 2.0;  // 32 rows have 16 bytes at least
+constexpr int max_columns = 1 << 20;            // more than any scene's
+constexpr double max_compression = 2000;        // no method reaches it
+constexpr double max_rows_per_byte = 2.0;       // 32 rows have 16 bytes at least
+constexpr double small_block_bytes = 16 << 20;  // as much as any file may ask for
 
 [[noreturn]] void fail(const std::filesystem::path& file, std::string_view what,
                        std::string_view remedy = usual_remedy) {
@@ -72,6 +73,15 @@ std::optional<int> channels_of(const std::string& value) {
   return at + 1 == value.size() ? std::optional(channels) : std::nullopt;
 }
 
+/// The rows of a compressed block, by the number of the compression in the file (OpenEXR, "File
+/// Layout").
+int block_rows(char compression) {
+  constexpr std::string_view single("\0\1\2", 3);  // none, run lengths, zip of single rows
+  constexpr char dwab = 9;
+  if (single.find(compression) != single.npos) return 1;
+  return compression == dwab ? 256 : 32;
+}
+
 /// Checks the sizes in a file's header, because OpenEXR makes room for what it promises before it
 /// reads on. Throws SceneError.
 void check_sizes(const std::filesystem::path& file) {
@@ -81,7 +91,7 @@ void check_sizes(const std::filesystem::path& file) {
   if (next_number(stream) != magic) fail(file, "this is not an OpenEXR file");
   if (next_number(stream) & tiles_or_parts) fail(file, another_kind, other_remedy);
   std::array<std::int32_t, 4> window{};  // least x and y, greatest x and y
-  double channels = 0.0;
+  double channels = 0.0, rows_of_block = 1.0;
   std::string name, type;
   while (std::getline(stream, name, '\0') && !name.empty()) {
     std::getline(stream, type, '\0');
@@ -95,6 +105,7 @@ void check_sizes(const std::filesystem::path& file) {
     stream.read(value.data(), size);
     if (name == "dataWindow" && size == sizeof window)
       std::memcpy(window.data(), value.data(), sizeof window);
+    if (name == "compression" && size == 1) rows_of_block = block_rows(value[0]);
     if (type != "chlist") continue;
     const std::optional<int> known_channels = channels_of(value);
     if (!known_channels) fail(file, another_kind, other_remedy);
@@ -103,6 +114,10 @@ void check_sizes(const std::filesystem::path& file) {
   const double columns = static_cast<double>(window[2]) - window[0] + 1.0,
                rows = static_cast<double>(window[3]) - window[1] + 1.0;
   if (rows > max_rows_per_byte * bytes || 2.0 * columns * rows * channels > max_compression * bytes)
+    fail(file, "the file is truncated");
+  // OpenEXR makes room for a whole block, even where the image has fewer rows.
+  if (4.0 * columns * rows_of_block * channels >
+      std::max(small_block_bytes, max_compression * bytes))
     fail(file, "the file is truncated");
 }
 

@@ -23,6 +23,13 @@ std::string with_number(std::string bytes, const std::string& text, std::size_t 
   return bytes;
 }
 
+std::string with_compression(std::string bytes, char compression) {
+  using namespace std::string_literals;
+  const std::string text = "compression\0compression\0"s;
+  bytes[bytes.find(text) + text.size() + 4] = compression;
+  return bytes;
+}
+
 }  // namespace
 
 TEST_CASE("An image whose header promises more than the file holds is refused") {
@@ -38,5 +45,21 @@ TEST_CASE("An image whose header promises more than the file holds is refused") 
         with_number(image, "\x76\x2f\x31\x01"s, 0, 2 | 0x1000)}) {
     tests::write_text(folder / "wrong.exr", wrong);
     CHECK_THROWS_AS(engine::ImageReader(folder / "wrong.exr"), engine::SceneError);
+  }
+}
+
+TEST_CASE("An image of a few rows does not make room for a block of many long rows") {
+  using namespace std::string_literals;
+  const tests::TemporaryFolder folder;
+  const std::string long_rows =
+      with_number(tests::SmallRun().image, "dataWindow\0box2i\0"s, 12, 150000);
+  // Single rows are short enough for the file's size, blocks of 32 or 256 rows are not.
+  for (const char one_row : {0, 1, 2}) {
+    tests::write_text(folder / "rows.exr", with_compression(long_rows, one_row));
+    CHECK(engine::ImageReader(folder / "rows.exr").columns() == 150001);
+  }
+  for (const char many_rows : {3, 4, 5, 6, 7, 8, 9}) {
+    tests::write_text(folder / "blocks.exr", with_compression(long_rows, many_rows));
+    CHECK_THROWS_WITH(engine::ImageReader(folder / "blocks.exr"), Catch::Contains("truncated"));
   }
 }
