@@ -1,7 +1,9 @@
 #include <ensonify/engine/seafloor/layers/boulders.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <vector>
 
@@ -28,10 +30,21 @@ double mean_square_of_median(double spread) {
          largest_boulder_of_median * largest_boulder_of_median * below(-largest / spread);
 }
 
-/// One stone: a block with a leaning top, more or less rounded, longer one way than the other.
+/// A flat face along which a block has broken: its height over the bed, of the whole block's, at a
+/// place in halves of the block's axes.
+struct BrokenFace {
+  double at_middle, slope_along, slope_across;
+
+  double height(double along, double across) const {
+    return at_middle - slope_along * along - slope_across * across;
+  }
+};
+
+/// One stone: a block with a leaning top, more or less rounded, longer one way than the other, from
+/// which parts have broken off along flat faces.
 class Boulder {
  public:
-  Boulder(const BoulderField& field, const auto& u) {
+  Boulder(const BoulderField& field, const auto& u, const LayerDraws& draws) {
     diameter_m_ = random_diameter_m(field.diameter_m, field.diameter_spread,
                                     largest_boulder_of_median, u[2], u[3]);
     height_m_ = field.height_ratio * diameter_m_ * (0.3 + 1.4 * u[4]);  // some lie deep in the bed
@@ -44,6 +57,8 @@ class Boulder {
     moat_share_ = 2.0 * lower_bits(u[6]);
     tail_share_ = 2.0 * lower_bits(u[7]);
     squareness_ = 2.0 + 4.0 * lower_bits(u[9]);
+    break_off(draws.of(layer_stream::broken_faces, static_cast<std::int64_t>(u[6] * 0x1p31),
+                       static_cast<std::int64_t>(u[7] * 0x1p31)));
   }
   double diameter_m() const { return diameter_m_; }
   double height_m() const { return height_m_; }
@@ -59,16 +74,41 @@ class Boulder {
         (dx * std::sin(heading_) + dy * std::cos(heading_)) / (0.5 * diameter_m_ * stretch_);
     const double across =
         (dx * std::cos(heading_) - dy * std::sin(heading_)) / (0.5 * diameter_m_) * stretch_;
+    return top_m_ * top(along, across);
+  }
+
+ private:
+  /// The height of its top, of top_m_, at a place in halves of its axes.
+  double top(double along, double across) const {
     const double angle = std::atan2(across, along);
     const double outline =
         1.0 + 0.10 * std::cos(3.0 * angle + corner_) + 0.06 * std::cos(5.0 * angle + corner_2_);
     const double r = std::hypot(along, across) / outline;
-    return r < 1.0 ? height_m_ * std::sqrt(1.0 - std::pow(r, squareness_)) * (1.0 + lean_ * along)
-                   : 0.0;
+    if (r >= 1.0) return 0.0;
+    double lowest = std::sqrt(1.0 - std::pow(r, squareness_)) * (1.0 + lean_ * along);
+    for (const BrokenFace& face : broken_) lowest = std::min(lowest, face.height(along, across));
+    return std::max(lowest, 0.0);
   }
 
- private:
-  double diameter_m_, height_m_, heading_, stretch_, corner_, corner_2_, lean_;
+  /// Breaks parts off. What is left has the height that was drawn.
+  void break_off(const RandomStream& draws) {
+    std::array<double, 3 * broken_faces> u;
+    draws.uniform(u);
+    for (std::size_t i = 0; i < broken_faces; ++i) {
+      const double heading = 2.0 * pi * u[3 * i], slope = 0.2 + 1.6 * u[3 * i + 1];
+      broken_[i] = {0.7 + 0.5 * u[3 * i + 2], slope * std::cos(heading), slope * std::sin(heading)};
+    }
+    constexpr int steps = 4;  // to each side of its middle
+    double highest = 0.0;
+    for (int row = -steps; row <= steps; ++row)
+      for (int column = -steps; column <= steps; ++column)
+        highest = std::max(highest, top(column / (steps + 0.5), row / (steps + 0.5)));
+    top_m_ = height_m_ / highest;
+  }
+
+  static constexpr std::size_t broken_faces = 4;
+  std::array<BrokenFace, broken_faces> broken_;
+  double diameter_m_, height_m_, top_m_, heading_, stretch_, corner_, corner_2_, lean_;
   double current_turn_rad_, moat_share_, tail_share_;
   double squareness_;  // 2: half an ellipsoid; above, the top is flat and the sides are steep
 };
@@ -98,7 +138,7 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
   const auto set_down = [&](double x, double y, const auto& u) {
     if (!allowed(x, y) || (boulders.clustering > 0.0 && !stays(x, y, lower_bits(u[8])))) return;
     ++number;
-    const Boulder stone(boulders, u);
+    const Boulder stone(boulders, u, draws);
     const double half_m = 0.5 * stone.diameter_m();
     const double current_rad = boulders.current_rad + stone.current_turn_rad();
     const double down_x = std::sin(current_rad), down_y = std::cos(current_rad);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
@@ -346,6 +347,42 @@ TEST_CASE("Boulders lie in clusters, as many on average as those that do not") {
   const auto [clustered, of_clustered] = counts_of(2.0);
   CHECK(clustered == Approx(scattered).epsilon(0.1));
   CHECK(of_clustered > 1.5);
+}
+
+TEST_CASE("A boulder is as high as asked on average, and parts have broken off along flat faces") {
+  constexpr double diameter_m = 4.0, height_ratio = 0.4;
+  std::map<std::uint32_t, double> highest;
+  int inner = 0, flat_points = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    Laid laid(flat(800, 800, 0.2, 0.2));
+    add_boulders(laid.field,
+                 {.per_hectare = 30.0,
+                  .diameter_m = diameter_m,
+                  .diameter_spread = 0.0,
+                  .height_ratio = height_ratio,
+                  .scour_ratio = 0.0,
+                  .tail_ratio = 0.0,
+                  .clustering = 0.0},
+                 draws(seed), anywhere, laid.marked);
+    for (int row = 0; row < laid.field.rows; ++row)
+      for (int column = 1; column + 1 < laid.field.columns; ++column) {
+        const std::size_t point = laid.field.index(column, row);
+        const std::uint32_t stone = laid.marked[point];
+        if (stone == 0) continue;
+        double& its = highest[static_cast<std::uint32_t>(1000 * seed) + stone];
+        its = std::max(its, laid.field.z_m[point]);
+        if (laid.marked[point - 1] != stone || laid.marked[point + 1] != stone) continue;
+        ++inner;
+        flat_points += std::abs(laid.field.z_m[point - 1] - 2.0 * laid.field.z_m[point] +
+                                laid.field.z_m[point + 1]) < 1e-9;
+      }
+  }
+  double sum = 0.0;
+  for (const auto& [stone, height_m] : highest) sum += height_m / diameter_m;
+  REQUIRE(highest.size() > 400);
+  CHECK(sum / static_cast<double>(highest.size()) == Approx(height_ratio).epsilon(0.05));
+  CHECK(flat_points > 0.4 * inner);
+  CHECK(flat_points < 0.9 * inner);
 }
 
 TEST_CASE("Boulders may cover the bed twenty times, by the mean square of their diameters") {
