@@ -24,12 +24,14 @@ MotionOptions survey_motion() {
 }
 
 // What recordings show: levels that fall by 7 to 9 dB from 30 % of the range to its end, a mean
-// amplitude of 0.25 to 0.45 of full scale, noise after the gain 25 to 35 dB below the bed, and a
-// contrast near that of the largest of three looks.
+// amplitude of 0.25 to 0.45 of full scale, noise after the gain 25 to 35 dB below the bed, which
+// changes along the line by 2.5 to 5.5 dB (rms), and a contrast near that of the largest of three
+// looks.
 void use_survey_recorder(ReceiverOptions& receiver) {
   receiver.spreading = 30.0;
   receiver.bed_level_db = -12.0;
   receiver.output_noise_db = -42.0;
+  receiver.output_noise_wander_db = 3.5;
   receiver.looks = 3;
   receiver.detector = Detector::peak;
 }

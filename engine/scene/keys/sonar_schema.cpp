@@ -168,6 +168,11 @@ const Section<Sonar>& sonar_section() {
            "Noise added behind the gain and before the detector, which makes the recorded noise "
            "floor constant over range; unset: none.",
            at(&Sonar::receiver, &ReceiverOptions::output_noise_db)},
+          {"output_noise_wander_db", "dB", {0, 20},
+           "Rms slow change of that noise along the line, equal on both sides; 0: constant.",
+           at(&Sonar::receiver, &ReceiverOptions::output_noise_wander_db)},
+          {"output_noise_wander_s", "s", {0.01, 1e6}, "Correlation time of that change.",
+           at(&Sonar::receiver, &ReceiverOptions::output_noise_wander_s)},
           {"tvg_spreading", "", {0, 80},
            "The recorder's gain over range, in dB per factor of ten, before digitising. It ends "
            "where the expected noise is recorded at bed_level_db.",

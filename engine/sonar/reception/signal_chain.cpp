@@ -20,6 +20,7 @@ constexpr int behind_gain = 1000;  // look number of the first noise after the g
 constexpr std::size_t farther_steps = 8;  // per range, of a beam's share beyond it
 constexpr int looks_of_beam = 2000;       // look numbers of a beam's noise
 constexpr int wave_oscillator = 100;      // `number` of the waves' Oscillator; Motion uses 0 to 6
+constexpr int noise_oscillator = 200;     // and of the first sonar's noise
 constexpr std::size_t gain_bins = 8;      // that share a value of the automatic gain
 
 /// By range: how much a beam that lies `ahead_m` of the array's middle receives at the nominal
@@ -122,6 +123,9 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
                  sea_noise_power(sonar, law_, options.sea, Side::starboard)},
       waves_(meets_sea_surface(options) ? waves_under(options.sea.wind_mps) : Oscillation{},
              options.seed, wave_oscillator),
+      output_noise_wander_({.wander_rms = sonar.receiver.output_noise_wander_db,
+                            .wander_s = sonar.receiver.output_noise_wander_s},
+                           options.seed, noise_oscillator + options.sonar_number),
       other_paths_(options.arrivals, sonar, options.sea, law_,
                    {options.nominal_strength, options.bed}, ping_m(sonar, options),
                    options.speckle ? std::optional(options.seed) : std::nullopt),
@@ -437,8 +441,7 @@ void SignalChain::detect_look(const PingContext& context, const Channel* other, 
   const ReceiverOptions& receiver = sonar_.receiver;
   channel.energy.resize(gain.size());
   channel.detected.resize(gain.size());
-  const double behind =
-      receiver.output_noise_db ? std::sqrt(scatter::from_db(*receiver.output_noise_db)) : 0.0;
+  const float behind = output_noise_rms(context.t_s);
   detect({.bins = gain.size(),
           .re = channel.re.data(),
           .im = channel.im.data(),
@@ -451,14 +454,21 @@ void SignalChain::detect_look(const PingContext& context, const Channel* other, 
           .power = channel.power.data(),
           .gain = gain.data(),
           .step = step,
-          .behind_re = options_.speckle && behind > 0.0 ? channel.behind_re.data() : nullptr,
-          .behind_im = options_.speckle && behind > 0.0 ? channel.behind_im.data() : nullptr,
-          .behind_rms = static_cast<float>(behind),
+          .behind_re = options_.speckle && behind > 0.0f ? channel.behind_re.data() : nullptr,
+          .behind_im = options_.speckle && behind > 0.0f ? channel.behind_im.data() : nullptr,
+          .behind_rms = behind,
           .first = look == 0,
           .peak = receiver.detector == Detector::peak,
           .share = 1.0f / static_cast<float>(receiver.looks),
           .energy = channel.energy.data(),
           .detected = channel.detected.data()});
+}
+
+/// Amplitude over full scale of the noise after the gain; 0 if there is none.
+float SignalChain::output_noise_rms(double t_s) const {
+  const std::optional<double>& level_db = sonar_.receiver.output_noise_db;
+  if (!level_db) return 0.0f;
+  return static_cast<float>(std::sqrt(scatter::from_db(*level_db + output_noise_wander_.at(t_s))));
 }
 
 /// The gain factor of the operator's steps at the ping's time.

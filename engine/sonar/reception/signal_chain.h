@@ -124,6 +124,7 @@ class SignalChain {
   void detect_look(const PingContext& context, const Channel* other, int look, float step,
                    Channel& channel) const;
   float gain_step(const PingContext& context) const;
+  float output_noise_rms(double t_s) const;
   void follow_level(Channel& channel) const;
   float ping_scale(const Channel& channel, std::size_t bins) const;
   void record(const Channel& channel, EchoLine& line) const;
@@ -134,7 +135,8 @@ class SignalChain {
   SonarEquation law_;
   std::vector<double> moved_shares_;  // of the two-way beam, at the nominal speed, by bin
   std::array<double, 2> sea_noise_{};
-  Oscillator waves_;  // 0 if nothing meets the sea surface
+  Oscillator waves_;                // 0 if nothing meets the sea surface
+  Oscillator output_noise_wander_;  // dB
   OtherPaths other_paths_;
   Disturbances disturbances_;
   Recorder recorder_;
