@@ -13,7 +13,8 @@ namespace {
 
 using std::numbers::pi;
 constexpr double largest_pit_of_median = 3.5;
-constexpr std::array outline_waves = {0.07, 0.05, 0.03};  // amplitudes, of the radius
+constexpr std::array outline_waves = {0.10, 0.07, 0.05};  // mean amplitudes, of the radius
+constexpr double least_ragged = 0.5, most_ragged = 1.5;   // factors on them
 constexpr double rim_end = 1.4;                           // of the radius
 constexpr double most_bent = 0.5;                         // of a scour's axis, in its half widths
 
@@ -24,7 +25,7 @@ double scoured(const PitRelief& relief) { return std::min(1.0, relief.elongation
 /// As far as the rim reaches from the middle, of the diameter times the stretch.
 double reach(const PitRelief& relief) {
   const double outline = outline_waves[0] + outline_waves[1] + outline_waves[2];
-  return 0.5 * (rim_end * (1.0 + (1.0 + scoured(relief)) * outline) + scoured(relief) * most_bent);
+  return 0.5 * (rim_end * (1.0 + most_ragged * outline) + scoured(relief) * most_bent);
 }
 
 }  // namespace
@@ -47,6 +48,10 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
                                                 largest_pit_of_median, u[2], u[3]);
     const double depth_m =
         relief.depth_ratio * diameter_m * (0.4 + 1.2 * u[4]);  // old ones are filled
+    // Some walls have slumped more than others, and floors are more or less wide and flat.
+    const double ragged = std::lerp(least_ragged, most_ragged, lower_bits(u[6]));
+    const double lean = std::lerp(1.4 * lower_bits(u[7]), 1.0, by_current);
+    const double bowl_power = 1.2 + 1.6 * lower_bits(u[8]);
     // Round ones have a random axis.
     const double heading =
         relief.elongation > 1.0 ? relief.heading_rad + 0.3 * (u[5] - 0.5) : 2.0 * pi * u[5];
@@ -62,21 +67,22 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
           const double waves = outline_waves[0] * std::cos(2.0 * angle + 2.0 * pi * u[6]) +
                                outline_waves[1] * std::cos(3.0 * angle + 2.0 * pi * u[7]) +
                                outline_waves[2] * std::cos(5.0 * angle + 2.0 * pi * u[8]);
-          const double r = std::hypot(along, across) / (1.0 + (1.0 + by_current) * waves);
+          const double r = std::hypot(along, across) / (1.0 + ragged * waves);
           if (r >= rim_end) return;
           const std::size_t point = field.index(column, row);
           if (r < 1.0) {
-            // Deepest behind the middle of a long one, as a current leaves it.
-            const double lean = 1.0 - 0.5 * by_current * along;
+            // Deepest to one side of the middle; behind it in a long one, as a current leaves it.
+            const double leaning = std::max(0.3, 1.0 - 0.5 * lean * along);
             const double steeper_side = 1.0 + by_current * (lower_bits(u[9]) - 0.5) * across;
-            const double bowl = 1.0 - r * r;
-            const double its_floor_m = -depth_m * bowl * bowl * std::max(0.3, lean) * steeper_side;
+            const double its_floor_m =
+                -depth_m * std::pow(1.0 - r * r, bowl_power) * leaning * steeper_side;
             if (its_floor_m < floor_m[point] || marked[point] == 0) marked[point] = number;
             floor_m[point] = std::min(floor_m[point], its_floor_m);
           }
           const double from_rim = (r - 1.05) / 0.16;
-          rim_m[point] =
-              std::max(rim_m[point], depth_m * relief.rim_ratio * std::exp(-from_rim * from_rim));
+          const double uneven = 1.0 + 0.5 * std::cos(angle + 2.0 * pi * u[7]);
+          rim_m[point] = std::max(
+              rim_m[point], depth_m * relief.rim_ratio * uneven * std::exp(-from_rim * from_rim));
         });
   };
   for_each_scattered(field, 1e-4 * relief.per_hectare, reach_m(relief), draws, layer_stream::pits,

@@ -218,12 +218,55 @@ TEST_CASE("Pits have the requested number, width and depth, and are marked insid
       volume -= 0.25 * z / (seeds * 4.0);  // per hectare; the area is four hectares
     }
   }
-  // Randomly placed discs cover 1 - exp(-density area). The outline's waves add 0.4 %.
-  const double area = pi * 9.0 * 1.004;
+  // Randomly placed discs cover 1 - exp(-density area). The outline's waves add 0.9 %.
+  const double area = pi * 9.0 * 1.009;
   CHECK(share == Approx(1.0 - std::exp(-30e-4 * area)).epsilon(0.08));
-  CHECK(-deepest == Approx(0.6 * 1.6).epsilon(0.06));  // depths reach from 0.4 to 1.6 of the mean
-  CHECK(volume ==
-        Approx(30.0 * 0.6 * area / 3.0).epsilon(0.12));  // of (1 - r^2)^2; some pits overlap
+  // Depths reach from 0.4 to 1.6 of the mean, and up to 9 % farther where a floor leans most.
+  CHECK(-deepest == Approx(1.04 * 0.6 * 1.6).epsilon(0.06));
+  // Of (1 - r^2)^p, where p is evenly distributed from 1.2 to 2.8; some pits overlap.
+  const double share_of_cylinder = std::log(3.8 / 2.2) / 1.6;
+  CHECK(volume == Approx(30.0 * 0.6 * area * share_of_cylinder).epsilon(0.12));
+}
+
+TEST_CASE("Round pits have wider and narrower floors, and are deepest off their middle") {
+  struct Pit {
+    double points = 0.0, x = 0.0, y = 0.0, depth = 0.0, deepest = 0.0, deepest_x = 0.0,
+           deepest_y = 0.0;
+  };
+  std::vector<double> fillings, offsets;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Laid laid(flat(801, 801, 0.2, 0.2));
+    add_pits(laid.field, {.per_hectare = 4.0, .diameter_m = 6.0, .diameter_spread = 0.0},
+             draws(seed), anywhere, laid.marked);
+    std::map<std::uint32_t, Pit> pits;
+    for (int row = 0; row < 801; ++row)
+      for (int column = 0; column < 801; ++column) {
+        const std::size_t point = laid.field.index(column, row);
+        if (laid.marked[point] == 0) continue;
+        Pit& pit = pits[laid.marked[point]];
+        const double depth = -laid.field.z_m[point];
+        pit.points += 1.0;
+        pit.x += column;
+        pit.y += row;
+        pit.depth += depth;
+        if (depth <= pit.deepest) continue;
+        pit.deepest = depth;
+        pit.deepest_x = column;
+        pit.deepest_y = row;
+      }
+    for (const auto& [number, pit] : pits) {
+      if (pit.points * 0.04 < 0.8 * pi * 9.0) continue;  // at the border, or under another
+      fillings.push_back(pit.depth / pit.points / pit.deepest);
+      offsets.push_back(
+          0.2 * std::hypot(pit.deepest_x - pit.x / pit.points, pit.deepest_y - pit.y / pit.points));
+    }
+  }
+  REQUIRE(fillings.size() > 60);
+  const auto [least, most] = std::ranges::minmax(fillings);
+  CHECK(least < 0.29);  // of a cylinder, 1 / (p + 1)
+  CHECK(most > 0.41);
+  std::ranges::nth_element(offsets, offsets.begin() + std::ssize(offsets) / 2);
+  CHECK(offsets[offsets.size() / 2] > 0.2);
 }
 
 TEST_CASE("A rim rises from the pit's own bowl without a step") {
