@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -80,17 +81,28 @@ class Boulder {
  private:
   /// The height of its top, of top_m_, at a place in halves of its axes.
   double top(double along, double across) const {
+    const double broken = lowest_broken_face(along, across), distance = std::hypot(along, across);
+    if (broken <= 0.0 || distance >= 1.0 + outline_waves[0] + outline_waves[1]) return 0.0;
     const double angle = std::atan2(across, along);
-    const double outline =
-        1.0 + 0.10 * std::cos(3.0 * angle + corner_) + 0.06 * std::cos(5.0 * angle + corner_2_);
-    const double r = std::hypot(along, across) / outline;
-    if (r >= 1.0) return 0.0;
-    double lowest = std::sqrt(1.0 - std::pow(r, squareness_)) * (1.0 + lean_ * along);
-    for (const BrokenFace& face : broken_) lowest = std::min(lowest, face.height(along, across));
-    return std::max(lowest, 0.0);
+    const double outline = 1.0 + outline_waves[0] * std::cos(3.0 * angle + corner_) +
+                           outline_waves[1] * std::cos(5.0 * angle + corner_2_);
+    return std::min(broken, block(distance / outline, along));
   }
 
-  /// Breaks parts off. What is left has the height that was drawn.
+  /// The same of the whole block, at a distance of its outline's.
+  double block(double distance, double along) const {
+    return distance < 1.0 ? std::sqrt(1.0 - std::pow(distance, squareness_)) * (1.0 + lean_ * along)
+                          : 0.0;
+  }
+
+  double lowest_broken_face(double along, double across) const {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const BrokenFace& face : broken_) lowest = std::min(lowest, face.height(along, across));
+    return lowest;
+  }
+
+  /// Breaks parts off. What is left has the height that was drawn, nearly: it is looked for at few
+  /// places, and on a round block.
   void break_off(const RandomStream& draws) {
     std::array<double, 3 * broken_faces> u;
     draws.uniform(u);
@@ -98,14 +110,16 @@ class Boulder {
       const double heading = 2.0 * pi * u[3 * i], slope = 0.2 + 1.6 * u[3 * i + 1];
       broken_[i] = {0.7 + 0.5 * u[3 * i + 2], slope * std::cos(heading), slope * std::sin(heading)};
     }
-    constexpr int steps = 4;  // to each side of its middle
+    constexpr std::array places = {0.0, -0.25, 0.25, -0.5, 0.5, -0.75, 0.75};
     double highest = 0.0;
-    for (int row = -steps; row <= steps; ++row)
-      for (int column = -steps; column <= steps; ++column)
-        highest = std::max(highest, top(column / (steps + 0.5), row / (steps + 0.5)));
+    for (const double across : places)
+      for (const double along : places)
+        if (const double broken = lowest_broken_face(along, across); broken > highest)
+          highest = std::max(highest, std::min(broken, block(std::hypot(along, across), along)));
     top_m_ = height_m_ / highest;
   }
 
+  static constexpr std::array outline_waves = {0.10, 0.06};  // amplitudes, of the outline's radius
   static constexpr std::size_t broken_faces = 4;
   std::array<BrokenFace, broken_faces> broken_;
   double diameter_m_, height_m_, top_m_, heading_, stretch_, corner_, corner_2_, lean_;
