@@ -261,7 +261,7 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
     if (options_.speckle) scatterers_.place(context.array, line.bins, channel(line).cells);
   }
   if (leak_ > 0.0f && lines.size() == 2) leak_power(context, lines, scratch);
-  const float step = gain_step(context);
+  const float step = gain_step(context), behind_rms = output_noise_rms(context.t_s);
   for (int look = 0; look < sonar_.receiver.looks; ++look) {
     for (const EchoLine& line : lines) {
       sum_scatterers(look, channel(line));
@@ -271,7 +271,7 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
       const Side opposite = line.side == Side::port ? Side::starboard : Side::port;
       const bool heard = leak_ > 0.0f && lines.size() == 2;
       detect_look(context, heard ? &scratch.channels[static_cast<std::size_t>(opposite)] : nullptr,
-                  look, step, channel(line));
+                  look, step, behind_rms, channel(line));
     }
   }
   for (EchoLine& line : lines) {
@@ -436,12 +436,11 @@ void SignalChain::draw_noise(const PingContext& context, Side side, int look,
 /// Adds all noise before and after the gain to the echo and detects it; `other` leaks into it
 /// (null: no cross-talk).
 void SignalChain::detect_look(const PingContext& context, const Channel* other, int look,
-                              float step, Channel& channel) const {
+                              float step, float behind_rms, Channel& channel) const {
   const std::vector<float>& gain = gains_[static_cast<std::size_t>(context.beam)];
   const ReceiverOptions& receiver = sonar_.receiver;
   channel.energy.resize(gain.size());
   channel.detected.resize(gain.size());
-  const float behind = output_noise_rms(context.t_s);
   detect({.bins = gain.size(),
           .re = channel.re.data(),
           .im = channel.im.data(),
@@ -454,9 +453,9 @@ void SignalChain::detect_look(const PingContext& context, const Channel* other, 
           .power = channel.power.data(),
           .gain = gain.data(),
           .step = step,
-          .behind_re = options_.speckle && behind > 0.0f ? channel.behind_re.data() : nullptr,
-          .behind_im = options_.speckle && behind > 0.0f ? channel.behind_im.data() : nullptr,
-          .behind_rms = behind,
+          .behind_re = options_.speckle && behind_rms > 0.0f ? channel.behind_re.data() : nullptr,
+          .behind_im = options_.speckle && behind_rms > 0.0f ? channel.behind_im.data() : nullptr,
+          .behind_rms = behind_rms,
           .first = look == 0,
           .peak = receiver.detector == Detector::peak,
           .share = 1.0f / static_cast<float>(receiver.looks),

@@ -122,7 +122,7 @@ class SignalChain {
   void draw_white(const PingContext& context, Side side, int look, std::size_t count,
                   std::vector<float>& re, std::vector<float>& im) const;
   void detect_look(const PingContext& context, const Channel* other, int look, float step,
-                   Channel& channel) const;
+                   float behind_rms, Channel& channel) const;
   float gain_step(const PingContext& context) const;
   float output_noise_rms(double t_s) const;
   void follow_level(Channel& channel) const;
