@@ -58,6 +58,7 @@ class Boulder {
     moat_share_ = 2.0 * lower_bits(u[6]);
     tail_share_ = 2.0 * lower_bits(u[7]);
     squareness_ = 2.0 + 4.0 * lower_bits(u[9]);
+    // Their number exceeds feature_draws, so they have a stream that the stone's numbers choose.
     break_off(draws.of(layer_stream::broken_faces, static_cast<std::int64_t>(u[6] * 0x1p31),
                        static_cast<std::int64_t>(u[7] * 0x1p31)));
   }
