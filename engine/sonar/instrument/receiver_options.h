@@ -22,7 +22,7 @@ struct ReceiverOptions {
   double self_noise_density(double speed_mps) const;
   std::optional<double> output_noise_db;  ///< added after the gain, dB re full scale; unset: none
   double output_noise_wander_db = 0.0;    ///< rms change of its level along the line
-  double output_noise_wander_s = 10.0;    ///< correlation time of that change
+  double output_noise_wander_s = 7.0;     ///< correlation time of that change
   /// Time-varied gain, dB per factor of ten in range. It ends where the expected noise is recorded
   /// at bed_level_db.
   double spreading = 40.0;

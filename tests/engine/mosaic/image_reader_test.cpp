@@ -15,18 +15,12 @@ using namespace ensonify;
 namespace {
 
 /// Writes a number behind a text in a file's bytes.
+template <class Number>
 std::string with_number(std::string bytes, const std::string& text, std::size_t behind,
-                        std::int32_t number) {
+                        Number number) {
   const std::size_t at = bytes.find(text);
   REQUIRE(at != std::string::npos);
   std::memcpy(&bytes[at + text.size() + behind], &number, sizeof number);
-  return bytes;
-}
-
-std::string with_compression(std::string bytes, char compression) {
-  using namespace std::string_literals;
-  const std::string text = "compression\0compression\0"s;
-  bytes[bytes.find(text) + text.size() + 4] = compression;
   return bytes;
 }
 
@@ -53,13 +47,16 @@ TEST_CASE("An image of a few rows does not make room for a block of many long ro
   const tests::TemporaryFolder folder;
   const std::string long_rows =
       with_number(tests::SmallRun().image, "dataWindow\0box2i\0"s, 12, 150000);
+  const auto with_compression = [&](char compression) {
+    return with_number(long_rows, "compression\0compression\0"s, 4, compression);
+  };
   // Single rows are short enough for the file's size, blocks of 32 or 256 rows are not.
   for (const char one_row : {0, 1, 2}) {
-    tests::write_text(folder / "rows.exr", with_compression(long_rows, one_row));
+    tests::write_text(folder / "rows.exr", with_compression(one_row));
     CHECK(engine::ImageReader(folder / "rows.exr").columns() == 150001);
   }
   for (const char many_rows : {3, 4, 5, 6, 7, 8, 9}) {
-    tests::write_text(folder / "blocks.exr", with_compression(long_rows, many_rows));
+    tests::write_text(folder / "blocks.exr", with_compression(many_rows));
     CHECK_THROWS_WITH(engine::ImageReader(folder / "blocks.exr"), Catch::Contains("truncated"));
   }
 }

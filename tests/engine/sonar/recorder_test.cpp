@@ -174,7 +174,7 @@ TEST_CASE("noise after the gain changes slowly along the line, equally on both s
     for (std::size_t i = 0; i + lag < a.size(); ++i) sum += (a[i] + 40.0) * (b[i + lag] + 40.0);
     return sum / static_cast<double>(a.size() - lag);
   };
-  // A speckle of so many bins changes the mean of a ping by 0.2 dB.
+  // The speckle of a ping's bins also changes its mean, by much less.
   CHECK(std::sqrt(mean_product(port, port, 0)) == Approx(rms_db).epsilon(0.1));
   CHECK(mean_product(port, starboard, 0) == Approx(mean_product(port, port, 0)).epsilon(0.02));
   // The correlation of motion.h.
