@@ -22,6 +22,7 @@ enum class Purpose : std::uint64_t {
   object_place = 20,
   object_shape = 21,
   object_scour = 22,
+  object_burial = 23,
   roughness_layer = 30,
   crest_layer = 31,
   furrow_layer = 32,

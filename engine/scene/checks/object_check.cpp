@@ -104,6 +104,8 @@ class Faults {
             "'{}' has a path, which is for a pipeline, cable, rope or chain");
       if (object_.sag_radius_m)
         add("sag_radius_m", "'{}.sag_radius_m' is for a pipeline, cable, rope or chain");
+      if (object_.burial_spread > 0.0)
+        add("burial_spread", "'{}.burial_spread' is for a pipeline, cable, rope or chain");
       return;
     }
     if (points == file)
@@ -118,6 +120,8 @@ class Faults {
     if (object_.pitch_rad != 0.0 || object_.roll_rad != 0.0 || object_.follow_slope)
       add("",
           "'{}' lies along a path as the bed does: leave pitch_deg, roll_deg and follow_slope out");
+    if (object_.burial_spread > 0.0 && !object_.burial)
+      add("burial_spread", "'{0}.burial_spread' changes the burial: give '{0}.burial'");
   }
 
   void many() {

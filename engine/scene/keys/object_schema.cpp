@@ -128,6 +128,12 @@ const Section<ObjectOptions>& object_section() {
            "Its tension over its weight in water per metre: a free span of s m sags by s^2 / 8 "
            "over this; unset: 1000 for a pipeline, 50 for a cable, 3 for a rope or chain.",
            at(&ObjectOptions::sag_radius_m)},
+          {"burial_spread", "", {0, 2},
+           "Rms of the change of its burial along its path: sand covers parts of it. Where it would "
+           "float, it touches the bed.",
+           at(&ObjectOptions::burial_spread)},
+          {"burial_scale_m", "m", {0.1, 1e4}, "Distance over which that burial changes.",
+           at(&ObjectOptions::burial_scale_m)},
           {"count", "", {0, max_labels - 1},
            "Number of copies at random places, clear of all other objects; 0: one, at its place.",
            at(&ObjectOptions::count)},

@@ -53,6 +53,8 @@ struct ObjectOptions {
   std::vector<Eigen::Vector2d> path;   ///< metres east and north of the object's place
   InputFile path_file;                 ///< the same, as a CSV file
   std::optional<double> sag_radius_m;  ///< see laid_line.h; unset: the shape's usual value
+  /// Rms of the change of its burial along the path, and the distance over which it changes.
+  double burial_spread = 0.0, burial_scale_m = 8.0;
 
   // For many objects at random places.
   int count = 0;                      ///< 0: one object, at its place

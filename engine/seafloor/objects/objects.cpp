@@ -103,7 +103,7 @@ class Table {
     const ObjectBody body = body_of(number);
     placing_.take(body.mesh.faces.size(), what_);  // a line has few
     PlacedObjects::One placed =
-        set_down_at(body, spot);  // first, since it refuses a line that is too long
+        set_down_at(body, spot, number);  // first, since it refuses a line that is too long
     layout.take(discs(body.mesh, spot));
     return placed;
   }
@@ -133,7 +133,7 @@ class Table {
         spots.push_back(*spot);
       }
       refine::parallel_for(some, placing_.threads, [&](std::size_t i, int) {
-        all[first + i] = set_down_at(bodies[i], spots[i]);
+        all[first + i] = set_down_at(bodies[i], spots[i], first + i);
       });
     }
     return all;
@@ -159,8 +159,9 @@ class Table {
     return body;
   }
 
-  PlacedObjects::One set_down_at(const ObjectBody& body, const Spot& spot) const {
-    SetDown placed = is_line() ? lay_down(options_, spot, bed_, what_)
+  PlacedObjects::One set_down_at(const ObjectBody& body, const Spot& spot, std::size_t copy) const {
+    const RandomStream burial(seed_, Purpose::object_burial, {number_, copy});
+    SetDown placed = is_line() ? lay_down(options_, spot, bed_, what_, burial)
                                : set_down(body.mesh, options_, spot, bed_, what_, body.sunk_m);
     const refine::Bounds box = refine::bounds(placed.mesh);
     const Vector3d low = box.lowest.cast<double>(), high = box.highest.cast<double>();

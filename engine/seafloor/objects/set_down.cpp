@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -151,6 +152,31 @@ double usual_sag_radius_m(const std::string& shape) {
   return shape == "cable" ? 50.0 : 3.0;
 }
 
+/// Sinks a line into the bed by its burial, 1 of which is `covered_m`. The burial changes along the
+/// line as a normal process whose correlation over s m is exp(-s^2 / (2 scale^2)): waves of random
+/// phases whose wavenumbers are normal, of the standard deviation 1 / scale.
+void sink(std::vector<Vector3d>& line, const ObjectOptions& object, double covered_m,
+          const RandomStream& stream) {
+  constexpr std::size_t waves = 64;
+  std::array<double, waves> wavenumber{}, phase{};
+  if (object.burial_spread > 0.0) {
+    stream.normal(wavenumber);
+    stream.uniform(phase, waves);
+  }
+  const double mean = object.burial.value_or(0.0);
+  double along_m = 0.0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (i > 0) along_m += (line[i] - line[i - 1]).head<2>().norm();
+    double change = 0.0;
+    if (object.burial_spread > 0.0)
+      for (std::size_t k = 0; k < waves; ++k)
+        change += std::cos(wavenumber[k] * along_m / object.burial_scale_m +
+                           2.0 * std::numbers::pi * phase[k]);
+    change *= object.burial_spread * std::sqrt(2.0 / waves);
+    line[i].z() -= std::max(mean + change, 0.0) * covered_m;
+  }
+}
+
 }  // namespace
 
 Eigen::Matrix3d attitude(const ObjectOptions& object, double heading_rad) {
@@ -192,7 +218,7 @@ SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, 
 }
 
 SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& bed,
-                 const std::string& what) {
+                 const std::string& what, const RandomStream& burial) {
   const ShapeKind& kind = shape_named(object.shape);
   ShapeSize size = object.size;
   for (const Dimension& dimension : kind.dimensions)
@@ -215,10 +241,10 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
         "{}: its {:.0f} m make more than {:.0e} pieces; make it shorter or thicker, or its facet_m "
         "larger",
         what, length_m, max_pieces));
-  const std::vector<Vector3d> line = laid_line(
+  std::vector<Vector3d> line = laid_line(
       path, diameter_m, step_m, object.sag_radius_m.value_or(usual_sag_radius_m(object.shape)),
-      object.height_m.value_or(0.0) - object.burial.value_or(0.0) * (diameter_m + cover_m),
-      ground_m);
+      object.height_m.value_or(0.0), ground_m);
+  sink(line, object, diameter_m + cover_m, burial);
   SetDown placed{.mesh = make_line(kind, size, line)};
   if (placed.mesh.faces.empty())
     throw refine::MeshError(fmt::format(

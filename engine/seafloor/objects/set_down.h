@@ -39,9 +39,10 @@ SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, 
                  const BedGrid& bed, const std::string& what, double sunk_m = 0.0);
 
 /// A pipeline, cable, rope or chain laid over a bed along the object's path (laid_line.h), which is
-/// turned and scaled about the spot, as thick as its sizes times the scale. Throws as set_down, and
-/// for a path that is too short for a chain's link.
+/// turned and scaled about the spot, as thick as its sizes times the scale. `burial` is the stream
+/// of the changes of its burial. Throws as set_down, and for a path that is too short for a chain's
+/// link.
 SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& bed,
-                 const std::string& what);
+                 const std::string& what, const RandomStream& burial);
 
 }  // namespace ensonify::engine

@@ -25,11 +25,12 @@ std::string error_of(const std::string& keys) {
 }  // namespace
 
 TEST_CASE("A shape, its sizes, its path and its area are read, and read back from a dump") {
-  const std::string text = head +
-                           "shape = \"cone\"\ntop_diameter_m = 0.3\ncount = 7\n"
-                           "area = [[0, 0], [10.5, 0], [0, -10]]\nheading_spread_deg = 20\n"
-                           "[[objects]]\nshape = \"cable\"\npath = [[-1, 2], [3e1, 4]]\n"
-                           "sag_radius_m = 12\nburial = 0.5\n";
+  const std::string text =
+      head +
+      "shape = \"cone\"\ntop_diameter_m = 0.3\ncount = 7\n"
+      "area = [[0, 0], [10.5, 0], [0, -10]]\nheading_spread_deg = 20\n"
+      "[[objects]]\nshape = \"cable\"\npath = [[-1, 2], [3e1, 4]]\n"
+      "sag_radius_m = 12\nburial = 0.5\nburial_spread = 0.3\nburial_scale_m = 5\n";
   const Scene scene = parse_scene(text, "s.toml", {}, {});
   CHECK(scene.objects[0].shape == "cone");
   CHECK(scene.objects[0].size.top_diameter_m == 0.3);
@@ -46,6 +47,8 @@ TEST_CASE("A shape, its sizes, its path and its area are read, and read back fro
     CHECK(back.objects[0].area == scene.objects[0].area);
     CHECK(back.objects[1].path == scene.objects[1].path);
     CHECK(back.objects[1].sag_radius_m == 12.0);
+    CHECK(back.objects[1].burial_spread == 0.3);
+    CHECK(back.objects[1].burial_scale_m == 5.0);
     CHECK(dump_scene(back, with_comments) == dumped);
   }
   const std::vector<std::string> changed{"objects.1.path=[[0, 0], [1, 1], [2, 3]]"};
@@ -71,6 +74,10 @@ TEST_CASE("An error in an object is reported once, with its place") {
           {cone + "weld_m = 1", "s.toml:4:10: 'objects.0.weld_m' is for meshes"},
           {cone + "path = [[0, 0], [1, 1]]", "s.toml:4:8: 'objects.0' has a path, which is for a"},
           {cone + "sag_radius_m = 2", "s.toml:4:16: 'objects.0.sag_radius_m' is for a pipeline"},
+          {cone + "burial_spread = 0.2",
+           "s.toml:4:17: 'objects.0.burial_spread' is for a pipeline"},
+          {cable + "path = [[0, 0], [1, 1]]\nburial_spread = 0.2",
+           "s.toml:5:17: 'objects.0.burial_spread' changes the burial: give 'objects.0.burial'"},
           {cable, "s.toml:2:1: 'objects.0' lies along a path: give either"},
           {cable + "path = [[0, 0]]", "s.toml:4:8: 'objects.0.path' has no length"},
           {cable + "path = [[0, 0], [1]]",

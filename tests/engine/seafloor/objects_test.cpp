@@ -1,7 +1,10 @@
 #include <ensonify/engine/seafloor/objects/objects.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
+#include <vector>
 
 #include "support/beds.h"
 #include "support/catch.h"
@@ -192,6 +195,51 @@ TEST_CASE("Burial is a share of the height, and the record has it") {
   const PlacedObjects placed = place({pipe}, bed);
   CHECK(placed.objects[0].record.buried == Approx(0.5).margin(1e-3));
   CHECK(refine::bounds(placed.objects[0].mesh).highest.z() == Approx(-20.0 + 0.3).margin(0.01));
+}
+
+TEST_CASE("The burial of a line changes along it, by its spread over its scale") {
+  const Seafloor bed = tests::level_bed(20.0, 1000.0);
+  ObjectOptions cable;
+  cable.shape = "cable";
+  cable.path = {{0, -480}, {0, 480}};
+  cable.size.diameter_m = 0.2;
+  cable.size.facet_m = 0.5;
+  /// The burial of the line's upper edge by place along it.
+  const auto burial_of = [&](std::uint64_t seed) {
+    const PlacedObjects placed = place({cable}, bed, seed);
+    std::map<int, double> highest_m;  // by half metres
+    for (const Eigen::Vector3f& p : placed.objects[0].mesh.positions) {
+      double& z_m =
+          highest_m.try_emplace(static_cast<int>(std::lround(2.0 * p.y())), -1e9).first->second;
+      z_m = std::max(z_m, double(p.z()));
+    }
+    std::vector<double> burial;
+    for (const auto& [place, z_m] : highest_m) burial.push_back((-20.0 + 0.2 - z_m) / 0.201);
+    return burial;
+  };
+  cable.burial = 0.9;
+  cable.burial_spread = 0.2;
+  cable.burial_scale_m = 6.0;
+  const auto mean_of = [&](std::size_t apart) {
+    double sum = 0.0, count = 0.0;
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      const std::vector<double> burial = burial_of(seed);
+      for (std::size_t i = 0; i + apart < burial.size(); ++i, ++count)
+        sum += (burial[i] - 0.9) * (burial[i + apart] - 0.9);
+    }
+    return sum / count;
+  };
+  const double variance = mean_of(0);
+  CHECK(std::sqrt(variance) == Approx(0.2).epsilon(0.1));
+  CHECK(mean_of(12) / variance == Approx(std::exp(-0.5)).epsilon(0.1));  // 6 m apart
+  CHECK(burial_of(1) == burial_of(1));
+  CHECK(burial_of(1) != burial_of(2));
+  SECTION("but a line never floats") {
+    cable.burial = 0.1;
+    const std::vector<double> shallow = burial_of(1);
+    CHECK(std::ranges::min(shallow) > -0.05);  // rings of a line that rises lean
+    CHECK(std::ranges::max(shallow) > 0.4);
+  }
 }
 
 TEST_CASE("A line that is scaled is as thick as a thicker line on a longer path") {
