@@ -21,10 +21,10 @@ struct GroundTexture {
   /// Shape of a patch's cross-section at 10 degrees grazing; it grows with the sine of the grazing
   /// angle to the power `exponent`. 0: all patches are alike.
   double shape = 0.0;
-  double exponent = 2.4;
+  double exponent = 3.0;
   /// Share of the mean cross-section at 10 degrees that comes from single points (stones, shells),
-  /// and the number of points per m^2. The strength of the points is the same at all angles; that
-  /// of the bed grows with the squared sine.
+  /// and the number of points per m^2. Against the strength of the points, that of the bed between
+  /// them grows with the cube of the sine.
   double glint_share = 0.0, glints_per_m2 = 10.0;
   double variation_db = 0.0;  ///< rms of the slow change of strength at low grazing angles
   double variation_m = 40.0;  ///< the longest scale of it; it goes down to 1 m
@@ -44,14 +44,14 @@ struct GroundTexture {
   bool even() const { return shape == 0.0 && glint_share == 0.0 && variation_db == 0.0; }
 };
 
-/// Typical of a sediment. Patches, shape and exponent of sand were chosen so that simulated samples
-/// have the shapes of a recording at 600 kHz over a mixed bed: 0.8 to 1.6 at 8 to 14 degrees
-/// grazing, 3 at 14 to 20 and high ones above (tests/physics/texture_test.cpp), and the contrast of
-/// two recordings at 20 to 40 degrees. Its share of points was chosen so that skew and kurtosis at
-/// 8 to 20 degrees are those of two recordings, and its slow change so that levels change as in
-/// these recordings over 1 to 16 m of the track at each grazing angle, and forms of 0.3 to 2.4 m
-/// have a similar contrast and skew (bench/realism has the differences). The textures of other beds
-/// are scaled by the kind of bed, and are not measured.
+/// Typical of a sediment. Patches and points of sand and gravel were chosen by two recordings at
+/// 600 kHz: how many samples exceed 2, 3, 4, 5 and 6 times the mean around them at each grazing
+/// angle. Through a survey's recorder a bed of sandy gravel has those of a mixed bed, and sand has
+/// some between those of a river's sand and of the mixed bed (tests/physics/texture_test.cpp). The
+/// slow change of strength was chosen so that levels change as in these recordings over 1 to 16 m
+/// of the track at each grazing angle, and forms of 0.3 to 2.4 m have a similar contrast and skew
+/// (bench/realism has the differences). The textures of other beds are scaled by the kind of bed,
+/// and are not measured.
 GroundTexture ground_texture_of(const Sediment& sediment);
 
 /// Quantiles of gamma distributions of mean 1, for random numbers: rows by shape, columns by the
