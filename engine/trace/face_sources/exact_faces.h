@@ -19,8 +19,8 @@ std::unique_ptr<FaceSource> make_footprint_faces(const FaceSourceParts& parts);
 std::unique_ptr<FaceSource> make_object_faces(const FaceSourceParts& parts);
 
 /// The progressive mesh of a seafloor's mesh. Where the mesh is not manifold, vertices are split;
-/// no ray sees that. Faces keep their numbers; one that is oriented against its neighbours is turned
-/// over (refine::build_of_any_mesh()). The result does not depend on `threads`. Throws what
+/// no ray sees that. Faces keep their numbers; one that is oriented against its neighbours is
+/// turned over (refine::build_of_any_mesh()). The result does not depend on `threads`. Throws what
 /// the builder throws. `stop_check` as in refine::build_by_tiles().
 std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
     const refine::TriangleMesh& mesh, int threads = 1,

@@ -47,15 +47,15 @@ struct LevelRuns {
     std::vector<std::uint32_t> begins = begin, ends = end;
     begins.resize(max_rays.size());
     ends.resize(max_rays.size());
-    limit_runs({.count = begin.size(),
-                .begin = begins.data(),
-                .end = ends.data(),
-                .level = levels.data(),
-                .pole = poles.data(),
-                .rays = {.edge_rad = layout.edge_rad.data(),
-                         .directions = layout.directions.data()},
-                .max_growth = max_growth},
-               max_rays.data());
+    limit_runs(
+        {.count = begin.size(),
+         .begin = begins.data(),
+         .end = ends.data(),
+         .level = levels.data(),
+         .pole = poles.data(),
+         .rays = {.edge_rad = layout.edge_rad.data(), .directions = layout.directions.data()},
+         .max_growth = max_growth},
+        max_rays.data());
     max_rays.resize(begin.size());
     return max_rays;
   }
