@@ -246,6 +246,7 @@ const std::vector<Rule<ObjectOptions>>& object_rules() {
       {{"current_deg"},
        [](O o) { return o.scour_ratio == 0.0 && o.tail_ratio == 0.0; },
        "without scour_ratio or tail_ratio"},
+      {{"burial_scale_m"}, [](O o) { return o.burial_spread == 0.0; }, "without burial_spread"},
       {{"part_classes"},
        [](O o) {
          return o.assembly.empty() && (o.shape.empty() || shape_named(o.shape).parts.empty());

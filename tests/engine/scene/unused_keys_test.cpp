@@ -72,9 +72,10 @@ TEST_CASE("A key that another key makes useless is warned of, with its place") {
            {{"texture=false", "material.m.model=lambert"},
             {"material.m.mean_grain_size_phi=2", "material.m.sound_speed_ratio=1.1"}},
            {{},
-            {"objects.0.current_deg=20", "objects.0.part_classes=true",
-             "seafloor.patches.0.middle_east_m=5", "seafloor.patches.0.image_value=2",
-             "seafloor.patches.0.patch_m=9", "seafloor.patches.0.ragged_m=1"}}}) {
+            {"objects.0.current_deg=20", "objects.0.burial_scale_m=3",
+             "objects.0.part_classes=true", "seafloor.patches.0.middle_east_m=5",
+             "seafloor.patches.0.image_value=2", "seafloor.patches.0.patch_m=9",
+             "seafloor.patches.0.ragged_m=1"}}}) {
     std::vector<std::string> overrides = unused.before;
     CHECK(parse_scene(plain, "s.toml", overrides).warnings.empty());
     for (const std::string& key : unused.keys) {
