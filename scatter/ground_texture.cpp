@@ -28,7 +28,7 @@ double GroundTexture::shape_at(double grazing_rad) const {
 }
 
 double GroundTexture::glint_share_at(double grazing_rad) const {
-  const double bed = (1.0 - glint_share) * std::pow(over_sine_10(grazing_rad), 3.0);
+  const double bed = (1.0 - glint_share) * std::pow(over_sine_10(grazing_rad), 2.0);
   return glint_share / (glint_share + bed);
 }
 
@@ -46,9 +46,9 @@ GroundTexture ground_texture_of(const Sediment& sediment) {
   if (sediment.sound_speed_ratio < 1.05)  // silt and clay
     return {.shape = 1.2, .glint_share = 0.03, .glints_per_m2 = 3.0, .variation_db = 2.0};
   if (sediment.sound_speed_ratio < 1.33)  // sand
-    return {.shape = 0.8, .glint_share = 0.22, .glints_per_m2 = 2, .variation_db = 3.0};
+    return {.shape = 0.9, .glint_share = 0.27, .glints_per_m2 = 3.0, .variation_db = 3.0};
   if (sediment.sound_speed_ratio < 2.0)  // gravel and stones
-    return {.shape = 0.9, .glint_share = 0.3, .glints_per_m2 = 2.5, .variation_db = 3.8};
+    return {.shape = 0.5, .glint_share = 0.37, .glints_per_m2 = 7.0, .variation_db = 3.8};
   return {.shape = 0.25, .glint_share = 0.1, .glints_per_m2 = 10.0, .variation_db = 4.3};  // rock
 }
 

@@ -23,8 +23,8 @@ struct GroundTexture {
   double shape = 0.0;
   double exponent = 3.0;
   /// Share of the mean cross-section at 10 degrees that comes from single points (stones, shells),
-  /// and the number of points per m^2. Against the strength of the points, that of the bed between
-  /// them grows with the cube of the sine.
+  /// and the number of points per m^2. The strength of the points is the same at all angles; that
+  /// of the bed grows with the squared sine.
   double glint_share = 0.0, glints_per_m2 = 10.0;
   double variation_db = 0.0;  ///< rms of the slow change of strength at low grazing angles
   double variation_m = 40.0;  ///< the longest scale of it; it goes down to 1 m
@@ -46,12 +46,12 @@ struct GroundTexture {
 
 /// Typical of a sediment. Patches and points of sand and gravel were chosen by two recordings at
 /// 600 kHz: how many samples exceed 2, 3, 4, 5 and 6 times the mean around them at each grazing
-/// angle. Through a survey's recorder a bed of sandy gravel has those of a mixed bed, and sand has
-/// some between those of a river's sand and of the mixed bed (tests/physics/texture_test.cpp). The
-/// slow change of strength was chosen so that levels change as in these recordings over 1 to 16 m
-/// of the track at each grazing angle, and forms of 0.3 to 2.4 m have a similar contrast and skew
-/// (bench/realism has the differences). The textures of other beds are scaled by the kind of bed,
-/// and are not measured.
+/// angle, and their contrast. Through a survey's recorder a bed of gravel has about those of a
+/// mixed bed, and sand has some between those of a river's sand and of the mixed bed
+/// (tests/physics/texture_test.cpp, bench/realism/tails.py). The slow change of strength was chosen
+/// so that levels change as in these recordings over 1 to 16 m of the track at each grazing angle,
+/// and forms of 0.3 to 2.4 m have a similar contrast and skew (bench/realism has the differences).
+/// The textures of other beds are scaled by the kind of bed, and are not measured.
 GroundTexture ground_texture_of(const Sediment& sediment);
 
 /// Quantiles of gamma distributions of mean 1, for random numbers: rows by shape, columns by the

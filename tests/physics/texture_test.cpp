@@ -355,8 +355,8 @@ TEST_CASE("the wall of an object has as many patches as level ground of its size
 
 TEST_CASE("bright samples of sand and gravel are as frequent as in two recordings at 600 kHz") {
   // Between those of river-1236.xtf, a bed of sand, and scotsman-iver2.xtf, a mixed bed (means of
-  // both sides). At 14 to 20 degrees 161 samples of the river exceed twice the mean; its bed has
-  // relief.
+  // both sides). At 14 to 20 degrees 136 samples of the river's port side exceed twice the mean,
+  // 161 of both: its bed has relief.
   const std::string bed = GENERATE("medium sand", "sandy gravel");
   CAPTURE(bed);
   const Tail low = recorded_tail(bed, 8.0, 14.0), middle = recorded_tail(bed, 14.0, 20.0);
@@ -366,7 +366,7 @@ TEST_CASE("bright samples of sand and gravel are as frequent as in two recording
   CHECK((low.over_two > 197 && low.over_two < 652));
   CHECK((low.over_four > 4.2 && low.over_four < 56));
   CHECK((middle.moment > 1.64 && middle.moment < 2.33));
-  CHECK((middle.over_two > 100 && middle.over_two < 356));
+  CHECK((middle.over_two > 136 && middle.over_two < 356));
   CHECK((middle.over_four > 2.3 && middle.over_four < 15));
 }
 

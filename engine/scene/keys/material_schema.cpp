@@ -99,7 +99,7 @@ const Section<Material>& material_section() {
            at(&Material::texture_exponent)},
           {"glint_share", "", {0, 0.9},
            "Share of the mean cross-section, at 10 degrees grazing, that comes from single stones "
-           "and shells; at steeper angles it falls with the cube of the sine.",
+           "and shells; at steeper angles it falls with the squared sine.",
            at(&Material::glint_share)},
           {"glints_per_m2", "per m^2", {0.01, 1000}, "Number of these.",
            at(&Material::glints_per_m2)},
