@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/refine/triangle_mesh.h>
