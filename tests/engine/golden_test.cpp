@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -71,9 +70,7 @@ Scene scene_of(std::string_view intersector, std::string_view surface,
 
 template <class T>
 void append(std::string& bytes, const std::vector<T>& values) {
-  const std::size_t size = bytes.size();
-  bytes.resize(size + values.size() * sizeof(T));
-  if (!values.empty()) std::memcpy(bytes.data() + size, values.data(), values.size() * sizeof(T));
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
 }
 
 /// Of all layers of all pings, in the files' order.
