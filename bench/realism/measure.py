@@ -46,17 +46,18 @@ def one_side(recording, channel):
         packet = recording[at:at + size]
         at += size
         if kind == 0:  # a ping: its header, then each channel's header and samples
-            place = 256
+            place, side = 256, b""
             for _ in range(channels):
                 number, samples = struct.unpack_from("<H40xI", packet, place)
                 bytes_per_sample = struct.unpack_from("<H", recording, 256 + 128 * number + 6)[0]
                 end = place + 64 + samples * bytes_per_sample
                 if number == channel:
-                    packet_of_side = bytearray(packet[:256] + packet[place:end])
+                    side = packet[:256] + packet[place:end]
                 place = end
-            packet_of_side += bytes(-len(packet_of_side) % 64)
-            struct.pack_into("<H4xI", packet_of_side, 4, 1, len(packet_of_side))
-            packet = packet_of_side
+            if not side:
+                continue
+            packet = bytearray(side + bytes(-len(side) % 64))
+            struct.pack_into("<H4xI", packet, 4, 1, len(packet))
         kept.append(packet)
     return b"".join(kept)
 

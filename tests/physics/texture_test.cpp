@@ -359,15 +359,19 @@ TEST_CASE("bright samples of sand and gravel are as frequent as in two recording
   // 161 of both: its bed has relief.
   const std::string bed = GENERATE("medium sand", "sandy gravel");
   CAPTURE(bed);
-  const Tail low = recorded_tail(bed, 8.0, 14.0), middle = recorded_tail(bed, 14.0, 20.0);
-  CAPTURE(low.moment, low.over_two, low.over_four, middle.moment, middle.over_two,
-          middle.over_four);
+  const Tail low = recorded_tail(bed, 8.0, 14.0), middle = recorded_tail(bed, 14.0, 20.0),
+             high = recorded_tail(bed, 20.0, 40.0);
+  CAPTURE(low.moment, low.over_two, low.over_four, middle.moment, middle.over_two, middle.over_four,
+          high.moment, high.over_two, high.over_four);
   CHECK((low.moment > 1.74 && low.moment < 4.36));
   CHECK((low.over_two > 197 && low.over_two < 652));
   CHECK((low.over_four > 4.2 && low.over_four < 56));
   CHECK((middle.moment > 1.64 && middle.moment < 2.33));
   CHECK((middle.over_two > 136 && middle.over_two < 356));
   CHECK((middle.over_four > 2.3 && middle.over_four < 15));
+  // Above 20 degrees by sides: 1.45 and 1.50 to port, more to starboard, where things stand up.
+  CHECK((high.moment > 1.45 && high.moment < 1.68));
+  CHECK(high.over_four < 7.8);
 }
 
 TEST_CASE("ground without texture has the same bytes in a scene with texture") {
