@@ -13,7 +13,7 @@ namespace {
 // 0.4: a towfish for long ranges turns less, for its beam must not leave an echo that is 0.2 s old.
 MotionOptions survey_motion() {
   MotionOptions motion;
-  motion.crab_rad = 10.0 * degree;  // medians of the recordings: 7 and 15
+  motion.crab_rad = 11.0 * degree;  // medians of the recordings: 7 and 15
   motion.roll = {.rms = 0.8 * degree, .period_s = 5.0, .wander_rms = 0.7 * degree, .wander_s = 6.0};
   motion.pitch = {
       .rms = 0.4 * degree, .period_s = 5.0, .wander_rms = 1.0 * degree, .wander_s = 6.0};
@@ -29,7 +29,7 @@ MotionOptions survey_motion() {
 // looks.
 void use_survey_recorder(ReceiverOptions& receiver) {
   receiver.spreading = 30.0;
-  receiver.bed_level_db = -12.0;
+  receiver.bed_level_db = -10.0;
   receiver.output_noise_db = -42.0;
   receiver.output_noise_wander_db = 3.5;
   receiver.looks = 3;
@@ -72,7 +72,7 @@ void use_conditions(Scene& scene) {
     // As on displays at sea: beds get darker with range. An even bed would need 50 by Lambert's
     // law.
     scene.display.spreading = 30.0;
-    scene.display.track_smoothing_px = 0.5;  // rows at even distances
+    scene.display.track_smoothing_px = 0.45;  // rows at even distances
   } else if (scene.conditions == Conditions::ideal) {
     scene.texture = false;
   }
