@@ -725,7 +725,7 @@ class Readme(unittest.TestCase):
         self.assertLessEqual(len([line for line in program.splitlines() if line.strip()]), 5)
         result = subprocess.run([sys.executable, "-c", program], cwd=readme.parent, capture_output=True, text=True)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("(800, 2000)", result.stdout)
+        self.assertIn("(660, 2000)", result.stdout)
 
 
 if __name__ == "__main__":
