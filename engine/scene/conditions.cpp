@@ -23,10 +23,10 @@ MotionOptions survey_motion() {
   return motion;
 }
 
-// What recordings show: levels that fall by 7 to 9 dB from 30 % of the range to its end, a mean
-// amplitude of 0.25 to 0.45 of full scale, noise after the gain 25 to 35 dB below the bed, which
-// changes along the line by 2.5 to 5.5 dB (rms), and a contrast near that of the largest of three
-// looks.
+// What recordings show: levels 2 to 6 dB below full scale at 30 % of the range, which fall by 7 to
+// 9 dB to its end, a mean amplitude of 0.25 to 0.45 of full scale, noise after the gain 25 to 35 dB
+// below the bed, which changes along the line by 2.5 to 5.5 dB (rms), and a contrast near that of
+// the largest of three looks.
 void use_survey_recorder(ReceiverOptions& receiver) {
   receiver.spreading = 30.0;
   receiver.bed_level_db = -10.0;
