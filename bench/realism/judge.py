@@ -62,17 +62,23 @@ def statistics(crop):
     return found
 
 
+def shows_bed(crop):
+    """Whether a crop is neither dark nor saturated, and without lettering, lines or a blank panel."""
+    blobs = crop.reshape(8, 8, 8, 8).mean((1, 3))
+    even = blobs.min() > 0.3 * np.percentile(blobs, 90)
+    drawn = any((crop.std(axis) < 0.01 * crop.mean(axis)).any() for axis in (0, 1))
+    return crop.mean() > 0.08 and (crop > 0.99).mean() < 0.1 and even and not drawn
+
+
 def crops_of(path, most=24):
-    """Crops that show bed: neither dark nor saturated, without lettering, a water column or a blank panel."""
+    """Crops that show bed. Much darker ones than most of the picture show the water column."""
     picture = np.asarray(Image.open(path).convert("L"), dtype=float) / 255.0
-    found = []
-    for top in range(0, picture.shape[0] - SIDE + 1, SIDE):
-        for left in range(0, picture.shape[1] - SIDE + 1, SIDE):
-            crop = picture[top:top + SIDE, left:left + SIDE]
-            blobs = crop.reshape(8, 8, 8, 8).mean((1, 3))
-            even = blobs.min() > 0.3 * blobs.mean()
-            if crop.mean() > 0.08 and crop.std() > 0.01 and even and (crop > 0.99).mean() < 0.1:
-                found.append(crop)
+    found = [picture[top:top + SIDE, left:left + SIDE]
+             for top in range(0, picture.shape[0] - SIDE + 1, SIDE)
+             for left in range(0, picture.shape[1] - SIDE + 1, SIDE)]
+    found = [crop for crop in found if shows_bed(crop)]
+    middle = np.median([crop.mean() for crop in found]) if found else 0.0
+    found = [crop for crop in found if crop.mean() > 0.3 * middle]
     step = max(1, len(found) // most)
     return found[::step][:most]
 
@@ -114,7 +120,7 @@ def main():
     if len(sys.argv) < 4:  # two runs, so that one can be held out
         sys.exit(__doc__)
     data = Path(sys.argv[1])
-    real = {name: described(paths, 240) for name, paths in real_sources(data).items()}
+    real = {name: described(paths, 1000) for name, paths in real_sources(data).items()}
     if len(real) < 2:
         sys.exit(f"{data}: has no real_images and sidescan/*.png; name the folder that holds them")
     ours = {}
