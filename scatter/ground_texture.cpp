@@ -44,12 +44,12 @@ double GroundTexture::glint_shape() const {
 // that of the water within 2 %, in sandy gravel (-1 phi) 1.34 times, in rock 2.5 times as high.
 GroundTexture ground_texture_of(const Sediment& sediment) {
   if (sediment.sound_speed_ratio < 1.05)  // silt and clay
-    return {.shape = 1.2, .glint_share = 0.03, .glints_per_m2 = 3.0, .variation_db = 2.0};
+    return {.shape = 1.2, .glint_share = 0.03, .glints_per_m2 = 3.0, .variation_db = 1.4};
   if (sediment.sound_speed_ratio < 1.33)  // sand
-    return {.shape = 0.9, .glint_share = 0.27, .glints_per_m2 = 3.0, .variation_db = 3.0};
+    return {.shape = 0.9, .glint_share = 0.27, .glints_per_m2 = 3.0, .variation_db = 2.1};
   if (sediment.sound_speed_ratio < 2.0)  // gravel and stones
-    return {.shape = 0.5, .glint_share = 0.37, .glints_per_m2 = 7.0, .variation_db = 3.8};
-  return {.shape = 0.25, .glint_share = 0.1, .glints_per_m2 = 10.0, .variation_db = 4.3};  // rock
+    return {.shape = 0.5, .glint_share = 0.37, .glints_per_m2 = 7.0, .variation_db = 2.7};
+  return {.shape = 0.25, .glint_share = 0.1, .glints_per_m2 = 10.0, .variation_db = 3.0};  // rock
 }
 
 // From large values x downwards, over even steps of ln x: the share of larger values, and what they

@@ -29,7 +29,7 @@ MotionOptions survey_motion() {
 // the largest of three looks.
 void use_survey_recorder(ReceiverOptions& receiver) {
   receiver.spreading = 30.0;
-  receiver.bed_level_db = -10.0;
+  receiver.bed_level_db = -9.5;
   receiver.output_noise_db = -42.0;
   receiver.output_noise_wander_db = 3.5;
   receiver.looks = 3;

@@ -34,10 +34,10 @@ struct Cover {
   scatter::GroundTexture texture;  // typical values
 };
 constexpr std::array covers = {
-    Cover{"seagrass", -15.0, {.patch_m = 0.15, .shape = 0.6, .exponent = 1.0, .variation_db = 2.5}},
+    Cover{"seagrass", -15.0, {.patch_m = 0.15, .shape = 0.6, .exponent = 1.0, .variation_db = 1.8}},
     Cover{"shells",
           -14.0,
-          {.shape = 0.4, .glint_share = 0.3, .glints_per_m2 = 30.0, .variation_db = 2.5}}};
+          {.shape = 0.4, .glint_share = 0.3, .glints_per_m2 = 30.0, .variation_db = 1.8}}};
 
 /// Texture of a rough solid (growth, plates, edges), the same at all grazing angles. The shape is
 /// the one with which samples change from ping to ping as on the wreck in a recording at 600 kHz
