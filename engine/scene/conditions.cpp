@@ -30,7 +30,7 @@ MotionOptions survey_motion() {
 void use_survey_recorder(ReceiverOptions& receiver) {
   receiver.spreading = 30.0;
   receiver.bed_level_db = -9.5;
-  receiver.output_noise_db = -42.0;
+  receiver.output_noise_db = -39.5;
   receiver.output_noise_wander_db = 3.5;
   receiver.looks = 3;
   receiver.detector = Detector::peak;
