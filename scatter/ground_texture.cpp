@@ -42,6 +42,7 @@ double GroundTexture::glint_shape() const {
 
 // By sound speed, which each sediment has, whether named or not. The speed in silt (4.5 phi) is
 // that of the water within 2 %, in sandy gravel (-1 phi) 1.34 times, in rock 2.5 times as high.
+// How values were chosen: bench/realism.
 GroundTexture ground_texture_of(const Sediment& sediment) {
   if (sediment.sound_speed_ratio < 1.05)  // silt and clay
     return {.shape = 1.2, .glint_share = 0.03, .glints_per_m2 = 3.0, .variation_db = 1.4};
