@@ -100,7 +100,7 @@ void allow_only(const RecipeText& text, const auto& places, const std::string& k
 }
 
 /// Sets a key in place of the recipe's text, which may not have it.
-void add_override(const std::string& key, std::string value, DrawnValues& values) {
+void add_override(const std::string& key, const std::string& value, DrawnValues& values) {
   values.values[key].clear();  // else a wrong value would be reported at a line of the text
   if (!value.empty()) values.overrides.push_back(key + "=" + value);
 }

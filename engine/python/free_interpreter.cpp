@@ -26,7 +26,8 @@ FreeInterpreter::FreeInterpreter() {
   const bool too_late = is_too_late();
   if (!too_late) ++running;
   state_ = PyEval_SaveThread();
-  while (too_late) std::this_thread::sleep_for(std::chrono::hours(1));
+  if (too_late)
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
 FreeInterpreter::~FreeInterpreter() {

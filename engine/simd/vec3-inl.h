@@ -26,10 +26,12 @@ using I = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 
+// Of each target its own. NOLINTBEGIN(misc-definitions-in-headers)
 constexpr D d;
 constexpr I di;
 constexpr HalfF df;
 constexpr std::int64_t lanes = HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(d);
+// NOLINTEND(misc-definitions-in-headers)
 
 // a b + c with one rounding.
 template <class Tag, class Vector>

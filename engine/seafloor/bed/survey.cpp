@@ -51,9 +51,9 @@ class SurveyReader {
   SurveyReader(const SurveyFile& file, double water_level_m, const SurveyScatter& scatter = {})
       : file_(file.path),
         cell_m_(file.cell_m),
-        may_use_hdf5_(is_hdf5(file_) || is_mosaic(file_)),
         water_level_m_(water_level_m),
-        scatter_(scatter) {}
+        scatter_(scatter),
+        may_use_hdf5_(is_hdf5(file_) || is_mosaic(file_)) {}
   ~SurveyReader() {
     const Quiet quiet(*this);
     resolution_.reset();
@@ -513,27 +513,24 @@ class SurveyReader {
   };
 
   std::string gdal_error_, proj_message_;
-  bool out_of_memory_ = false;
   const std::filesystem::path file_;
   const double cell_m_;
-  bool may_use_hdf5_;
-  double water_level_m_;
+  const double water_level_m_;
   SurveyScatter scatter_;
-  bool has_refinements_ = false;
   std::optional<VariableResolution> resolution_;
   std::optional<Soundings> soundings_;
-  bool needs_cell_ = false;
   std::mutex mutex_;  // of read_window()
-  bool prepared_ = false, declares_nodata_ = false, masked_ = false;
-  int has_nodata_ = 0;
   double nodata_ = 0.0;
   Metres height_m_;
   double bytes_ = 0.0;
   std::unique_ptr<UnmarkedGrid> unmarked_;
   std::unique_ptr<GDALDataset> dataset_;
-  int band_ = 1;
   std::array<double, 6> transform_{};
   Heightfield field_;
+  int band_ = 1, has_nodata_ = 0;
+  const bool may_use_hdf5_;
+  bool out_of_memory_ = false, has_refinements_ = false, needs_cell_ = false;
+  bool prepared_ = false, declares_nodata_ = false, masked_ = false;
 };
 
 }  // namespace

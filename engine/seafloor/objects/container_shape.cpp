@@ -25,7 +25,7 @@ void corrugated(Solids& solids, double width_m, double length_m, double dent_m, 
       const double dent = dent_m * std::sin(pi * u) * std::sin(pi * v);
       const Vector3d at(width_m * (0.5 - u), length_m * (v - 0.5), -ridge - dent);
       grid.front.push_back(at);
-      grid.back.push_back(at - Vector3d(0.0, 0.0, thick_m));
+      grid.back.emplace_back(at - Vector3d(0.0, 0.0, thick_m));
     }
   solids.plate(grid);
 }

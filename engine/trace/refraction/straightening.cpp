@@ -45,7 +45,6 @@ Straightening::Straightening(const SoundSpeedProfile& profile, double shallowest
                              double deepest_m, double reference_mps)
     : profile_(&profile),
       shallowest_m_(shallowest_m),
-      deepest_m_(deepest_m),
       reference_mps_(reference_mps),
       eigenrays_(profile, shallowest_m, deepest_m) {}
 

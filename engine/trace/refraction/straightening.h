@@ -69,7 +69,7 @@ class Straightening {
   double way_back_m(double level) const;
 
   const scatter::SoundSpeedProfile* profile_;
-  double shallowest_m_, deepest_m_, reference_mps_;
+  double shallowest_m_, reference_mps_;
   scatter::EigenrayGrid eigenrays_;
 
   const RayFan* fan_ = nullptr;
