@@ -133,6 +133,7 @@ void ActiveMesh::find_fronts() {
   inner_.resize(nodes_.size() + 1);
   twins_.resize(nodes_.size());
   std::size_t inner = 0, twins = 0;
+  // Bitwise: without branches. NOLINTBEGIN(clang-diagnostic-bitwise-instead-of-logical)
   for (Index left = 0; left < nodes_.size(); left += 2) {
     const Node &a = nodes_[left], &b = nodes_[left + 1];
     inner_[inner] = left;
@@ -142,12 +143,14 @@ void ActiveMesh::find_fronts() {
     twins_[twins] = left;
     twins += a.is_active() & b.is_active() & (a.parent != none);
   }
+  // NOLINTEND(clang-diagnostic-bitwise-instead-of-logical)
   inner_.resize(inner);
   twins_.resize(twins);
 }
 
 /// Splits touched vertices, also touched ones that appear meanwhile (children, forced splits' too).
 void ActiveMesh::split_touched() {
+  // NOLINTNEXTLINE(modernize-loop-convert): the list grows
   for (std::size_t i = 0; i < touched_.size(); ++i)
     if (nodes_[touched_[i]].is_active()) split(touched_[i]);
   touched_.clear();
@@ -162,6 +165,7 @@ void ActiveMesh::collapse_offered() {
     collapses = statistics_.collapses;
     statistics_.blocked_collapses = 0;
     waiting_.clear();
+    // NOLINTNEXTLINE(modernize-loop-convert): the list grows
     for (std::size_t i = 0; i < offers_.size(); ++i) {
       const Index node = offers_[i];
       // Tested again: this may have changed since the offer.

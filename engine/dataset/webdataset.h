@@ -19,7 +19,7 @@ class WebDatasetWriter {
 
   explicit WebDatasetWriter(std::filesystem::path folder) : folder_(std::move(folder)) {}
   /// Adds KEY.EXTENSION; the files of a record one after another. Throws as TarFile.
-  void add(const std::string& group, const std::string& key, const std::string& extension,
+  void add(const std::string& group_name, const std::string& key, const std::string& extension,
            std::span<const std::byte> content);
   void finish();
 

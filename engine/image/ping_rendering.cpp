@@ -87,7 +87,7 @@ struct Model {
 
   operator refine::Triangles() const { return {positions, faces, {}}; }
   std::uint32_t add(const Vector3d& position) {
-    positions.push_back(position.cast<float>());
+    positions.emplace_back(position.cast<float>());
     return static_cast<std::uint32_t>(positions.size() - 1);
   }
   void add(const refine::Face& face, Finish of) {
@@ -187,7 +187,7 @@ FanOutline trace_outline(const Intersector& tracer, const RayFan& fan) {
     rays.push_back({fan.origin, fan.direction(fan.middle, e), 0.0, fan.range_m});
   FanOutline out{fan.origin, {}, trace(tracer, rays)};
   for (std::size_t e = 0; e < rays.size(); ++e)
-    out.ends.push_back(fan.origin + std::min(out.hits[e].t, fan.range_m) * rays[e].direction);
+    out.ends.emplace_back(fan.origin + std::min(out.hits[e].t, fan.range_m) * rays[e].direction);
   return out;
 }
 
@@ -216,7 +216,7 @@ void add_sheet(Model& model, const Camera& camera, const FanOutline& outline, do
       foot.clear();
     }
     if (i < outline.hits.size() && outline.hits[i])
-      foot.push_back(outline.ends[i] + 0.004 * (camera.eye - outline.ends[i]));
+      foot.emplace_back(outline.ends[i] + 0.004 * (camera.eye - outline.ends[i]));
   }
 }
 
@@ -450,11 +450,11 @@ void Painter::lay_over(const std::vector<Ray>& rays, const std::vector<Hit>& sol
 void Painter::paint_row(std::size_t row, std::span<std::uint8_t> pixels) const {
   std::vector<Ray> rays;
   for (std::size_t column = 0; column < pixels.size() / 3; ++column)
-    for (int s = 0; s < samples * samples; ++s)
-      rays.push_back(
-          {camera_.eye,
-           camera_.direction({static_cast<double>(column) + (s % samples + 0.5) / samples,
-                              static_cast<double>(row) + (s / samples + 0.5) / samples})});
+    for (int down = 0; down < samples; ++down)
+      for (int across = 0; across < samples; ++across)
+        rays.push_back(
+            {camera_.eye, camera_.direction({static_cast<double>(column) + (across + 0.5) / samples,
+                                             static_cast<double>(row) + (down + 0.5) / samples})});
   const std::vector<Hit> hits = trace(*solid_tracer_, rays);
 
   std::vector<Ray> to_light;

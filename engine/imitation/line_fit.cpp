@@ -322,7 +322,8 @@ class Fit {
     for (const auto& [percent, level_db] : real_.level_over_range)
       if (const double off = level_db - simulated.level_over_range.at(percent);
           percent >= 20 && std::isfinite(off)) {
-        x.push_back(std::log10(model_.range_m * (0.1 * (percent / 10) + 0.05)));
+        const int tenth = percent / 10;
+        x.push_back(std::log10(model_.range_m * (0.1 * tenth + 0.05)));
         y.push_back(off);
       }
     if (x.size() < 5) return;

@@ -35,8 +35,8 @@ Bytes from_above(const Simulator& simulator, std::span<const Pose> poses) {
     }
   const std::size_t every = 1 + poses.size() / track_points;
   for (std::size_t i = 0; i < poses.size(); i += every)
-    map.track.push_back(poses[i].position.head<2>().cast<float>());
-  map.track.push_back(poses.back().position.head<2>().cast<float>());
+    map.track.emplace_back(poses[i].position.head<2>().cast<float>());
+  map.track.emplace_back(poses.back().position.head<2>().cast<float>());
   return bed_frame(map);
 }
 

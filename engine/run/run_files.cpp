@@ -247,7 +247,7 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
                 [&](const refine::WriteAt& write_at) { (*layers)(image, own, write_at); });
         });
     if (!output.one_recording) add_recordings(i, i + 1, name);
-    tasks.emplace_back([&, name, i, preview, columns, picture_is_of_preview] {
+    tasks.emplace_back([&, name, i, preview, picture_is_of_preview] {
       write_bytes(name + ".png", picture_is_of_preview
                                      ? encode_png(painted(preview.get(), scene.display.palette))
                                      : encode_picture(scene, image, simulator, i, &neighbours));

@@ -87,7 +87,7 @@ void VisibilityCounter::find_faces(refine::Triangles triangles) {
   if (triangles.numbers.empty()) {  // all, in order
     for (const std::uint32_t number : wanted_)
       for (std::uint32_t i = 0; i < objects_[number].faces; ++i)
-        their_faces_.push_back({number, objects_[number].first_face + i});
+        their_faces_.emplace_back(number, objects_[number].first_face + i);
     return;
   }
   const auto is_of = [](const Object& object, std::uint32_t face) {
@@ -114,7 +114,7 @@ void VisibilityCounter::find_faces(refine::Triangles triangles) {
       }
       wanted = static_cast<std::size_t>(behind - wanted_.begin() - 1);
     }
-    found_.push_back({static_cast<std::uint32_t>(wanted), place});
+    found_.emplace_back(static_cast<std::uint32_t>(wanted), place);
     ++first_of_wanted_[wanted + 1];
   }
   std::partial_sum(first_of_wanted_.begin(), first_of_wanted_.end(), first_of_wanted_.begin());

@@ -74,10 +74,10 @@ long number_of_heading(double heading_rad) {
 
 Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
                        double reference_heading_rad,
-                       std::vector<scatter::GroundTexture> by_material, double farthest_m)
+                       const std::vector<scatter::GroundTexture>& by_material, double farthest_m)
     : cell_m_(bin_share * sonar.bin_m()),
       nearest_m_(0.5 * (sonar.array_length_m + sonar.receive_length_m())),
-      ground_(std::move(by_material), ground_per_bin_m(sonar, sound_speed_mps), seed),
+      ground_(by_material, ground_per_bin_m(sonar, sound_speed_mps), seed),
       odd_(number_of_heading(reference_heading_rad) % 2 != 0) {
   const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
   const LineArray arrays[] = {sonar.transmit_array(wavelength_m),

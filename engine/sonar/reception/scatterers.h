@@ -49,8 +49,8 @@ class Scatterers {
  public:
   /// reference_heading_rad: of most pings. farthest_m: of width_m_at(); at least the sonar's range.
   Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
-             double reference_heading_rad, std::vector<scatter::GroundTexture> by_material = {},
-             double farthest_m = 0.0);
+             double reference_heading_rad,
+             const std::vector<scatter::GroundTexture>& by_material = {}, double farthest_m = 0.0);
 
   /// One thread's working memory for gather(), reused from ping to ping.
   struct Scratch {

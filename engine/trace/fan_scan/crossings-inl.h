@@ -65,7 +65,7 @@ struct Guess {
   M far_off;
 };
 using U = hn::RebindToUnsigned<D>;
-constexpr U du;
+constexpr U du;  // NOLINT(misc-definitions-in-headers): each target has its own
 /// The order of one fan's rays in every lane.
 struct OneOrder {
   const ElevationOrder& rays;

@@ -21,8 +21,10 @@ namespace ensonify::engine {
 namespace HWY_NAMESPACE {
 namespace {
 
+// NOLINTBEGIN(misc-definitions-in-headers): each target has its own
 constexpr float nearest_of_all = 1e30f;  // 1 / t of a hit at the origin
 constexpr double in_the_plane = 1e-30;   // metres from the origin
+// NOLINTEND(misc-definitions-in-headers)
 
 // A face's claim on a plane's rays: 1 / t = (level cos(elevation) + pole sin(elevation)) /
 // distance, within bounds.

@@ -345,8 +345,8 @@ bool GridScan::begin_walk(const FanWalks& of_fan, const Line& line, std::size_t 
   GridWalks& walks = walks_[walk_count_ / lanes];
   if (lane == 0) walks = {};
   const FanFrame frame = this->frame(fan);
-  for (std::size_t i = 0; i < walks.origin.size(); ++i) walks.origin[i][lane] = frame.origin[i];
-  for (std::size_t i = 0; i < walks.axes.size(); ++i) walks.axes[i][lane] = frame.axes[i];
+  for (std::size_t k = 0; k < walks.origin.size(); ++k) walks.origin[k][lane] = frame.origin[k];
+  for (std::size_t k = 0; k < walks.axes.size(); ++k) walks.axes[k][lane] = frame.axes[k];
   walks.range_m2[lane] = fan.range_m * fan.range_m * (1.0 - 1e-9);
   walks.doubt_m2[lane] = rounding * longest_edge_m_ * fan.range_m;
   walks.elevations[lane] = static_cast<std::int64_t>(fan.elevations());
