@@ -7,7 +7,6 @@
 #include <complex>
 #include <numbers>
 #include <optional>
-#include <utility>
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
