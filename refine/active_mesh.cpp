@@ -133,7 +133,7 @@ void ActiveMesh::find_fronts() {
   inner_.resize(nodes_.size() + 1);
   twins_.resize(nodes_.size());
   std::size_t inner = 0, twins = 0;
-  // Bitwise: without branches. NOLINTBEGIN(clang-diagnostic-bitwise-instead-of-logical)
+  // NOLINTBEGIN(clang-diagnostic-bitwise-instead-of-logical): without branches
   for (Index left = 0; left < nodes_.size(); left += 2) {
     const Node &a = nodes_[left], &b = nodes_[left + 1];
     inner_[inner] = left;

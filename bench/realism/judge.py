@@ -71,7 +71,7 @@ def shows_bed(crop):
 
 
 def crops_of(path, most=24):
-    """Crops that show bed. Much darker ones than most of the picture show the water column."""
+    """Crops that show bed. Left out are those much darker than most, which show the water column."""
     picture = np.asarray(Image.open(path).convert("L"), dtype=float) / 255.0
     found = [picture[top:top + SIDE, left:left + SIDE]
              for top in range(0, picture.shape[0] - SIDE + 1, SIDE)

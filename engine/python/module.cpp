@@ -22,7 +22,7 @@ template <class Exception>
 void translate(const py::handle& type) {
   static py::handle python_type;
   python_type = type.inc_ref();
-  // pybind11 calls it with a copy. NOLINTNEXTLINE(performance-unnecessary-value-param)
+  // NOLINTNEXTLINE(performance-unnecessary-value-param): pybind11 asks for this parameter
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);

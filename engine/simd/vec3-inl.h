@@ -26,7 +26,7 @@ using I = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 
-// Of each target its own. NOLINTBEGIN(misc-definitions-in-headers)
+// NOLINTBEGIN(misc-definitions-in-headers): each target has its own
 constexpr D d;
 constexpr I di;
 constexpr HalfF df;
