@@ -1,5 +1,7 @@
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -8,8 +10,11 @@
 #include "support/catch.h"
 #include "support/lines.h"
 
+#include <ensonify/scatter/ground_texture.h>
+
 using namespace ensonify::engine;
 using namespace ensonify::tests;
+using ensonify::scatter::GammaTable;
 
 namespace {
 
@@ -97,4 +102,52 @@ TEST_CASE("the kernel's logarithm agrees with std::log2") {
     const double level = 1.0 + 20.0 * std::log10(std::min(1.0, double(amplitudes[i]))) / range_db;
     REQUIRE(std::abs(samples[i] - full_scale * std::max(0.0, level)) <= 0.51);
   }
+}
+
+TEST_CASE("no patch of the ground has a strength from beyond its row of the table") {
+  // One row of ones, and a number after it that no patch may have.
+  constexpr float beyond = 1000.0f;
+  std::vector<float> quantiles(GammaTable::columns + 1, 1.0f);
+  quantiles.back() = beyond;
+  constexpr std::uint32_t cells = 1u << 16;
+  const std::vector<std::uint32_t> none(signal_group, 0), step_x(signal_group, 1u << patch_bits);
+  const std::vector<float> zeros(signal_group, 0.0f), ones(signal_group, 1.0f);
+  const std::array<float, 2> weights{};
+  std::vector<std::uint32_t> x(signal_group, 0), y(signal_group);
+  std::vector<float> re(signal_group), im(signal_group), strengths(signal_group * cells);
+  // The random numbers have 24 bits; among four times as many patches some have the greatest.
+  float strongest = 0.0f;
+  for (std::uint32_t round = 0; round < 64; ++round) {
+    for (std::uint32_t bin = 0; bin < signal_group; ++bin)
+      y[bin] = (round * signal_group + bin) << patch_bits;
+    sum_cells({.across_cell = none.data(),
+               .across_within = none.data(),
+               .first_cell = none.data(),
+               .first_column = zeros.data(),
+               .first_weight = none.data(),
+               .key = none.data(),
+               .phase_turns = zeros.data(),
+               .cells_per_m = ones.data(),
+               .power = ones.data(),
+               .cells = &cells,
+               .bins = signal_group,
+               .texture = {.x = x.data(),
+                           .y = y.data(),
+                           .step_x = step_x.data(),
+                           .step_y = none.data(),
+                           .row = none.data(),
+                           .glint_row = none.data(),
+                           .glint_share = zeros.data(),
+                           .quantiles = quantiles.data(),
+                           .key = 1,
+                           .strengths = strengths.data(),
+                           .known = false},
+               .weights = weights.data(),
+               .columns_per_cell = 1.0f,
+               .last_column = 0,
+               .re = re.data(),
+               .im = im.data()});
+    strongest = std::max(strongest, std::ranges::max(strengths));
+  }
+  CHECK(strongest == 1.0f);
 }
