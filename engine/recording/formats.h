@@ -18,7 +18,8 @@ std::vector<RecordedLine> parse_xtf(std::span<const std::byte> bytes, std::strin
 bool is_xtf(std::span<const std::byte> begin);
 
 /// EdgeTech's JSF: messages of type 80 (envelope or analytic) of the sidescan subsystems 20 to 39,
-/// each as one line.
+/// each as one line. Navigation is read where the pings' flags state that it is valid; where it is
+/// plausible, with a warning, if no ping has any flag (files of before 2008).
 std::vector<RecordedLine> parse_jsf(std::span<const std::byte> bytes, std::string_view name);
 bool is_jsf(std::span<const std::byte> begin);
 

@@ -7,19 +7,10 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/recording/places.h>
+
 namespace ensonify::engine {
 namespace {
-
-/// Metres per radian of longitude and of latitude about a place, WGS 84. Not tangent_place(): it
-/// needs GeographicLib, without which recordings are read too, and refuses the impossible places
-/// of damaged pings.
-Eigen::Vector2d metres_per_radian(double latitude_rad) {
-  constexpr double semi_major_m = 6378137.0, eccentricity_squared = 6.69437999014e-3;
-  const double flattened = 1.0 - eccentricity_squared * std::pow(std::sin(latitude_rad), 2);
-  const double prime_vertical_m = semi_major_m / std::sqrt(flattened);
-  return {std::max(1.0, prime_vertical_m * std::cos(latitude_rad)),
-          prime_vertical_m * (1.0 - eccentricity_squared) / flattened};
-}
 
 /// The track of a ship, and the places behind it. Places must be asked for in their order.
 class ShipTrack {

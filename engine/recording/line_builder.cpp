@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <ensonify/engine/recording/recording_reader.h>
 
@@ -16,7 +17,23 @@ constexpr std::size_t small_line = 1u << 20;  // samples: below, padding does no
 
 }  // namespace
 
+std::string impossible_value(std::string_view name, std::size_t pings, std::string_view what,
+                             std::uint64_t first, std::string_view value) {
+  return fmt::format("{}: {} pings state an impossible {}; the first is ping {}, with {}", name,
+                     pings, what, first, value);
+}
+
 RecordedLine& LineBuilder::line(int number) { return entries_[number].line; }
+
+void LineBuilder::impossible(const std::string& what, std::uint64_t ping, std::string_view value) {
+  Impossible& these = impossible_[what];
+  if (these.pings > 0 && these.last == ping) return;
+  if (++these.pings == 1) {
+    these.first = ping;
+    these.value = value;
+  }
+  these.last = ping;
+}
 
 void LineBuilder::add(int line, const RecordedPing& ping, Side side, std::vector<float> samples) {
   Entry& entry = entries_[line];
@@ -101,6 +118,13 @@ void LineBuilder::leave_out_silent_side(Entry& entry, std::string_view name) {
                     name, port_sounds ? "starboard" : "port"));
 }
 
+std::string LineBuilder::without_samples(std::string_view name) const {
+  std::vector<std::string> has;
+  for (const auto& [what, count] : others_) has.push_back(fmt::format("{} ({})", what, count));
+  return fmt::format("{}: has no sidescan samples{}, expected a recording of a sidescan sonar",
+                     name, has.empty() ? "" : fmt::format("; it has {}", fmt::join(has, " and ")));
+}
+
 std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {
   std::vector<RecordedLine> lines;
   for (auto& numbered : entries_) {
@@ -139,11 +163,11 @@ std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {
                                           name, skipped_bytes_));
     if (cut_off_)
       line.warnings.push_back(fmt::format("{}: its last packet is cut off; left out", name));
+    for (const auto& [what, these] : impossible_)
+      line.warnings.push_back(impossible_value(name, these.pings, what, these.first, these.value));
     lines.push_back(std::move(line));
   }
-  if (lines.empty())
-    throw RecordingError(
-        fmt::format("{}: has no sidescan samples, expected a recording of a sidescan sonar", name));
+  if (lines.empty()) throw RecordingError(without_samples(name));
   return lines;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <string_view>
@@ -9,6 +10,11 @@
 #include <ensonify/engine/recording/recorded_line.h>
 
 namespace ensonify::engine {
+
+/// A warning of pings with an impossible value; `what` is, for example, "heading; it is left out",
+/// `first` the number of the first of them.
+std::string impossible_value(std::string_view name, std::size_t pings, std::string_view what,
+                             std::uint64_t first, std::string_view value);
 
 /// Collects the pings of a recording's lines, whatever their lengths.
 class LineBuilder {
@@ -22,12 +28,17 @@ class LineBuilder {
   void add(int line, const RecordedPing& ping, Side side, std::vector<float> samples);
   void skipped(std::size_t bytes) { skipped_bytes_ += bytes; }
   void cut_off() { cut_off_ = true; }
+  /// Counts a ping that states an impossible value, for a warning (impossible_value()). Several
+  /// packets may have the ping's number.
+  void impossible(const std::string& what, std::uint64_t ping, std::string_view value);
+  /// Counts what is no sidescan ping, for the message about a file that has nothing else.
+  void other(const std::string& what, std::size_t count = 1) { others_[what] += count; }
 
   /// The lines by number. A side that is silent, that is, 0 in every sample, is left out with a
   /// warning if the other one is not. Samples of a side that are longer in range than those of the
   /// other are repeated, so that sample k of both lies at the same range. Throws RecordingError if
-  /// there is no line, or if a line's pings differ so much in length that its rows would take far
-  /// more memory than its file.
+  /// there is no line, with what the file has instead, or if a line's pings differ so much in
+  /// length that its rows would take far more memory than its file.
   std::vector<RecordedLine> finish(std::string_view name);
 
  private:
@@ -39,11 +50,20 @@ class LineBuilder {
     RecordedLine line;
     std::vector<Sides> sides;  // by ping
   };
+  /// Pings with an impossible value.
+  struct Impossible {
+    std::size_t pings = 0;
+    std::uint64_t first = 0, last = 0;  // their numbers
+    std::string value;                  // of the first
+  };
+  std::string without_samples(std::string_view name) const;
   static void leave_out_silent_side(Entry& entry, std::string_view name);
   static void make_samples_alike(Entry& entry, std::string_view name);
 
   std::string format_;
   std::map<int, Entry> entries_;
+  std::map<std::string, Impossible> impossible_;  // by what
+  std::map<std::string, std::size_t> others_;     // by what
   std::size_t skipped_bytes_ = 0;
   bool cut_off_ = false;
 };
