@@ -85,7 +85,10 @@ void add_recording_info(CLI::App& app, Action& action) {
       "recording-info",
       "Describe a sidescan recording (XTF, JSF). Prints one `name value` per line, in metres, "
       "degrees and seconds, for each sonar or frequency. What the file does not state is left out");
-  command.add_option("FILE", *files, "The recording; or its files in their order")->required();
+  command
+      .add_option("FILE", *files,
+                  "The recording; or its files in their order, also those of port and of starboard")
+      ->required();
   command.add_flag("--json", *json, "Print one JSON object");
   command.callback([&action, files, json] { action = [=] { print_info(*files, *json); }; });
 }

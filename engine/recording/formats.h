@@ -12,8 +12,9 @@ namespace ensonify::engine {
 // Each takes the bytes of a file; `name` stands for it in messages. They throw RecordingError.
 
 /// eXtended Triton Format (Triton Imaging, XTF file format, rev. 41): packets of type 0 with their
-/// channels, the k-th channel of port and the k-th of starboard as one line. Port is stored far to
-/// near. Position and attitude of zeros are unset; a sound speed below 1000 m/s is half of it.
+/// channels. Channels of port and starboard that state the same frequency are one line; if several
+/// do, those with as many samples, in the order of the header. Port is stored far to near. Position
+/// and attitude of zeros are unset; a sound speed below 1000 m/s is half of it.
 std::vector<RecordedLine> parse_xtf(std::span<const std::byte> bytes, std::string_view name);
 bool is_xtf(std::span<const std::byte> begin);
 

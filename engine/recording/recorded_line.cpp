@@ -15,6 +15,11 @@ Value degrees(Value angle_rad) {
   return *angle_rad * 180.0 / std::numbers::pi;
 }
 
+Value compass(Value angle_rad) {
+  const Value angle_deg = degrees(angle_rad);
+  return angle_deg ? Value(compass_deg(*angle_deg)) : std::nullopt;
+}
+
 constexpr std::array columns{
     PingColumn{"utc_s", "time, seconds since 1970, UTC",
                [](const RecordedPing& ping) { return ping.t_s; }},
@@ -49,10 +54,9 @@ constexpr std::array columns{
     PingColumn{"pitch_deg", "nose up",
                [](const RecordedPing& ping) { return degrees(ping.pitch_rad); }},
     PingColumn{"heading_deg", "clockwise from north, from 0 up to 360",
-               [](const RecordedPing& ping) {
-                 const Value heading_deg = degrees(ping.heading_rad);
-                 return heading_deg ? Value(compass_deg(*heading_deg)) : std::nullopt;
-               }},
+               [](const RecordedPing& ping) { return compass(ping.heading_rad); }},
+    PingColumn{"gyro_deg", "the ship's heading, by its gyro, from 0 up to 360",
+               [](const RecordedPing& ping) { return compass(ping.gyro_rad); }},
     PingColumn{"speed_mps", "of the sonar or the ship",
                [](const RecordedPing& ping) { return ping.speed_mps; }}};
 

@@ -26,6 +26,7 @@ struct RecordedPing {
   /// file states the ship's place and how far behind it the sonar is towed.
   std::optional<double> layback_m;
   std::optional<double> heading_rad;  ///< clockwise from north
+  std::optional<double> gyro_rad;     ///< the ship's heading, by its gyro
   std::optional<double> pitch_rad;    ///< nose up
   std::optional<double> roll_rad;     ///< starboard down
   std::optional<double> depth_m;      ///< of the sonar, below the sea surface

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/recording/formats.h>
+#include <ensonify/engine/recording/joined_sides.h>
 #include <ensonify/engine/recording/ping_order.h>
 #include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/refine/read_file.h>
@@ -128,20 +129,37 @@ std::vector<RecordedLine> read_recording(const fs::path& file) {
 }
 
 std::vector<RecordedLine> read_recordings(std::span<const fs::path> files) {
-  std::vector<RecordedLine> lines;
+  struct Part {
+    std::string name;
+    std::vector<RecordedLine> lines;
+  };
+  std::vector<Part> parts;
   for (const fs::path& file : files) {
-    std::vector<RecordedLine> more = read_recording(file);
-    if (lines.empty()) {
-      lines = std::move(more);
+    Part part{file.string(), read_recording(file)};
+    if (!parts.empty()) {
+      const std::vector<RecordedLine>& first = parts.front().lines;
+      if (part.lines.size() != first.size() || part.lines.front().format != first.front().format)
+        throw RecordingError(fmt::format(
+            "{}: has {} lines of {}, and {} has {} of {}; expected files of one recording",
+            part.name, part.lines.size(), part.lines.front().format, parts.front().name,
+            first.size(), first.front().format));
+    }
+    const auto other = std::ranges::find_if(parts, [&](const Part& earlier) {
+      return std::ranges::equal(earlier.lines, part.lines, are_sides_of_one);
+    });
+    if (other == parts.end()) {
+      parts.push_back(std::move(part));
       continue;
     }
-    if (more.size() != lines.size() || more.front().format != lines.front().format)
-      throw RecordingError(fmt::format(
-          "{}: has {} lines of {}, and {} has {} of {}; expected files of one recording",
-          file.string(), more.size(), more.front().format, files.front().string(), lines.size(),
-          lines.front().format));
+    for (std::size_t i = 0; i < part.lines.size(); ++i)
+      join_sides(other->lines[i], part.lines[i], part.name);
+  }
+  std::vector<RecordedLine> lines;
+  for (Part& part : parts) {
     for (std::size_t i = 0; i < lines.size(); ++i)
-      append(lines[i], std::move(more[i]), file.string());
+      append(lines[i], std::move(part.lines[i]), part.name);
+    if (lines.empty()) lines = std::move(part.lines);
+    part.lines.clear();
   }
   return lines;
 }

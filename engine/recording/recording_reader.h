@@ -27,7 +27,8 @@ bool is_recording(const std::filesystem::path& file);
 std::vector<RecordedLine> read_recording(const std::filesystem::path& file);
 
 /// Several files of one recording, in their order, as one. Rows are as long as the longest ping. A
-/// file that begins before the end of those before it gets a warning.
+/// file that has the other sides of the pings of an earlier one is joined with it. A file that
+/// begins before the end of those before it gets a warning.
 /// Throws as read_recording(), and RecordingError if the files differ in format or number of lines.
 std::vector<RecordedLine> read_recordings(std::span<const std::filesystem::path> files);
 

@@ -1,19 +1,25 @@
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/recording/byte_order.h>
 #include <ensonify/engine/recording/formats.h>
+#include <ensonify/engine/recording/joined_sides.h>
 #include <ensonify/engine/recording/layback.h>
 #include <ensonify/engine/recording/line_builder.h>
 #include <ensonify/engine/recording/packets.h>
 #include <ensonify/engine/recording/recording_bytes.h>
 #include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/recording/xtf_navigation.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
@@ -38,15 +44,17 @@ std::size_t bytes_of(SampleFormat format) {
   return 0;
 }
 
-/// A channel as the file's header describes it.
+/// A channel as the file's header describes it, or else the headers of its samples.
 struct Channel {
   std::string name;
-  int line = 0;  ///< number of its line; -1: no sidescan
+  bool sidescan = false;
+  int line = -1;  ///< number of its line; -1: none
   Side side = Side::port;
   bool ground_range = false;  ///< as stated
   int format_code = 0;        ///< as in the file; 0: its number of bytes tells the format
   SampleFormat format = SampleFormat::unknown;
-  std::size_t samples = 0;  ///< where a ping does not state them
+  std::size_t samples = 0;        ///< where a ping does not state them
+  std::size_t first_samples = 0;  ///< of the first ping that has some; 0: none has
   double frequency_hz = 0.0;
   double beamwidth_rad = 0.0, vertical_beamwidth_rad = 0.0, tilt_rad = 0.0;
 };
@@ -104,141 +112,61 @@ float sample_at(const RecordingBytes& bytes, SampleFormat format, std::size_t i,
   return std::abs(bytes.at<float>(offset));
 }
 
-std::optional<double> time_s(const RecordingBytes& ping) {
-  using namespace std::chrono;
-  const year_month_day date{year(ping.at<std::uint16_t>(14)), month(ping.at<std::uint8_t>(16)),
-                            day(ping.at<std::uint8_t>(17))};
-  if (!date.ok()) return std::nullopt;
-  const auto days = static_cast<double>(sys_days(date).time_since_epoch().count());
-  return days * 86400.0 + ping.at<std::uint8_t>(18) * 3600.0 + ping.at<std::uint8_t>(19) * 60.0 +
-         ping.at<std::uint8_t>(20) + ping.at<std::uint8_t>(21) * 0.01;
+/// The channels of each kind that the file's header counts, with their names.
+std::vector<std::pair<std::size_t, std::string_view>> counted_channels(const RecordingBytes& file) {
+  return {{file.at<std::uint16_t>(166), "sonar"},
+          {file.at<std::uint16_t>(168), "bathymetry"},
+          {file.at<std::uint8_t>(170), "snippet"},
+          {file.at<std::uint8_t>(171), "forward-looking"},
+          {file.at<std::uint16_t>(172), "echo-strength"},
+          {file.at<std::uint8_t>(174), "interferometry"}};
 }
 
-/// 0: not stated.
-double sound_speed_mps(const RecordingBytes& ping) {
-  const double computed = ping.at<float>(72), stated = ping.at<float>(32);
-  for (const double speed_mps : {computed, stated, 2.0 * stated})
-    if (is_sound_speed(speed_mps)) return speed_mps;
-  return 0.0;
+std::size_t number_of_channels(const RecordingBytes& file) {
+  std::size_t sum = 0;
+  for (const auto& [count, kind] : counted_channels(file)) sum += count;
+  return sum;
 }
 
-/// The places of the sensor and of the ship in a ping's header.
-constexpr std::size_t sensor_place = 160, ship_place = 128;
-
-/// The layback of a ping whose header has no place of the sonar but the ship's, or the ship's as
-/// that of the sonar, too.
-std::optional<double> layback_m(const RecordingBytes& header) {
-  const auto same = [&](std::size_t part) {
-    return header.at<double>(sensor_place + part) == header.at<double>(ship_place + part);
-  };
-  const bool no_sensor =
-      header.at<double>(sensor_place) == 0.0 && header.at<double>(sensor_place + 8) == 0.0;
-  if (!no_sensor && !(same(0) && same(8))) return std::nullopt;
-  return stated_layback_m(header.at<float>(184),
-                          header.at<std::uint16_t>(182) + 0.01 * header.at<std::uint8_t>(249),
-                          header.known<float>(192).value_or(0.0));
-}
-
-constexpr double farthest_m = 1e8;  // no map reaches farther from its origin
-
-RecordedPing ping_of(const RecordingBytes& header, bool geographic) {
-  RecordedPing ping{.number = header.at<std::uint32_t>(28),
-                    .beam = header.at<std::uint8_t>(3),  // SubChannelNumber
-                    .t_s = time_s(header)};
-  for (const std::size_t y_offset : {sensor_place, ship_place}) {
-    const double y = header.at<double>(y_offset), x = header.at<double>(y_offset + 8);
-    if ((x == 0.0 && y == 0.0) || !(std::abs(x) <= farthest_m && std::abs(y) <= farthest_m))
-      continue;
-    if (!geographic)
-      ping.place_m = Eigen::Vector2d(x, y);
-    else if (std::abs(y) <= 90.0 && std::abs(x) <= 360.0)
-      ping.place = GeographicPlace{y * degree, x * degree};
-    else {
-      if (!ping.place_m) ping.place_m = Eigen::Vector2d(x, y);  // see take_as_metres()
-      continue;
-    }
-    break;
+/// What a packet is that has no sidescan samples (Triton, eXtended Triton Format, rev. 41,
+/// HeaderType).
+std::string kind_of_packet(int type) {
+  std::string_view kind = "";
+  switch (type) {
+    case 0: kind = ", sonar without samples of port or starboard"; break;
+    case 1: kind = ", notes"; break;
+    case 2:
+    case 9:
+    case 10:
+    case 14:
+    case 17:
+    case 18:
+    case 25:
+    case 28:
+    case 61:
+    case 65:
+    case 68:
+    case 73: kind = ", bathymetry"; break;
+    case 3: kind = ", attitude"; break;
+    case 42:
+    case 107: kind = ", navigation"; break;
+    default: break;
   }
-  if (ping.place) ping.place_m.reset();
-  const auto radians = [&](std::size_t offset) -> std::optional<double> {
-    const double value = header.at<float>(offset);
-    if (!(std::abs(value) <= 360.0)) return std::nullopt;
-    return value * degree;
-  };
-  if (header.known<float>(204) || header.known<float>(208) || header.known<float>(212)) {
-    ping.pitch_rad = radians(204);
-    ping.roll_rad = radians(208);
-    ping.heading_rad = radians(212);
-  }
-  if (ping.place || ping.place_m) ping.layback_m = layback_m(header);
-  ping.depth_m = header.known<float>(192);
-  ping.altitude_m = header.known<float>(196);
-  if (const auto knots = header.known<float>(152)) ping.speed_mps = *knots * knot_mps;
-  return ping;
-}
-
-/// Whether positions that the file says are metres can only be longitudes and latitudes: as metres
-/// the vehicle would hardly move.
-bool looks_geographic(const RecordedLine& line) {
-  constexpr double max_moved_m = 1.0;
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(INFINITY), high = -low;
-  for (const RecordedPing& ping : line.pings)
-    if (ping.place_m) {
-      low = low.cwiseMin(*ping.place_m);
-      high = high.cwiseMax(*ping.place_m);
-    }
-  const double moved = (high - low).maxCoeff();
-  return moved > 0.0 && moved < max_moved_m && low.x() >= -180.0 && high.x() <= 180.0 &&
-         low.y() >= -90.0 && high.y() <= 90.0;
-}
-
-void take_as_degrees(RecordedLine& line, std::string_view name) {
-  for (RecordedPing& ping : line.pings)
-    if (ping.place_m) {
-      ping.place = GeographicPlace{ping.place_m->y() * degree, ping.place_m->x() * degree};
-      ping.place_m.reset();
-    }
-  line.warnings.push_back(
-      fmt::format("{}: its header says that positions are metres, but they look like degrees; read "
-                  "as longitudes and latitudes",
-                  name));
-}
-
-/// Positions that cannot be degrees, of a file whose header says so, are metres if all are like
-/// that, and otherwise damaged.
-void take_as_metres(RecordedLine& line, std::string_view name) {
-  constexpr double nearest_m = 1000.0;  // from the origin of a map
-  const auto has_metres = [](const RecordedPing& ping) { return ping.place_m.has_value(); };
-  if (std::ranges::none_of(line.pings, has_metres)) return;
-  const bool all = std::ranges::all_of(line.pings, [](const RecordedPing& ping) {
-    const double largest_m = ping.place_m ? ping.place_m->cwiseAbs().maxCoeff() : nearest_m;
-    return !ping.place && largest_m >= nearest_m;
-  });
-  if (all)
-    line.warnings.push_back(
-        fmt::format("{}: its header says that positions are degrees, but they are too large; read "
-                    "as metres east and north",
-                    name));
-  else
-    for (RecordedPing& ping : line.pings) {
-      ping.place_m.reset();
-      if (!ping.place) ping.layback_m.reset();  // nothing to be moved back
-    }
+  return fmt::format("packets of type {}{}", type, kind);
 }
 
 class XtfReader {
  public:
   explicit XtfReader(std::span<const std::byte> bytes) : file_(bytes) {
-    const std::size_t channels = file_.at<std::uint16_t>(166);
-    int ports = 0, starboards = 0;
+    // The header of some files is 1024 bytes although they have more than 6 channels.
+    begin_ = packet_size(file_.part(file_header)) > 0 ? file_header : header_end();
+    const std::size_t channels = number_of_channels(file_);
     for (std::size_t k = 0; k < channels && file_.has(first_channel_info + k * channel_info, 1);
          ++k) {
       const RecordingBytes info = file_.part(first_channel_info + k * channel_info, channel_info);
       const int type = info.at<std::uint8_t>(0);  // 1: port, 2: starboard
       channels_.push_back({.name = info.text(12, 16),
-                           .line = type == 1   ? ports++
-                                   : type == 2 ? starboards++
-                                               : -1,
+                           .sidescan = type == 1 || type == 2,
                            .side = type == 1 ? Side::port : Side::starboard,
                            .ground_range = info.at<std::uint16_t>(2) == 2,
                            .format_code = info.at<std::uint8_t>(74),
@@ -253,17 +181,17 @@ class XtfReader {
 
   std::vector<RecordedLine> read(std::string_view name) {
     refuse_formats(name);
+    pair_channels();
     const bool geographic = file_.at<std::uint16_t>(164) == 3;
-    // The header of some files is 1024 bytes although they have more than 6 channels.
-    const std::size_t begin = packet_size(file_.part(file_header)) > 0 ? file_header : header_end();
     const auto read_pings = [&] {
       unlike_header_ = 0;
+      for (const auto& [count, kind] : counted_channels(file_))
+        if (count > 0) lines_.other(fmt::format("{} channels", kind), count);
       over_packets(
-          file_, begin, &packet_size,
+          file_, begin_, &packet_size,
           [&](const RecordingBytes& packet) {
-            constexpr std::uint8_t sonar_packet = 0;
-            if (packet.at<std::uint8_t>(2) == sonar_packet && packet.size() >= ping_header)
-              read_ping(packet, geographic);
+            if (!is_sonar(packet) || !read_ping(packet, geographic))
+              lines_.other(kind_of_packet(packet.at<std::uint8_t>(2)));
           },
           lines_);
     };
@@ -275,10 +203,7 @@ class XtfReader {
     }
     std::vector<RecordedLine> lines = lines_.finish(name);
     for (RecordedLine& line : lines) {
-      if (geographic)
-        take_as_metres(line, name);
-      else if (looks_geographic(line))
-        take_as_degrees(line, name);
+      settle_units(line, geographic, name);
       tow_back(line, name);
       if (high_byte_first_)
         line.warnings.push_back(fmt::format(
@@ -289,6 +214,18 @@ class XtfReader {
             fmt::format("{}: {} packets are too short for the samples that they state, or have a "
                         "channel that the file's header lacks; what follows there is left out",
                         name, unlike_header_));
+      if (const auto [port, starboard] = lone_channels(); port && starboard)
+        line.warnings.push_back(fmt::format(
+            "{}: port of {:g} kHz and starboard of {:g} kHz are separate lines, because their "
+            "frequencies differ",
+            name, 1e-3 * port->frequency_hz, 1e-3 * starboard->frequency_hz));
+      if (file_.at<std::uint16_t>(166) == 0)
+        line.warnings.push_back(fmt::format(
+            "{}: its header counts no sonar channels, but {} of its channels are port or "
+            "starboard and have samples; read as a sidescan's",
+            name, std::ranges::count_if(channels_, [](const Channel& channel) {
+              return channel.line >= 0;
+            })));
       if (std::ranges::any_of(channels_, [](const Channel& channel) {
             return channel.line >= 0 && channel.ground_range;
           }))
@@ -310,7 +247,7 @@ class XtfReader {
   void refuse_formats(std::string_view name) const {
     const Channel* unknown = nullptr;
     for (const Channel& channel : channels_) {
-      if (channel.line < 0) continue;
+      if (!channel.sidescan) continue;
       if (channel.format != SampleFormat::unknown) return;
       unknown = &channel;
     }
@@ -322,12 +259,19 @@ class XtfReader {
 
   /// With more than 6 channels the file's header takes more blocks of 1024 bytes.
   std::size_t header_end() const {
-    const std::size_t used = first_channel_info + channels_.size() * channel_info;
+    const std::size_t used = first_channel_info + number_of_channels(file_) * channel_info;
     return (used + file_header - 1) / file_header * file_header;
   }
 
-  void read_ping(const RecordingBytes& packet, bool geographic) {
-    RecordedPing ping = ping_of(packet, geographic);
+  static bool is_sonar(const RecordingBytes& packet) {
+    constexpr std::uint8_t sonar_packet = 0;
+    return packet.at<std::uint8_t>(2) == sonar_packet && packet.size() >= ping_header;
+  }
+
+  /// Calls take(channel, header, bytes, samples) for each channel of a ping that has samples, of
+  /// which `bytes` are the first and all that follow.
+  template <class Take>
+  void over_samples(const RecordingBytes& packet, Take&& take) {
     std::size_t at = ping_header;
     for (int left = packet.at<std::uint16_t>(4); left > 0 && packet.has(at, channel_header);
          --left) {
@@ -337,23 +281,92 @@ class XtfReader {
         ++unlike_header_;
         return;
       }
-      const Channel& channel = channels_[number];
+      Channel& channel = channels_[number];
       std::size_t samples = header.at<std::uint32_t>(42);
       if (samples == 0) samples = channel.samples;
       const std::size_t bytes = bytes_of(channel.format);
       at += channel_header;
-      if (bytes == 0) return;
+      if (bytes == 0) {
+        unlike_header_ += left > 1;
+        return;
+      }
       if (samples > (packet.size() - at) / bytes) {
         ++unlike_header_;
         return;
       }
-      if (channel.line >= 0 && samples > 0) {
+      if (samples > 0) take(channel, header, packet.part(at), samples);
+      at += samples * bytes;
+    }
+  }
+
+  /// Gives each sidescan channel that has samples its line: port and starboard of one frequency,
+  /// best with as many samples, in the order of the header.
+  void pair_channels() {
+    LineBuilder uncounted(format_name);
+    over_packets(
+        file_, begin_, &packet_size,
+        [&](const RecordingBytes& packet) {
+          if (is_sonar(packet))
+            over_samples(packet, [](Channel& channel, const RecordingBytes& header,
+                                    const RecordingBytes&, std::size_t samples) {
+              if (channel.first_samples == 0) channel.first_samples = samples;
+              if (channel.frequency_hz == 0.0)
+                channel.frequency_hz = 1e3 * header.at<std::uint16_t>(26);
+            });
+        },
+        uncounted);
+    int lines = 0;
+    for (std::size_t k = 0; k < channels_.size(); ++k) {
+      Channel& channel = channels_[k];
+      if (!channel.sidescan || channel.first_samples == 0) continue;
+      const Channel* partner = nullptr;
+      for (const Channel& other : std::span(channels_).first(k))
+        if (other.line >= 0 && other.side != channel.side && is_alone(other) &&
+            unlikeness(channel, other) < (partner ? unlikeness(channel, *partner) : unlike))
+          partner = &other;
+      channel.line = partner ? partner->line : lines++;
+    }
+  }
+
+  /// The first channels of port and of starboard whose line has no other side; null: none.
+  std::pair<const Channel*, const Channel*> lone_channels() const {
+    const auto first = [&](Side side) -> const Channel* {
+      const auto found = std::ranges::find_if(channels_, [&](const Channel& channel) {
+        return channel.line >= 0 && channel.side == side && is_alone(channel);
+      });
+      return found == channels_.end() ? nullptr : &*found;
+    };
+    return {first(Side::port), first(Side::starboard)};
+  }
+
+  bool is_alone(const Channel& channel) const {
+    return std::ranges::count(channels_, channel.line, &Channel::line) == 1;
+  }
+
+  /// How unlike the two sides of one line two channels are; `unlike`: they are of different sonars.
+  static constexpr double unlike = 10.0;
+  static double unlikeness(const Channel& a, const Channel& b) {
+    constexpr double one_unstated = 1.0, other_samples = 0.01;
+    if (!may_be_of_one_sonar(a.frequency_hz, b.frequency_hz)) return unlike;
+    const auto [low_hz, high_hz] = std::minmax(a.frequency_hz, b.frequency_hz);
+    const double of_frequency = low_hz == high_hz ? 0.0
+                                : low_hz == 0.0   ? one_unstated
+                                                  : high_hz / low_hz - 1.0;
+    return of_frequency + (a.first_samples == b.first_samples ? 0.0 : other_samples);
+  }
+
+  /// Returns whether the packet has sidescan samples.
+  bool read_ping(const RecordingBytes& packet, bool geographic) {
+    RecordedPing ping = xtf_ping(packet, geographic, lines_);
+    bool has_samples = false;
+    over_samples(packet, [&](const Channel& channel, const RecordingBytes& header,
+                             const RecordingBytes& values, std::size_t samples) {
+      if (channel.line >= 0) {
+        has_samples = true;
         RecordedLine& line = lines_.line(channel.line);
-        const double speed_mps = sound_speed_mps(packet);
+        const double speed_mps = xtf_sound_speed_mps(packet);
         if (line.sound_speed_mps == 0.0) line.sound_speed_mps = speed_mps;
-        if (line.frequency_hz == 0.0)
-          line.frequency_hz = channel.frequency_hz > 0.0 ? channel.frequency_hz
-                                                         : 1e3 * header.at<std::uint16_t>(26);
+        if (line.frequency_hz == 0.0) line.frequency_hz = channel.frequency_hz;
         line.sonar = sonar_name(channel);
         if (line.bandwidth_hz == 0.0) line.bandwidth_hz = 1e3 * header.at<std::uint16_t>(32);
         line.beamwidth_rad = channel.beamwidth_rad;
@@ -361,17 +374,16 @@ class XtfReader {
         if (channel.vertical_beamwidth_rad > 0.0) line.tilt_rad = channel.tilt_rad;
         constexpr std::uint16_t keeps_largest = 2;  // DownsampleMethod
         line.peak_detector = header.at<std::uint16_t>(2) == keeps_largest;
-        if (!high_byte_first_ && bytes > 1)
-          byte_order_.take(packet.part(at), samples, bytes, channel.format == SampleFormat::f32);
+        if (const std::size_t width = bytes_of(channel.format); !high_byte_first_ && width > 1)
+          byte_order_.take(values, samples, width, channel.format == SampleFormat::f32);
         const Extent extent = extent_of(header, samples, speed_mps);
         ping.unrecorded = extent.unrecorded;
         ping.range_m = extent.sample_m * static_cast<double>(extent.unrecorded + samples);
-        lines_.add(
-            channel.line, ping, channel.side,
-            near_to_far(packet.part(at), channel, samples, extent.unrecorded, weight_of(header)));
+        lines_.add(channel.line, ping, channel.side,
+                   near_to_far(values, channel, samples, extent.unrecorded, weight_of(header)));
       }
-      at += samples * bytes;
-    }
+    });
+    return has_samples;
   }
 
   /// The file's, else the name that both channels of a line have.
@@ -431,6 +443,7 @@ class XtfReader {
 
   static constexpr const char* format_name = "XTF";
   RecordingBytes file_;
+  std::size_t begin_ = 0;  // of the first packet
   std::vector<Channel> channels_;
   ByteOrder byte_order_;
   bool high_byte_first_ = false;
@@ -444,9 +457,10 @@ class XtfReader {
 
 bool is_xtf(std::span<const std::byte> begin) {
   const RecordingBytes bytes(begin);
-  constexpr int file_format = 123;
-  const int channels = bytes.at<std::uint16_t>(166);
-  return bytes.at<std::uint8_t>(0) == file_format && channels > 0 && channels < 256;
+  constexpr std::uint8_t file_format = 123, system_type = 1;
+  const std::size_t channels = number_of_channels(bytes);
+  return bytes.at<std::uint8_t>(0) == file_format && channels < 256 &&
+         (channels > 0 || bytes.at<std::uint8_t>(1) == system_type);
 }
 
 std::vector<RecordedLine> parse_xtf(std::span<const std::byte> bytes, std::string_view name) {

@@ -6,6 +6,7 @@
 #include <random>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -403,11 +404,64 @@ TEST_CASE("positions of an XTF that are degrees by its header and can only be me
   REQUIRE(line.warnings.size() == 1);
   CHECK_THAT(line.warnings.front(), Catch::StartsWith("r: ") && Catch::Contains("metres"));
   // A damaged position among degrees, and one that is too small for a map's metres.
-  for (const RecordedLine& other : {line_of(8.0, 54.0, 6100000.0), line_of(8.0, 100.0, 100.0)}) {
+  for (const auto& [other, warning] :
+       {std::pair{line_of(8.0, 54.0, 6100000.0),
+                  "r: 1 pings state an impossible latitude or longitude; it is left out; the first "
+                  "is ping 10, with latitude 6.1e+06, longitude 8"},
+        {line_of(8.0, 100.0, 100.0),
+         "r: 3 pings state an impossible latitude or longitude; it is left out; the first is ping "
+         "7, with latitude 100, longitude 8"}}) {
     CHECK_FALSE(other.pings[2].place_m);
     CHECK_FALSE(other.pings[2].place);
-    CHECK(other.warnings.empty());
+    CHECK(other.warnings == std::vector<std::string>{warning});
   }
+}
+
+TEST_CASE("impossible places and angles of an XTF are left out and named") {
+  const Recording written = tests::small_recording();
+  const auto with = [&](auto&& alter) {
+    std::string bytes = tests::as_text(encode_xtf({&written, 1}));
+    const std::size_t packet = (bytes.size() - 1024) / 3;
+    for (std::size_t i = 1; i < 3; ++i) alter(bytes, 1024 + i * packet);
+    return parse(bytes).front();
+  };
+  RecordedLine line = with([](std::string& bytes, std::size_t at) {
+    put<double>(bytes, at + 160, 129.5);
+    put<double>(bytes, at + 128, 54.0);
+    put<double>(bytes, at + 136, 8.0);
+  });
+  CHECK(line.pings[1].place.value().latitude_rad == Approx(54.0 * degree));
+  CHECK(line.warnings == std::vector<std::string>{
+                             "r: 2 pings state an impossible place of the sonar; the ship's is "
+                             "used; the first is ping 9, with latitude 129.5, longitude -10.5"});
+  line = with([](std::string& bytes, std::size_t at) {
+    for (const std::size_t place : {128, 160}) put<double>(bytes, at + place, 1e300);
+  });
+  CHECK(line.pings[0].place);
+  CHECK_FALSE(line.pings[1].place);
+  CHECK(line.warnings == std::vector<std::string>{
+                             "r: 2 pings state an impossible place; it is left out; the first is "
+                             "ping 9, with latitude 1e+300, longitude -10.5"});
+  for (const auto& [offset, name] : {std::pair{std::size_t{204}, "pitch"},
+                                     {208, "roll"},
+                                     {212, "heading"},
+                                     {124, "heading of the ship"}}) {
+    line =
+        with([&](std::string& bytes, std::size_t at) { put<float>(bytes, at + offset, 361.0f); });
+    CHECK(line.warnings ==
+          std::vector{fmt::format("r: 2 pings state an impossible {}; it is left out; the first is "
+                                  "ping 9, with 361 degrees",
+                                  name)});
+    line = with([&](std::string& bytes, std::size_t at) { put<float>(bytes, at + offset, NAN); });
+    CHECK(line.warnings.empty());  // that is how some recorders write what they do not know
+  }
+}
+
+TEST_CASE("the gyro of the ship is read from an XTF") {
+  std::string bytes = xtf_of<std::uint16_t>({1, 2}, 3);
+  CHECK_FALSE(parse(bytes).front().pings.front().gyro_rad);
+  put<float>(bytes, 1024 + 124, 90.0f);
+  CHECK(parse(bytes).front().pings.front().gyro_rad.value() == Approx(90.0 * degree));
 }
 
 TEST_CASE("times go on over midnight, and those that step back are counted") {
@@ -507,7 +561,9 @@ TEST_CASE("what is no recording is refused, and says so") {
   std::string empty(1024, '\0');
   put<std::uint8_t>(empty, 0, 123);
   put<std::uint16_t>(empty, 166, 2);
-  CHECK(error_of(empty) == "r: has no sidescan samples, expected a recording of a sidescan sonar");
+  CHECK(error_of(empty) ==
+        "r: has no sidescan samples; it has sonar channels (2), expected a recording of a sidescan "
+        "sonar");
   const tests::TemporaryFolder folder;
   CHECK_THROWS_AS(read_recording(folder / "nothing.xtf"), RecordingError);
   CHECK_THROWS_AS(read_recording(folder.path()), RecordingError);
