@@ -288,11 +288,8 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   // The path is that of all pings: where the vehicle is, is not fitted.
   model.path = path;
   note_missing(made.line, model, made.unknown);
-  if (model.path.wrong_heading_rad)
-    made.unknown.push_back(fmt::format(
-        "the headings: the stated ones are {:.0f} degrees off the course; if the sides are "
-        "right, the course is the heading",
-        *model.path.wrong_heading_rad / degree));
+  if (!model.path.heading_instead.empty())
+    made.unknown.push_back("the headings: " + model.path.heading_instead);
   const HeadingCheck check = correct_heading(made.line, model.path);
   if (check.exchanged)
     made.unknown.emplace_back(

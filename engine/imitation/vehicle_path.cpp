@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/quantile.h>
+#include <ensonify/engine/recording/headings.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/sonar/vehicle/recorded_track.h>
 #include <ensonify/engine/units.h>
@@ -266,39 +267,28 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
       column(line, [&](const RecordedPing& ping) { return within(ping.roll_rad, 90.0 * degree); });
   path.pitch_rad =
       column(line, [&](const RecordedPing& ping) { return within(ping.pitch_rad, 60.0 * degree); });
-  // Headings are unwrapped over the pings that have one, so that gaps do not turn about.
+  const ChosenHeadings headings = choose_headings(line);
+  path.heading_instead = headings.instead;
+  // They are unwrapped over the pings that have one, so that gaps do not turn about.
+  MaybeValues unwrapped;
   double last = 0.0;
-  path.heading_rad = column(line, [&](const RecordedPing& ping) -> std::optional<double> {
-    if (!ping.heading_rad) return std::nullopt;
-    last += std::remainder(*ping.heading_rad - last, 2.0 * std::numbers::pi);
-    return last;
-  });
+  for (const std::optional<double>& heading_rad : headings.rad) {
+    if (heading_rad) last += std::remainder(*heading_rad - last, 2.0 * std::numbers::pi);
+    unwrapped.push_back(heading_rad ? std::optional(last) : std::nullopt);
+  }
+  path.heading_rad = filled(unwrapped);
   std::string from;
-  for (const auto& [values, name] : {std::pair{&path.roll_rad, "roll"},
-                                     {&path.pitch_rad, "pitch"},
-                                     {&path.heading_rad, "heading"}}) {
+  for (Values* values : {&path.roll_rad, &path.pitch_rad})
     if (std::ranges::all_of(*values, [](double value) { return value == 0.0; }))
       values->clear();  // a field that is not used
-    else
-      from += fmt::format("{}{}", from.empty() ? "" : ", ", name);
-  }
+  for (const auto& [values, name] :
+       {std::pair{&path.roll_rad, "roll"},
+        {&path.pitch_rad, "pitch"},
+        {&path.heading_rad, headings.of_gyro ? "the ship's heading" : "heading"}})
+    if (!values->empty()) from += fmt::format("{}{}", from.empty() ? "" : ", ", name);
   path.attitude = from.empty() ? Evidence{Confidence::assumed, "no attitude: level, on course"}
                                : Evidence{Confidence::stated, from + " of the pings"};
-}
-
-/// No vehicle moves so far off its heading: headings may be those of another axis, or mirrored.
-void leave_out_wrong_headings(VehiclePath& path) {
-  if (path.heading_rad.empty() || path.place.how != Confidence::stated) return;
-  constexpr double most_rad = 60.0 * degree;
-  Values off_rad;
-  for (std::size_t i = 0; i < path.heading_rad.size(); ++i)
-    off_rad.push_back(std::abs(
-        std::remainder(path.heading_rad[i] - course_rad(path, i), 2.0 * std::numbers::pi)));
-  const double usual_rad = median(std::move(off_rad));
-  if (!(usual_rad > most_rad)) return;
-  path.wrong_heading_rad = usual_rad;
-  path.heading_rad.clear();
-  path.attitude.why += "; the heading is the course, from which theirs are far off";
+  if (!headings.instead.empty()) path.attitude.why += "; " + headings.instead;
 }
 
 /// The altitude of each ping. Throws RecordingError if the line neither shows nor states it.
@@ -394,7 +384,6 @@ VehiclePath vehicle_path(const RecordedLine& line) {
   set_times(line, path);
   set_attitude(line, path);
   set_places(line, path);
-  leave_out_wrong_headings(path);
   set_altitudes(line, path);
   return path;
 }

@@ -19,8 +19,7 @@ struct VehiclePath {
   std::vector<double> altitude_m;  ///< from the samples if they show the bed, else as stated
   /// Empty: not recorded; the heading is then the course.
   std::vector<double> roll_rad, pitch_rad, heading_rad;
-  /// Between the stated headings and the course, if the headings were left out for that.
-  std::optional<double> wrong_heading_rad;
+  std::string heading_instead;            ///< as ChosenHeadings::instead
   std::optional<GeographicPlace> origin;  ///< where x_m = y_m = 0
   double bed_depth_m = 0.0;               ///< below the sea surface, of a bed taken as level
   double ping_interval_s = 0.0;           ///< mean, without pauses

@@ -14,6 +14,7 @@
 
 #include <ensonify/engine/csv_table.h>
 #include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/recording/headings.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/seafloor/bed/reference_map.h>
@@ -117,12 +118,19 @@ CsvTable navigation_table(const std::filesystem::path& file, Vertical vertical,
     throw SceneError(error.what());
   }
   warnings = line.warnings;
+  const ChosenHeadings headings = choose_headings(line);
+  if (!headings.instead.empty())
+    warnings.push_back(fmt::format("{}: {}", file.string(), headings.instead));
+  for (std::size_t i = 0; i < line.pings.size(); ++i) line.pings[i].heading_rad = headings.rad[i];
   std::vector<PingBeams> pings;
   std::vector<int> numbers;
-  std::size_t not_after = 0;
+  std::size_t not_after = 0, nowhere = 0;
   for (std::size_t i = 0; i < line.pings.size(); ++i) {
     const RecordedPing& ping = line.pings[i];
-    if (!ping.t_s || !(ping.place || ping.place_m)) continue;
+    if (!ping.t_s || !(ping.place || ping.place_m)) {
+      ++nowhere;
+      continue;
+    }
     if (!pings.empty() && !(*ping.t_s > *pings.back().front->t_s)) {
       RecordedPing const*& front = pings.back().front;
       if (*ping.t_s == *front->t_s && ping.beam > front->beam)
@@ -143,6 +151,11 @@ CsvTable navigation_table(const std::filesystem::path& file, Vertical vertical,
     throw SceneError(fmt::format(
         "{}: none of its {} pings has a time and a position, so it is no track; give a CSV file",
         file.string(), line.pings.size()));
+  if (nowhere > 0)
+    warnings.push_back(
+        fmt::format("{}: {} of its {} pings have no time or no position and are left "
+                    "out; the track goes on between the others",
+                    file.string(), nowhere, line.pings.size()));
   std::vector<bool> has;
   std::vector<double> values(pings.size() * track_columns.size(), 0.0);
   for (std::size_t i = 0; i < track_columns.size(); ++i) {

@@ -27,8 +27,9 @@ struct LocalFrame {
 /// - `roll_deg,pitch_deg`, 0 where they are missing, and `heading_deg`, from true north in a file
 ///   with latitudes, else from the y axis.
 ///
-/// Or an XTF or JSF recording: the navigation of its pings (RecordedPing), with `utc_s`. Pings
-/// without a place, or whose time is not after those of all earlier pings, are left out. A height
+/// Or an XTF or JSF recording: the navigation of its pings (RecordedPing), with `utc_s`, and the
+/// headings of choose_headings(). Pings without a time or a place, or whose time is not after those
+/// of all earlier pings, are left out, with a warning. A height
 /// or an angle that some of the other pings lack is interpolated between those that have it; it is
 /// not used if most lack it. Warnings are those of the recording, one for each such column, and one
 /// for each column whose name resembles a height or an angle but is not listed here. In messages

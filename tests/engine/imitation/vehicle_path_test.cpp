@@ -180,9 +180,26 @@ TEST_CASE("headings that no vehicle has on its course are left out, and a crab s
     const VehiclePath path = vehicle_path(line);
     const bool crabs = off_deg == 40.0;
     CHECK(path.heading_rad.empty() != crabs);
-    CHECK(path.wrong_heading_rad.has_value() != crabs);
+    CHECK(path.heading_instead.empty() == crabs);
     CHECK(heading_rad(path, 100) == Approx(crabs ? off_deg * degree : 0.0).margin(1e-6));
   }
+}
+
+TEST_CASE("a heading of 0 in every ping gives way to the ship's gyro, as in a track") {
+  RecordedLine line = made_line({});
+  for (std::size_t i = 0; i < line.pings.size(); ++i) {  // to the east
+    line.pings[i].place = GeographicPlace{55.0 * degree, 10.0 * degree + 5e-8 * double(i)};
+    line.pings[i].heading_rad = 0.0;
+    line.pings[i].gyro_rad = 95.0 * degree;
+  }
+  VehiclePath path = vehicle_path(line);
+  CHECK(heading_rad(path, 100) == Approx(95.0 * degree));
+  CHECK_THAT(path.attitude.why,
+             Catch::StartsWith("the ship's heading of the pings; the heading is 0"));
+  for (RecordedPing& ping : line.pings) ping.gyro_rad.reset();
+  path = vehicle_path(line);
+  CHECK(path.heading_rad.empty());
+  CHECK(heading_rad(path, 100) == Approx(90.0 * degree).margin(1e-3));
 }
 
 TEST_CASE("a vehicle without positions goes along its headings, and the reason is named") {

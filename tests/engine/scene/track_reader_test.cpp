@@ -161,6 +161,7 @@ TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {
   const tests::TemporaryFolder folder;
   Recording recording = tests::small_recording();
   recording.pings[1].unix_ms = recording.pings[0].unix_ms;  // not after the ping before: left out
+  for (NavPing& ping : recording.pings) ping.heading_rad -= 90.0 * degree;  // along the track
   for (const bool jsf : {false, true}) {
     CAPTURE(jsf);
     const std::filesystem::path file = folder / "line";
@@ -173,7 +174,8 @@ TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {
     CHECK(log.y_m[1] - log.y_m[0] == Approx(2e-4 * 111330.0).epsilon(2e-3));
     CHECK(log.z_m == std::vector{-12.5, -12.5});
     CHECK(log.altitude_m == std::vector{7.25, 7.25});
-    CHECK(log.heading_rad[1] == Approx(102.0 * degree).margin(1e-4));
+    CHECK(log.heading_rad[1] == Approx(12.0 * degree).margin(1e-4));
+    CHECK(log.warnings.size() == 1);
   }
   std::string back = tests::as_text(encode_jsf({&recording, 1}));
   const std::size_t last = back.size() / 3 * 2;
@@ -197,6 +199,52 @@ TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {
               .ends_with("none of its 3 pings has a time and a position, so it "
                          "is no track; give a CSV file"));
   }
+}
+
+TEST_CASE("the headings of a recording that are not the vehicle's are replaced, with a warning") {
+  const tests::TemporaryFolder folder;
+  Recording recording = tests::small_recording();
+  for (NavPing& ping : recording.pings)  // 13 m east from ping to ping
+    ping.place = {55.0 * degree, 2e-4 * degree * static_cast<double>(ping.row)};
+  std::string bytes = tests::as_text(encode_xtf({&recording, 1}));
+  const std::size_t packet = (bytes.size() - 1024) / 3;
+  const auto put_in_all = [&](std::size_t offset, float degrees) {
+    for (std::size_t i = 0; i < 3; ++i)
+      std::memcpy(bytes.data() + 1024 + i * packet + offset, &degrees, sizeof degrees);
+  };
+  put_in_all(212, 0.0f);
+  const auto track = [&] {
+    tests::write_text(folder / "line", bytes);
+    return read_track({.kind = TrackKind::file, .file = {"line", folder / "line"}}, {});
+  };
+  const NavigationLog course = track();
+  CHECK(course.heading_rad.empty());
+  REQUIRE(course.warnings.size() == 1);
+  CHECK_THAT(
+      course.warnings[0],
+      Catch::EndsWith("line: the heading is 0 in every ping, but the course is 90 degrees off "
+                      "it; the course is the heading"));
+  put_in_all(124, 92.0f);
+  const NavigationLog gyro = track();
+  REQUIRE(gyro.heading_rad.size() == 3);
+  // From true north; the plane's north is turned against it by parts of a degree at most.
+  CHECK(gyro.heading_rad[1] == Approx(92.0 * degree).margin(1e-3));
+  CHECK_THAT(gyro.warnings.at(0), Catch::EndsWith("; the ship's gyro is the heading"));
+}
+
+TEST_CASE("pings of a recording without a place are counted") {
+  const tests::TemporaryFolder folder;
+  Recording recording = tests::small_recording();
+  for (NavPing& ping : recording.pings) ping.heading_rad = 0.0;
+  recording.pings[1].place = {};
+  tests::write_text(folder / "line", tests::as_text(encode_xtf({&recording, 1})));
+  const NavigationLog log =
+      read_track({.kind = TrackKind::file, .file = {"line", folder / "line"}}, {});
+  CHECK(log.t_s.size() == 2);
+  REQUIRE(log.warnings.size() == 1);
+  CHECK_THAT(log.warnings[0],
+             Catch::EndsWith("line: 1 of its 3 pings have no time or no position and "
+                             "are left out; the track goes on between the others"));
 }
 
 TEST_CASE("a height or an angle that some pings of a recording lack is interpolated") {
