@@ -11,6 +11,7 @@
 #include <ensonify/engine/recording/joined_sides.h>
 #include <ensonify/engine/recording/ping_order.h>
 #include <ensonify/engine/recording/some_pings.h>
+#include <ensonify/engine/recording/turned_sides.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -116,6 +117,7 @@ std::vector<RecordedLine> parse_recording(std::span<const std::byte> bytes, std:
     throw RecordingError(fmt::format("{}: is no recording, expected an XTF or a JSF file", name));
   std::vector<RecordedLine> lines = found->parse(bytes, name);
   for (RecordedLine& line : lines) {
+    turn_reversed_sides(line, name);
     leave_out_repeated(line, name);
     put_in_order(line, name);
     pass_midnight(line.pings);

@@ -21,7 +21,8 @@ bool is_recording(const std::filesystem::path& file);
 
 /// Reads the sidescan channels of an XTF or JSF recording: a line for each sonar or frequency, in
 /// the file's order. Both sides of a ping are in one line. Damaged or unknown packets are skipped,
-/// with a warning; a packet that the file cuts off ends it. Takes about three times the memory of
+/// with a warning; a packet that the file cuts off ends it. A side whose samples are in the wrong
+/// order is turned (turn_reversed_sides()). Takes about three times the memory of
 /// the file. Throws RecordingError if the file cannot be read, is of another format, or has no
 /// sidescan samples; std::bad_alloc.
 std::vector<RecordedLine> read_recording(const std::filesystem::path& file);
