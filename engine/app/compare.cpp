@@ -73,8 +73,8 @@ void add_compare(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<CompareArguments>();
   CLI::App& command = *app.add_subcommand(
       "compare",
-      "Compare how two lines look. A line is a recording (XTF, JSF), the folder of a run, or a "
-      "folder of waterfall pictures (PNG, JPEG; port left, newest ping on top). Prints one row per "
+      "Compare how two lines look. A line is a recording (XTF, JSF), the folder of a run (its EXR, "
+      "else its XTF or JSF), or a folder of waterfall pictures (PNG, JPEG; port left, newest ping on top). Prints one row per "
       "statistic, with the spread between the halves of A; a ratio is the difference of A and B "
       "over that spread, 'inf' where the halves are equal and B differs. '-': this line has no such "
       "value");

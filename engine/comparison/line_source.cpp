@@ -2,44 +2,94 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <string_view>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <ensonify/engine/comparison/picture_source.h>
 #include <ensonify/engine/mosaic/image_reader.h>
 #include <ensonify/engine/mosaic/recorded_run.h>
 #include <ensonify/engine/number_in.h>
+#include <ensonify/engine/output/recording.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/engine/run/output_folder.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {
 
 namespace fs = std::filesystem;
 
-RecordedLine line_of_recording(const fs::path& file, const std::string& sonar) {
-  std::vector<RecordedLine> lines = read_recording(file);
+/// Files of one recording, in their order.
+RecordedLine line_of_recording(const std::vector<fs::path>& files, const std::string& sonar) {
+  std::vector<RecordedLine> lines = read_recordings(files);
+  const std::string name = files.front().string();
   std::size_t number = lines.size() == 1 && sonar.empty() ? 1 : 0;
   if (!sonar.empty()) number = number_in<std::size_t>(sonar).value_or(0);
   if (lines.size() == 1 && number != 1)
-    throw RecordingError(
-        fmt::format("{}: has one line, not a line '{}': leave --sonar-a or --sonar-b out",
-                    file.string(), sonar));
+    throw RecordingError(fmt::format(
+        "{}: has one line, not a line '{}': leave --sonar-a or --sonar-b out", name, sonar));
   if (number < 1 || number > lines.size())
     throw RecordingError(fmt::format(
-        "{}: {}; give --sonar-a or --sonar-b a number from 1 up to {}, see recording-info",
-        file.string(),
+        "{}: {}; give --sonar-a or --sonar-b a number from 1 up to {}, see recording-info", name,
         sonar.empty() ? fmt::format("has {} lines", lines.size())
                       : fmt::format("has no line '{}'", sonar),
         lines.size()));
   auto [line, left_out] = alike_pings(std::move(lines[number - 1]));
-  if (!left_out.empty()) line.warnings.push_back(fmt::format("{}: {}", file.string(), left_out));
+  if (!left_out.empty()) line.warnings.push_back(fmt::format("{}: {}", name, left_out));
   return std::move(line);
 }
 
+/// The recordings of a run by the sonar's name, or common_recording; those of its parts in their
+/// order. They are the XTF, or the JSF if there is none.
+std::map<std::string, std::vector<fs::path>> recordings_of_run(const fs::path& folder) {
+  std::map<std::string, std::vector<fs::path>> found;
+  for (const std::string_view extension : {".xtf", ".jsf"}) {
+    for (const fs::path& file : files_of_run(folder)) {
+      const fs::path inside = file.lexically_relative(folder);
+      if (file.extension() != extension || !stays_inside(inside)) continue;
+      std::string name = file.stem().string();
+      constexpr std::string_view part = "part";  // part_0001/NAME_0001.xtf
+      const std::string of_part = inside.parent_path().string();
+      if (of_part.starts_with(part) && name.ends_with(of_part.substr(part.size())))
+        name.resize(name.size() - (of_part.size() - part.size()));
+      found[name].push_back(file);
+    }
+    if (!found.empty()) break;
+  }
+  return found;
+}
+
+bool has_images(const fs::path& folder) {
+  return std::ranges::any_of(files_of_run(folder),
+                             [](const fs::path& file) { return file.extension() == ".exr"; });
+}
+
+RecordedLine line_of_recordings(const fs::path& folder,
+                                const std::map<std::string, std::vector<fs::path>>& recordings,
+                                const std::string& sonar) {
+  if (recordings.size() == 1 &&
+      (sonar.empty() || recordings.begin()->first == std::string(common_recording)))
+    return line_of_recording(recordings.begin()->second, sonar);
+  if (const auto chosen = recordings.find(sonar); chosen != recordings.end())
+    return line_of_recording(chosen->second, "");
+  std::vector<std::string> names;
+  for (const auto& [name, files] : recordings) names.push_back(name);
+  throw RecordingError(fmt::format("{}: {}; choose one by its name with --sonar-a or --sonar-b: {}",
+                                   folder.string(),
+                                   sonar.empty() ? "has recordings of several sonars"
+                                                 : fmt::format("there is no sonar '{}'", sonar),
+                                   fmt::join(names, ", ")));
+}
+
 RecordedLine line_of_run(const fs::path& folder, const std::string& sonar) {
+  if (!has_images(folder))
+    if (const auto recordings = recordings_of_run(folder); !recordings.empty())
+      return line_of_recordings(folder, recordings, sonar);
   const RecordedRun run = read_recorded_run(folder, sonar, Positions::navigation);
   RecordedLine line{.format = "run",
                     .sonar = run.sonar.name,
@@ -77,7 +127,7 @@ bool is_of_run(const fs::path& folder) {
 }  // namespace
 
 RecordedLine read_line(const fs::path& place, const std::string& sonar) {
-  if (!fs::is_directory(place)) return line_of_recording(place, sonar);
+  if (!fs::is_directory(place)) return line_of_recording({place}, sonar);
   if (!fs::exists(place / "manifest.json") && pictures_of(place).empty())
     throw RecordingError(
         place.string() +

@@ -111,6 +111,43 @@ TEST_CASE("a run and its recordings have the same statistics") {
   CHECK(read_text(folder / "page.html").find("data:image/png;base64,iVBOR") != std::string::npos);
 }
 
+TEST_CASE("a run without EXR is compared by its recordings, in one part or in several") {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", scene);
+  REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
+  const auto expect_same = [&](const std::string& run, const std::vector<std::string>& options,
+                               const std::vector<std::string>& choice = {}) {
+    std::vector<std::string> arguments{"run", "s.toml",          "-o", run, "--quiet",
+                                       "-D",  "output.exr=false"};
+    for (const std::string& option : options) {
+      arguments.emplace_back("-D");
+      arguments.push_back(option);
+    }
+    REQUIRE(run_program(folder.path(), arguments).code == 0);
+    std::vector<std::string> compare{"compare", "a", run, "--limit", "0.001"};
+    compare.insert(compare.end(), choice.begin(), choice.end());
+    const Outcome same = run_program(folder.path(), compare);
+    CAPTURE(run, same.err);
+    CHECK(same.code == 0);
+  };
+  expect_same("xtf", {"output.jsf=false"});
+  expect_same("jsf", {"output.xtf=false"}, {"--sonar-b", "left-right"});
+  expect_same("parts", {"output.pings_per_file=50"});
+  expect_same("common", {"output.one_recording=true"});
+  const Outcome none = run_program(
+      folder.path(), {"run", "s.toml", "-o", "none", "--quiet", "-D", "output.exr=false", "-D",
+                      "output.xtf=false", "-D", "output.jsf=false"});
+  REQUIRE(none.code == 0);
+  const Outcome refused = run_program(folder.path(), {"compare", "a", "none"});
+  CHECK(refused.code == 2);
+  CHECK_THAT(refused.err,
+             Catch::Contains("none: the run has no OpenEXR images; run its scene again "
+                             "with output.exr = true"));
+  const Outcome other = run_program(folder.path(), {"compare", "a", "xtf", "--sonar-b", "right"});
+  CHECK(other.code == 2);
+  CHECK_THAT(other.err, Catch::Contains("there is no sonar 'right'"));
+}
+
 TEST_CASE("a sonar of one side has the statistics of its recordings") {
   const TemporaryFolder folder;
   write_text(folder / "s.toml", scene);
