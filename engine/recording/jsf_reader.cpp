@@ -211,8 +211,12 @@ struct NoFlags {
 };
 
 void read_message(const RecordingBytes& message, NoFlags& no_flags, LineBuilder& lines) {
+  constexpr int nmea_string = 2002;
   if (!is_sidescan(message)) {
-    lines.other(kind_of(message));
+    if (message.at<std::uint16_t>(4) == nmea_string)
+      lines.other_navigation("messages of type 2002, NMEA");
+    else
+      lines.other(kind_of(message));
     return;
   }
   const int subsystem = message.at<std::uint8_t>(7);

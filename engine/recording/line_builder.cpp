@@ -118,11 +118,12 @@ void LineBuilder::leave_out_silent_side(Entry& entry, std::string_view name) {
                     name, port_sounds ? "starboard" : "port"));
 }
 
-std::string LineBuilder::without_samples(std::string_view name) const {
-  std::vector<std::string> has;
-  for (const auto& [what, count] : others_) has.push_back(fmt::format("{} ({})", what, count));
-  return fmt::format("{}: has no sidescan samples{}, expected a recording of a sidescan sonar",
-                     name, has.empty() ? "" : fmt::format("; it has {}", fmt::join(has, " and ")));
+template <class IsOne>
+std::string LineBuilder::list_of_others(IsOne&& is_one) const {
+  std::vector<std::string> list;
+  for (const auto& [what, count] : others_)
+    if (is_one(what)) list.push_back(fmt::format("{} ({})", what, count));
+  return fmt::format("{}", fmt::join(list, " and "));
 }
 
 std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {
@@ -163,11 +164,22 @@ std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {
                                           name, skipped_bytes_));
     if (cut_off_)
       line.warnings.push_back(fmt::format("{}: its last packet is cut off; left out", name));
+    if (!navigation_.empty() && std::ranges::none_of(line.pings, [](const RecordedPing& ping) {
+          return ping.place || ping.place_m;
+        }))
+      line.warnings.push_back(fmt::format(
+          "{}: its pings have no places; places in {} are not read", name,
+          list_of_others([&](const std::string& what) { return navigation_.contains(what); })));
     for (const auto& [what, these] : impossible_)
       line.warnings.push_back(impossible_value(name, these.pings, what, these.first, these.value));
     lines.push_back(std::move(line));
   }
-  if (lines.empty()) throw RecordingError(without_samples(name));
+  if (lines.empty()) {
+    const std::string has = list_of_others([](const std::string&) { return true; });
+    throw RecordingError(
+        fmt::format("{}: has no sidescan samples{}, expected a recording of a sidescan sonar", name,
+                    has.empty() ? "" : "; it has " + has));
+  }
   return lines;
 }
 

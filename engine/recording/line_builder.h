@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,6 +34,11 @@ class LineBuilder {
   void impossible(const std::string& what, std::uint64_t ping, std::string_view value);
   /// Counts what is no sidescan ping, for the message about a file that has nothing else.
   void other(const std::string& what, std::size_t count = 1) { others_[what] += count; }
+  /// The same of navigation that is not read: lines without places get a warning.
+  void other_navigation(const std::string& what) {
+    other(what);
+    navigation_.insert(what);
+  }
 
   /// The lines by number. A side that is silent, that is, 0 in every sample, is left out with a
   /// warning if the other one is not. Samples of a side that are longer in range than those of the
@@ -56,7 +62,9 @@ class LineBuilder {
     std::uint64_t first = 0, last = 0;  // their numbers
     std::string value;                  // of the first
   };
-  std::string without_samples(std::string_view name) const;
+  /// Those of others_ that `is_one` chooses, with their counts.
+  template <class IsOne>
+  std::string list_of_others(IsOne&& is_one) const;
   static void leave_out_silent_side(Entry& entry, std::string_view name);
   static void make_samples_alike(Entry& entry, std::string_view name);
 
@@ -64,6 +72,7 @@ class LineBuilder {
   std::map<int, Entry> entries_;
   std::map<std::string, Impossible> impossible_;  // by what
   std::map<std::string, std::size_t> others_;     // by what
+  std::set<std::string> navigation_;              // among them
   std::size_t skipped_bytes_ = 0;
   bool cut_off_ = false;
 };

@@ -128,6 +128,8 @@ std::size_t number_of_channels(const RecordingBytes& file) {
   return sum;
 }
 
+constexpr int navigation_packet = 42, raw_navigation_packet = 107;
+
 /// What a packet is that has no sidescan samples (Triton, eXtended Triton Format, rev. 41,
 /// HeaderType).
 std::string kind_of_packet(int type) {
@@ -148,8 +150,8 @@ std::string kind_of_packet(int type) {
     case 68:
     case 73: kind = ", bathymetry"; break;
     case 3: kind = ", attitude"; break;
-    case 42:
-    case 107: kind = ", navigation"; break;
+    case navigation_packet:
+    case raw_navigation_packet: kind = ", navigation"; break;
     default: break;
   }
   return fmt::format("packets of type {}{}", type, kind);
@@ -190,8 +192,12 @@ class XtfReader {
       over_packets(
           file_, begin_, &packet_size,
           [&](const RecordingBytes& packet) {
-            if (!is_sonar(packet) || !read_ping(packet, geographic))
-              lines_.other(kind_of_packet(packet.at<std::uint8_t>(2)));
+            if (is_sonar(packet) && read_ping(packet, geographic)) return;
+            const int type = packet.at<std::uint8_t>(2);
+            if (type == navigation_packet || type == raw_navigation_packet)
+              lines_.other_navigation(kind_of_packet(type));
+            else
+              lines_.other(kind_of_packet(type));
           },
           lines_);
     };

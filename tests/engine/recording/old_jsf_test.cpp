@@ -168,6 +168,24 @@ TEST_CASE("a latitude of a JSF that Earth does not have is named") {
                                  "out; the first is ping 9, with latitude 129, longitude -10.5"});
 }
 
+TEST_CASE("places of a JSF that only its NMEA messages have are not lost in silence") {
+  Recording written = tests::small_recording();
+  for (const bool has_places : {true, false}) {
+    std::vector<std::byte> bytes = encode_jsf({&written, 1});
+    const std::size_t message = bytes.size() / 6;
+    for (std::size_t i = 0; i < 6; ++i)
+      if (!has_places) put<std::uint16_t>(std::span(bytes).subspan(i * message), 16 + 30, 0x662C);
+    put<std::uint16_t>(std::span(bytes).subspan(4 * message), 4, 2002);
+    const std::vector<std::string> warnings = parse_recording(bytes, "r").front().warnings;
+    if (has_places)
+      CHECK(warnings.empty());
+    else
+      CHECK(warnings == std::vector<std::string>{
+                            "r: its pings have no places; places in messages of type 2002, "
+                            "NMEA (1) are not read"});
+  }
+}
+
 TEST_CASE("a JSF without a sidescan is named by what it has") {
   const Recording written = tests::small_recording();
   std::vector<std::byte> bytes = encode_jsf({&written, 1});

@@ -176,6 +176,17 @@ TEST_CASE("an XTF without sidescan samples is named by what it has") {
         "r: is no recording, expected an XTF or a JSF file");
 }
 
+TEST_CASE("places of an XTF that only its navigation packets have are not lost in silence") {
+  std::vector<std::byte> bytes = xtf_of({{port, 400.0, 10}, {starboard, 400.0, 20}});
+  put<std::uint8_t>(bytes, 1024 + (bytes.size() - 1024) / 2 + 2, 42);
+  CHECK(parse_recording(bytes, "r").front().warnings ==
+        std::vector<std::string>{"r: its pings have no places; places in packets of type 42, "
+                                 "navigation (1) are not read"});
+  put<double>(bytes, 1024 + 160, 55.0);
+  put<double>(bytes, 1024 + 168, 8.0);
+  CHECK(parse_recording(bytes, "r").front().warnings.empty());
+}
+
 TEST_CASE("channels of port and starboard are read although the header counts them as bathymetry") {
   std::vector<std::byte> bytes = xtf_of({{port, 400.0, 10}, {starboard, 400.0, 20}});
   put<std::uint16_t>(bytes, 166, 0);
