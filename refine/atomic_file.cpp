@@ -13,6 +13,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/refine/temporary_name.h>
+
 namespace ensonify::refine {
 namespace {
 
@@ -67,9 +69,7 @@ struct Temporary {
   bool renamed = false;
 
   Temporary(const std::filesystem::path& file, int folder_number) : folder(folder_number) {
-    const auto numbered = [&](int n) {
-      return fmt::format(".{}.{}.tmp", file.filename().string(), n);
-    };
+    const auto numbered = [&](int n) { return temporary_name(file, n); };
     constexpr int most = 10000;
     int n = 0;
     for (; n < most && !create(numbered(n)); ++n) {

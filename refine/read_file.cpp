@@ -1,13 +1,15 @@
 #include <ensonify/refine/read_file.h>
 
+#include <array>
 #include <cerrno>
 #include <fstream>
 #include <new>
-#include <sstream>
 #include <system_error>
 
 #include <fmt/format.h>
 #include <unistd.h>
+
+#include <ensonify/refine/fail_to_read.h>
 
 namespace ensonify::refine {
 
@@ -16,12 +18,14 @@ namespace fs = std::filesystem;
 std::string read_file(const fs::path& file) {
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();  // sets failbit for an empty file, too
-  if (!stream.is_open() || stream.bad() || text.bad())
-    throw std::system_error(errno != 0 ? errno : EIO, std::generic_category(),
-                            file.string() + ": cannot be read");
-  return std::move(text).str();
+  if (!stream.is_open()) fail_to_read(file, errno);
+  std::string content;
+  std::array<char, 1 << 16> block{};
+  // Not `stream.rdbuf()` into another stream, which ends at an error as it does at the file's end.
+  while (stream.read(block.data(), block.size()) || stream.gcount() > 0)
+    content.append(block.data(), static_cast<std::size_t>(stream.gcount()));
+  if (stream.bad()) fail_to_read(file, errno);
+  return content;
 }
 
 std::string fault_of_file(const fs::path& file) {
@@ -60,8 +64,10 @@ std::string try_read_file(const fs::path& file, std::uintmax_t max_bytes, std::s
 std::string begin_of_file(const fs::path& file, std::size_t bytes) {
   if (!fault_of_file(file).empty()) return {};
   std::string begin(bytes, '\0');
+  errno = 0;
   std::ifstream stream(file, std::ios::binary);
-  stream.read(begin.data(), static_cast<std::streamsize>(bytes));
+  if (!stream.is_open() || (!stream.read(begin.data(), std::ssize(begin)) && stream.bad()))
+    fail_to_read(file, errno);
   begin.resize(static_cast<std::size_t>(stream.gcount()));
   return begin;
 }

@@ -8,7 +8,8 @@
 
 namespace ensonify::refine {
 
-/// The content of a file that this program wrote. Throws std::system_error with its name.
+/// The content of a file that this program wrote. Throws as fail_to_read() if not all of it can be
+/// read.
 std::string read_file(const std::filesystem::path& file);
 
 /// Why a file that a user names cannot be opened, and what to do; empty if it can be.
@@ -37,7 +38,8 @@ std::string read_user_file(const std::filesystem::path& file,
   return content;
 }
 
-/// The first bytes of a file; fewer if it has fewer, none if it cannot be opened.
+/// The first bytes of a file; fewer if it has fewer, none if it has a fault_of_file(). Throws as
+/// fail_to_read() if they cannot be read in spite of that.
 std::string begin_of_file(const std::filesystem::path& file, std::size_t bytes);
 bool begins_with(const std::filesystem::path& file, std::string_view begin);
 

@@ -1,5 +1,6 @@
 #include <ensonify/engine/dataset/dataset_json.h>
 #include <ensonify/engine/dataset/generate.h>
+#include <ensonify/engine/dataset/piece_sizes.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/parallel_for.h>
 
@@ -96,6 +97,7 @@ void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Sh
   std::size_t failed = 0;
   bool unnamed = false;
   std::vector<std::size_t> shallow;  // samples
+  ChipForecast chips;
   print_warnings(recipe.warnings());
   for (std::size_t i = 0; i < recipe.samples(); ++i) try {
       const SampleScene sample = recipe.sample(i);
@@ -103,6 +105,9 @@ void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Sh
       unnamed |= std::ranges::count(sample.scene.objects, ObjectOptions{}.class_name,
                                     &ObjectOptions::class_name) > 1;
       if (above_water(sample.scene)) shallow.push_back(i);
+      const ChipForecast its = forecast_chips(recipe.options(), sample.scene);
+      chips.chips += its.chips;
+      chips.without_target += its.without_target;
     } catch (const SceneError& error) {
       if (++failed <= 10) print_note("ensonify: {}\n", error.what());
     }
@@ -119,6 +124,11 @@ void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Sh
         "track.altitude_m is not less than seafloor.depth_m; generate refuses a sample whose "
         "vehicle does so over its bed",
         shallow.size(), recipe.samples(), shallow.front())});
+  if (chips.without_target > 0)
+    print_warnings(std::vector<std::string>{fmt::format(
+        "{} of {} chips about objects will show less of them than dataset.least_visible = {}, by "
+        "the sizes of chips and objects: {}",
+        chips.without_target, chips.chips, recipe.options().min_visible, larger_chips)});
   const ShardState state = shard_state(recipe, arguments.folder, shard);
   const nlohmann::ordered_json json = {
       {"samples", recipe.samples()},
@@ -128,6 +138,7 @@ void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Sh
       {"sediments", recipe.material_names()},
       {"refused", failed},
       {"above_water", shallow},
+      {"chips_without_target", chips.without_target},
       {"shard", {{"samples", state.samples}, {"finished", state.finished}}}};
   print_object(json);
   if (failed > 0)

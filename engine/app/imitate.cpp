@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -98,14 +99,25 @@ nlohmann::ordered_json as_json(const Imitation& made, const fs::path& folder) {
 }
 
 void make_imitation(const ImitateArguments& arguments) {
-  if (fs::exists(arguments.folder))
-    throw UsageError(fmt::format("{}: exists already; choose another folder, or remove it",
-                                 arguments.folder.string()));
+  const auto require_new = [&] {
+    if (fs::exists(arguments.folder))
+      throw UsageError(fmt::format("{}: exists already; choose another folder, or remove it",
+                                   arguments.folder.string()));
+  };
+  require_new();
   const RecordedLine line = chosen_line(arguments);
   print_warnings(line.warnings);
   fs::path folder = fs::absolute(arguments.folder);
   if (folder.filename().empty()) folder = folder.parent_path();  // a slash at the end
   const NewFolders above{refine::make_folder(folder.parent_path())};
+  // Removes what a killed process has left of it.
+  const std::optional<Claim> claim = StagingFolder::try_claim(folder);
+  if (!claim)
+    throw UsageError(
+        fmt::format("{}: another process makes this folder; wait until it has finished, or choose "
+                    "another folder with -o",
+                    arguments.folder.string()));
+  require_new();
   StagingFolder staging(folder);
   const Imitation made = watched(arguments.quiet, [&](const auto& progress) {
     try {

@@ -80,7 +80,8 @@ void merge_dataset(const MergeArguments& arguments) {
                   {"damaged", report.damaged},
                   {"warnings", report.warnings},
                   {"splits", report.samples_by_split},
-                  {"images", report.images}});
+                  {"images", report.images},
+                  {"chips_without_target", report.chips_without_target}});
   require_whole(arguments, "samples", "folders or tars", "ensonify generate", report.missing,
                 report.damaged);
   print_warnings(report.warnings);

@@ -42,6 +42,11 @@ void make_preview(const PreviewArguments& arguments) {
   const fs::path place = fs::absolute(arguments.file);
   // Its samples' files. The claim removes those of a preview that was killed.
   const std::optional<Claim> claim = StagingFolder::try_claim(place);
+  if (!claim)
+    throw UsageError(
+        fmt::format("{}: another process makes this picture; wait until it has finished, or choose "
+                    "another file with -o",
+                    arguments.file.string()));
   const StagingFolder scratch(place);
   const std::size_t wanted =
       std::min(static_cast<std::size_t>(arguments.samples), recipe.samples());

@@ -28,6 +28,23 @@ std::string_view size_category(std::size_t pictures) {
                               : "1M<n<10M";
 }
 
+/// The configurations of a group for the Hub's ImageFolder. It takes the types of the columns from
+/// the first rows of each split's metadata.jsonl, and refuses a configuration whose splits differ
+/// (folder_based_builder.py; types that the card states do not help). The boxes of a split without
+/// any target are empty lists, which have no type: such splits have a separate configuration.
+std::string configs_of(const std::string& group, const std::map<std::string, bool>& splits) {
+  std::map<std::string, std::string> paths;  // by the name of the configuration
+  const bool any_targets = std::ranges::any_of(splits, [](const auto& one) { return one.second; });
+  for (const auto& [split, has_targets] : splits)
+    paths[has_targets || !any_targets ? group : group + "_without_targets"] +=
+        fmt::format("  - split: {}\n    path: hub/{}/{}/*\n", split == "val" ? "validation" : split,
+                    group, split);
+  std::string text;
+  for (const auto& [name, lines] : paths)
+    text += fmt::format("- config_name: {}\n  data_files:\n{}", name, lines);
+  return text;
+}
+
 /// What the Hub reads of a card: with it, load_dataset(FOLDER, GROUP) finds pictures and splits.
 std::string hub_metadata(const Card& card) {
   std::string text;
@@ -42,12 +59,7 @@ std::string hub_metadata(const Card& card) {
   for (const auto& [group, count] : card.images) pictures += count;
   fmt::format_to(out, "size_categories:\n- {}\n", size_category(pictures));
   if (!card.hub.empty()) text += "configs:\n";
-  for (const auto& [group, splits] : card.hub) {
-    fmt::format_to(out, "- config_name: {}\n  data_files:\n", group);
-    for (const std::string& split : splits)
-      fmt::format_to(out, "  - split: {}\n    path: hub/{}/{}/*\n",
-                     split == "val" ? "validation" : split, group, split);
-  }
+  for (const auto& [group, splits] : card.hub) text += configs_of(group, splits);
   return text + "---\n\n";
 }
 

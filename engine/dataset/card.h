@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -21,6 +20,9 @@ class Realised {
   std::map<std::string, std::size_t> words_;
 };
 
+/// The pictures of hub/: the splits of each group, as folders, and whether a split has targets.
+using HubGroups = std::map<std::string, std::map<std::string, bool>>;
+
 /// The content of a dataset's card.
 struct Card {
   std::string title, recipe, version;
@@ -29,8 +31,8 @@ struct Card {
   std::vector<std::string> overrides;  ///< of the recipe, on the command line
   std::vector<std::string> classes, sediments, licences, assets;
   std::map<std::string, std::size_t> samples_by_split, images;
-  std::map<std::string, std::set<std::string>> hub;  ///< splits by group, as folders of hub/
-  std::vector<std::string> pictures;                 ///< paths in the dataset's folder
+  HubGroups hub;
+  std::vector<std::string> pictures;  ///< paths in the dataset's folder
   /// The number of targets in whole lines, by class, then by split.
   std::map<std::string, std::map<std::string, std::size_t>> targets;
   std::map<std::string, Realised> drawn;     ///< by key of the recipe

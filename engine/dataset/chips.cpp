@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <iterator>
+#include <limits>
 #include <optional>
 
 #include <fmt/format.h>
@@ -35,10 +37,24 @@ struct Box {
 
 /// What resembles a target: a target of another class, or connected pixels of the bed.
 struct Lookalike {
+  const Target* target = nullptr;
   Box box;
   std::size_t area_px = 0;
   std::vector<std::size_t> pixels;  ///< row * columns + column of the picture; none for a target
 };
+
+/// Where a chip of `length` pixels begins on one axis of a line of `line` pixels: with its middle
+/// in the middle of [low, high), or as near to that as it shows all of [must_low, must_high), which
+/// is not longer, and lies in the line.
+std::size_t start_of(std::size_t low, std::size_t high, std::size_t must_low, std::size_t must_high,
+                     std::size_t length, std::size_t line) {
+  const auto number = [](std::size_t pixels) { return static_cast<std::ptrdiff_t>(pixels); };
+  const std::ptrdiff_t centred = number((low + high) / 2) - number(length / 2);
+  const std::ptrdiff_t showing =
+      std::clamp(centred, number(must_high) - number(length), number(must_low));
+  return static_cast<std::size_t>(
+      std::clamp(showing, std::ptrdiff_t{0}, number(line) - number(length)));
+}
 
 /// Numbers that are added to a line's geometry (0 or 1), so that each use has its own streams.
 enum StreamUse : std::size_t { for_backgrounds = 0, for_margins = 2, for_hard_negatives = 4 };
@@ -113,27 +129,71 @@ class Chooser {
             std::min(rows_, pixels_of(edge_m, line_.along_m))};
   }
 
-  /// A chip of a size with its middle in the middle of a box, or as near as the line allows.
-  Rectangle about(const Box& box, Rectangle size) const {
-    const auto start = [](std::size_t begin, std::size_t end, std::size_t length,
-                          std::size_t whole) {
-      const std::size_t middle = (begin + end) / 2, half = length / 2;
-      return std::min(whole - length, middle > half ? middle - half : 0);
-    };
-    size.column = start(box.low[0], box.high[0], size.columns, columns_);
-    size.row = start(box.low[1], box.high[1], size.rows, rows_);
+  /// A chip of a size about a box, of which it shows all of `must`, which is not larger.
+  Rectangle about(const Box& box, const Box& must, Rectangle size) const {
+    size.column =
+        start_of(box.low[0], box.high[0], must.low[0], must.high[0], size.columns, columns_);
+    size.row = start_of(box.low[1], box.high[1], must.low[1], must.high[1], size.rows, rows_);
     return size;
+  }
+
+  /// A chip of a size about a target: with the whole body, and as much of the shadow as there is
+  /// room for. On an axis on which the body is longer than the chip, the middle is the body's pixel
+  /// nearest to the middle of its box, which may itself lie beside a bent body.
+  Rectangle about_target(const Target& target, const Rectangle& size) const {
+    Box whole = box_of(target), body;
+    body.extend(shown_part(target));
+    const std::array<std::size_t, 2> length{size.columns, size.rows};
+    if (is_larger(body, size)) {
+      const std::array<std::size_t, 2> pixel = middle_pixel(target, body);
+      for (std::size_t i = 0; i < 2; ++i)
+        if (body.high[i] - body.low[i] > length[i]) {
+          whole.low[i] = body.low[i] = pixel[i];
+          whole.high[i] = body.high[i] = pixel[i] + 1;
+        }
+    }
+    return about(whole, body, size);
+  }
+
+  /// Whether a box needs more columns or rows than a chip has.
+  static bool is_larger(const Box& box, const Rectangle& size) {
+    return box.columns() > size.columns || box.rows() > size.rows;
+  }
+
+  /// Column and row of the pixel of a target's shown part that is nearest to the middle of its box.
+  std::array<std::size_t, 2> middle_pixel(const Target& target, const Box& box) const {
+    const BinLayers& layers = line_.labels.pixels;
+    const bool of_shadow = target.body.area_px == 0;
+    const auto shows_it = [&](std::size_t i) {
+      const bool in_shadow = static_cast<Region>(layers.region[i]) == Region::shadow;
+      return in_shadow == of_shadow &&
+             (of_shadow ? layers.shadow_instance : layers.instance)[i] == target.instance;
+    };
+    const auto off = [&](std::size_t at, std::size_t i) {  // half pixels from the middle
+      return static_cast<double>(2 * at + 1) - static_cast<double>(box.low[i] + box.high[i]);
+    };
+    std::array<std::size_t, 2> nearest = box.low;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t row = box.low[1]; row < box.high[1]; ++row)
+      for (std::size_t column = box.low[0]; column < box.high[0]; ++column) {
+        const double distance = std::hypot(off(column, 0), off(row, 1));
+        if (distance >= least || !shows_it(line_.flipped(row, column))) continue;
+        least = distance;
+        nearest = {column, row};
+      }
+    return nearest;
   }
 
   void add_target(std::uint32_t instance, const TargetRecord& record) {
     if (!is_chosen(record) || is_too_small(record, dataset_) ||
         record.target.body.area_px < static_cast<std::size_t>(options_.least_px))
       return;
-    const Box box = box_of(record.target);
-    const Rectangle size = size_about(box, for_margins, instance);
-    // The middle of a large box may not lie on its feature, for example a long trawl mark.
-    if (!record.is_object() && (box.columns() > size.columns || box.rows() > size.rows)) return;
-    chips_.push_back({about(box, size), "chip", record.class_name});
+    const Rectangle size = size_about(box_of(record.target), for_margins, instance);
+    Box body;
+    body.extend(shown_part(record.target));
+    // A chip does not show what a long feature is, for example a trawl mark.
+    if (!record.is_object() && is_larger(body, size)) return;
+    chips_.push_back({about_target(record.target, size), "chip", record.class_name, instance});
   }
 
   /// Whether the rectangle contains no pixel of a target. of_any: of any target; otherwise only
@@ -173,7 +233,7 @@ class Chooser {
       part.row = index(u[1], rows_ - part.rows + 1);
       constexpr double least_bed = 0.5;
       if (!is_free(part, true) || bed_share(line_, part) < least_bed) continue;
-      chips_.push_back({part, "background", ""});
+      chips_.push_back({part, "background", "", 0});
       return;
     }
   }
@@ -191,7 +251,8 @@ class Chooser {
       const auto chosen = alike.begin() + std::ptrdiff_t(index(u[1], alike.size()));
       const Rectangle part = about_lookalike(*chosen, draw, u[2]);
       if (is_free(part, false)) {
-        chips_.push_back({part, "hard_negative", of});
+        chips_.push_back(
+            {part, "hard_negative", of, chosen->target ? chosen->target->instance : 0});
         ++made;
       }
       alike.erase(chosen);
@@ -199,15 +260,16 @@ class Chooser {
     }
   }
 
-  /// About its middle, or, if it is larger than chips of a fixed size, about one of its pixels.
+  /// As about a target. About the middle of the bed's pixels, or, if they need more than the chip,
+  /// about one of them.
   Rectangle about_lookalike(const Lookalike& alike, std::uint64_t number, double share) const {
     const Rectangle size = size_about(alike.box, for_hard_negatives, number);
-    const bool larger = alike.box.columns() > size.columns || alike.box.rows() > size.rows;
-    if (!fixed_ || !larger || alike.pixels.empty()) return about(alike.box, size);
+    if (alike.target) return about_target(*alike.target, size);
+    if (!is_larger(alike.box, size)) return about(alike.box, alike.box, size);
     const std::size_t pixel = alike.pixels[index(share, alike.pixels.size())];
     Box one_pixel;
     one_pixel.extend(pixel % columns_, pixel / columns_);
-    return about(one_pixel, size);
+    return about(one_pixel, one_pixel, size);
   }
 
   /// The largest lookalikes of each class, and of shadows.
@@ -218,7 +280,7 @@ class Chooser {
     for (const auto& [instance, record] : targets_) {
       const std::size_t area = record.target.body.area_px;
       if (!is_chosen(record) && !is_too_small(record, dataset_) && area >= least)
-        kinds[record.class_name].push_back({box_of(record.target), area, {}});
+        kinds[record.class_name].push_back({&record.target, box_of(record.target), area, {}});
     }
     for (auto& [of, group] : groups_of_bed())
       if (group.area_px >= least) kinds[of].push_back(std::move(group));

@@ -17,7 +17,13 @@ struct Chip {
   Rectangle part;
   std::string kind;  ///< chip, background or hard_negative
   std::string of;    ///< class of its target or lookalike, or "shadow"; empty for a background
+  std::uint32_t instance = 0;  ///< of that target; 0: none
 };
+
+/// The target's body; if the picture does not show the body, the target's shadow.
+inline const Outline& shown_part(const Target& target) {
+  return target.body.area_px > 0 ? target.body : target.shadow;
+}
 
 /// Which of a sample's images: these numbers choose the random streams.
 struct ImageNumber {
@@ -30,6 +36,8 @@ struct ImageNumber {
 bool is_too_small(const TargetRecord& record, const DatasetOptions& options);
 
 /// The chips of a line: one per target, then backgrounds, then hard negatives, as the options ask.
+/// A chip shows its target's whole body, unless the body is larger, and as much of the shadow as
+/// there is room for.
 /// There are none about targets that are too small for a label in the line, and so in all images.
 /// `targets` are the line's, by instance; classes[n - 1] is the name of number n in its labels. A
 /// chip without a target contains no pixel of an object or of its shadow; if classes are chosen,

@@ -249,8 +249,10 @@ class Generator {
     const std::vector<char> made =
         are_made(folders_, samples_, dataset_json_, refine::thread_count(control_.threads),
                  [&] { report_progress(); });
+    const std::set<std::string> with_remains =
+        StagingFolder::places_with_remains(folders_.dataset() / "samples");
     for (std::size_t sample = samples_.begin; sample < samples_.end; ++sample) {
-      if (fs::exists(StagingFolder::lock_of(folders_.sample(sample))))
+      if (with_remains.contains(SampleFolders::name_of(sample)))
         StagingFolder::try_claim(folders_.sample(sample));
       if (made[sample - samples_.begin])
         ++report_.found;
@@ -313,7 +315,7 @@ class Generator {
       if (!claim) {
         claimed_elsewhere = true;
       } else if (!is_made(folders_, sample, hash_in(dataset_json_))) {
-        if (fs::exists(place)) remove_damaged(place);
+        if (fs::exists(place)) discard(place, place);
         make_sample(sample, place, kept, stages_s);
       }
     } catch (const Stopped&) {
@@ -341,10 +343,11 @@ class Generator {
     }
   }
 
-  /// In one step, so that other processes never see a part of it.
-  static void remove_damaged(const fs::path& place) {
+  /// Removes a sample's folder in one step, so that no process ever sees a part of it. What cannot
+  /// be removed is left to the next claim of `place`, which this process has claimed.
+  static void discard(const fs::path& folder, const fs::path& place) {
     const StagingFolder staging(place);
-    fs::rename(place, staging.path() / "damaged");
+    fs::rename(folder, staging.path() / folder.filename());
   }
 
   void make_sample(std::size_t number, const fs::path& place, Seafloors::Pointer& kept,
@@ -418,7 +421,7 @@ class Generator {
       const fs::path place = folders_.tar(unit);
       const Claim claim = wait_for(place);
       if (!is_whole_tar(place)) make_tar(samples, place);
-      if (is_whole_tar(place)) remove_samples(samples);
+      if (is_whole_tar(place)) remove_samples(samples, place);
     }
     report_.stages_s["disk"] += seconds_since(start);
   }
@@ -443,9 +446,9 @@ class Generator {
     tar.finish();
   }
 
-  void remove_samples(const Interval& samples) {
+  void remove_samples(const Interval& samples, const fs::path& tar) {
     for (std::size_t sample = samples.begin; sample < samples.end; ++sample)
-      fs::remove_all(folders_.sample(sample));
+      if (const fs::path folder = folders_.sample(sample); fs::exists(folder)) discard(folder, tar);
   }
 
   const Recipe& recipe_;

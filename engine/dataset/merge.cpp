@@ -16,6 +16,7 @@
 #include <ensonify/engine/dataset/merged_files.h>
 #include <ensonify/engine/dataset/merged_layouts-inl.h>
 #include <ensonify/engine/dataset/picture_index-inl.h>
+#include <ensonify/engine/dataset/piece_sizes.h>
 #include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/dataset/webdataset.h>
 #include <ensonify/engine/json_text.h>
@@ -116,6 +117,11 @@ class Merge {
             "{} of {} labels of objects cover fewer than {} pixels: to leave such objects out of "
             "all labels and masks, set dataset.least_px = {} in the recipe and generate again",
             small_boxes_, boxes_, small_px, small_px));
+      if (report_.chips_without_target > 0)
+        report_.warnings.push_back(fmt::format(
+            "{} of {} chips about a target have no label of it, because they show less "
+            "of it than dataset.least_visible, or fewer pixels than dataset.least_px: {}",
+            report_.chips_without_target, target_chips_, larger_chips));
     }
     return std::move(report_);
   }
@@ -157,6 +163,7 @@ class Merge {
     if (kind == "background" || kind == "hard_negative") kind = "chip";
     const std::string group = fmt::format("{}_{}", geometry, kind);
     groups_.insert(group);
+    if (image.at("kind") == "chip") count_chip(image);
     for (const Json& name : image.at("classes"))
       classes_shown_[split].insert(name.get<std::string>());
     // A target whose parts have separate classes is not in the mask with its class.
@@ -192,6 +199,17 @@ class Merge {
     if (!(columns >= 1.0 && rows >= 1.0 && columns * rows <= max_png_compression * bytes))
       throw std::runtime_error(
           fmt::format("the picture '{}' cannot have {} x {} pixels", name, columns, rows));
+  }
+
+  /// Counts a chip about a target, and whether it has no label of that target.
+  void count_chip(const Json& image) {
+    const Json of = image.value("of_instance", Json());  // not in datasets of version 0.2
+    if (of.is_null()) return;
+    ++target_chips_;
+    report_.chips_without_target +=
+        std::ranges::none_of(image.at("targets"), [&](const Json& target) {
+          return target.at("instance") == of && !target.at("ignored").get<bool>();
+        });
   }
 
   void count_small_boxes(const Json& image) {
@@ -319,7 +337,7 @@ class Merge {
   fs::path folder_;
   const MergeOptions options_;
   static constexpr std::size_t small_px = 4;
-  std::size_t boxes_ = 0, small_boxes_ = 0;
+  std::size_t boxes_ = 0, small_boxes_ = 0, target_chips_ = 0;
   std::size_t samples_ = 0, per_tar_ = 0, targets_ = 0;
   IndexClasses classes_;
   std::optional<CheckedSamples> stored_;

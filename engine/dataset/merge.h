@@ -16,9 +16,11 @@ struct MergeReport {
   std::vector<std::size_t> missing;  ///< numbers of the samples that are not finished
   std::vector<std::string> damaged;  ///< one line per damage: the file, what is wrong
   std::map<std::string, std::size_t> images, samples_by_split;
+  /// Chips about a target that show too little of it for a label.
+  std::size_t chips_without_target = 0;
   std::vector<std::filesystem::path> files;  ///< written; empty if a sample is missing or damaged
-  /// Faults of a complete dataset's splits: empty splits, classes that a split does not show,
-  /// seabeds in several splits, and labels of very few pixels.
+  /// Faults of a complete dataset: empty splits, classes that a split does not show, seabeds in
+  /// several splits, labels of very few pixels, and chips without their target.
   std::vector<std::string> warnings;
 };
 

@@ -57,6 +57,13 @@ void MergedFiles::remove_leftovers() const {
         fs::remove(entry.path(), ignored);
     }
   }
+  // Also of folders that this merge does not make.
+  for (const std::string name : {"hub", "webdataset", "yolo_segment/labels"}) {
+    const fs::path place = folder_ / name;
+    if (fs::exists(place.parent_path()) &&
+        StagingFolder::places_with_remains(place.parent_path()).contains(place.filename().string()))
+      StagingFolder::try_claim(place, [&] { step("old files of " + name, 0, 1); });
+  }
 }
 
 }  // namespace ensonify::engine

@@ -33,7 +33,7 @@ class MergedFiles {
   static void stage(const std::filesystem::path& file, const std::string& text);
   /// Lists a file of the dataset's index that lies in a folder.
   void add_to_index(const std::string& name, const std::string& text);
-  /// Removes the temporary files that killed merges left.
+  /// Removes the temporary files and folders that killed merges left.
   void remove_leftovers() const;
 
   const std::filesystem::path& folder() const { return folder_; }

@@ -59,14 +59,17 @@ void write_lists(const std::string& folder, const PictureIndexes& indexes,
   std::set<std::string> groups;
   for (const auto& [of, index] : indexes) groups.insert(of.first);
   for (const std::string& group : groups) {
-    for (const char* split : split_names)
-      if (const auto index = indexes.find({group, split}); index != indexes.end())
-        files.write(fmt::format("{}/{}_{}.txt", folder, group, split), index->second.yolo_list());
+    std::string lists;
+    for (const char* split : split_names) {
+      const auto index = indexes.find({group, split});
+      if (index == indexes.end() || index->second.pictures().empty()) continue;
+      const std::string list = fmt::format("{}_{}.txt", group, split);
+      files.write(folder + "/" + list, index->second.yolo_list());
+      lists += fmt::format("{}: {}\n", split, list);
+    }
     // Without a `path`, YOLO looks for the lists next to this file, in any working directory.
-    files.write(
-        fmt::format("{}/{}.yaml", folder, group),
-        fmt::format("train: {0}_train.txt\nval: {0}_val.txt\ntest: {0}_test.txt\nnames:\n{1}",
-                    group, names));
+    files.write(fmt::format("{}/{}.yaml", folder, group),
+                fmt::format("{}names:\n{}", lists, names));
   }
 }
 
@@ -90,16 +93,15 @@ void write_yolo(const PictureIndexes& indexes, const std::vector<std::string>& c
   });
 }
 
-std::map<std::string, std::set<std::string>> write_hub(const PictureIndexes& indexes,
-                                                       const CheckedSamples& samples,
-                                                       MergedFiles& files) {
-  std::map<std::string, std::set<std::string>> hub;
+HubGroups write_hub(const PictureIndexes& indexes, const CheckedSamples& samples,
+                    MergedFiles& files) {
+  HubGroups hub;
   files.write_folder("hub", [&](const fs::path& place) {
     for (const auto& [of, index] : indexes) {
       if (index.pictures().empty()) continue;
       const fs::path name = fs::path("hub") / of.first / of.second;
       const fs::path folder = place / of.first / of.second;
-      hub[of.first].insert(of.second);
+      hub[of.first][of.second] = !index.annotations().empty();
       MergedFiles::stage(folder / "metadata.jsonl", index.hub_metadata());
       files.add_to_index((name / "metadata.jsonl").string(), index.hub_metadata());
     }

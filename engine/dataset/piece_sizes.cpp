@@ -5,10 +5,13 @@
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene_error.h>
+#include <ensonify/engine/seafloor/objects/objects.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/sonar/vehicle/ground_path.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
 #include <ensonify/scatter/sea_water.h>
@@ -52,27 +55,11 @@ Waterfall bare_line(const Sonar& sonar, const std::vector<Pose>& poses) {
   return line;
 }
 
-}  // namespace
-
-std::optional<PieceSize> tile_size(const TileOptions& tiles, const ViewSize& line) {
-  if (!tiles.any()) return std::nullopt;
-  const PieceSize tile = tiles.width_px > 0 ? PieceSize{pixels_of(tiles.width_px, 1.0),
-                                                        pixels_of(tiles.height_px, 1.0)}
-                                            : PieceSize{pixels_of(tiles.width_m, line.across_m),
-                                                        pixels_of(tiles.height_m, line.along_m)};
-  return fitting("dataset.tiles", tile, line);
-}
-
-std::optional<PieceSize> chip_size(const ChipOptions& chips, const ViewSize& line) {
-  if (!chips.any() || !chips.margin.empty()) return std::nullopt;
-  const PieceSize chip =
-      chips.size_m > 0.0
-          ? PieceSize{pixels_of(chips.size_m, line.across_m), pixels_of(chips.size_m, line.along_m)}
-          : PieceSize{pixels_of(chips.size_px, 1.0), pixels_of(chips.size_px, 1.0)};
-  return fitting("dataset.chips", chip, line);
-}
-
-void require_lines_for_pieces(const DatasetOptions& options, const Scene& scene) {
+/// Calls f with each view of a scene's lines whose size the scene alone tells, the options of
+/// pieces whose sizes it tells, and the vehicle's first heading. Throws SceneError if a view cannot
+/// be made.
+template <class F>
+void for_each_known_view(const DatasetOptions& options, const Scene& scene, const F& f) {
   const TrackOptions& track = scene.track;
   const std::optional<double> sound_speed_mps = given_sound_speed_mps(scene);
   const bool knows_interval = track.ping_interval_s > 0.0 || sound_speed_mps;
@@ -97,14 +84,104 @@ void require_lines_for_pieces(const DatasetOptions& options, const Scene& scene)
     try {
       if (known.slant) views.push_back(slant_size(line));
       if (known.ground_px_m > 0.0) views.push_back(ground_size(line, known.ground_px_m));
-      for (const ViewSize& view : views) {
-        tile_size(known.tiles, view);
-        chip_size(known.chips, view);
-      }
     } catch (const std::invalid_argument& error) {
       throw SceneError(error.what());
     }
+    for (const ViewSize& view : views) f(known, view, poses.front().heading_rad);
   }
+}
+
+/// Length and width of an object seen from above, as far as its table gives them; none for what is
+/// laid along a path. A width that is not given counts as 0.
+std::optional<Eigen::Vector2d> size_from_above_m(const ObjectOptions& object) {
+  Eigen::Vector2d size_m(object.size.length_m.value_or(0.0), 0.0);
+  if (!object.shape.empty()) {
+    const ShapeKind& kind = shape_named(object.shape);
+    if (kind.along_path) return std::nullopt;
+    const auto given_m = [&](std::optional<double> ShapeSize::*which) {
+      const bool has_it = std::ranges::count(kind.dimensions, which, &Dimension::size) > 0;
+      return has_it ? kind.size_m(object.size, which) : 0.0;
+    };
+    const double diameter_m = given_m(&ShapeSize::diameter_m);
+    size_m = {std::max(diameter_m, given_m(&ShapeSize::length_m)),
+              std::max(diameter_m, given_m(&ShapeSize::width_m))};
+  }
+  if (!(size_m.x() > 0.0)) return std::nullopt;
+  return size_m * (object.shape.empty() ? 1.0 : object.scale);
+}
+
+/// How much of a rectangle of this length and width, which is turned by an angle to the track, lies
+/// in a chip about its middle. `chip_m`: across and along the track.
+double share_within(const Eigen::Vector2d& rectangle_m, double turned_rad,
+                    const Eigen::Vector2d& chip_m) {
+  constexpr int steps = 64;
+  const Eigen::Rotation2Dd turn(-turned_rad);  // clockwise
+  int inside = 0;
+  for (int i = 0; i < steps; ++i)
+    for (int j = 0; j < steps; ++j) {
+      const Eigen::Vector2d share((i + 0.5) / steps - 0.5, (j + 0.5) / steps - 0.5);
+      const Eigen::Vector2d place_m =
+          turn * Eigen::Vector2d(share.x() * rectangle_m.y(), share.y() * rectangle_m.x());
+      inside += (place_m.cwiseAbs().array() <= 0.5 * chip_m.array()).all();
+    }
+  return inside / static_cast<double>(steps * steps);
+}
+
+}  // namespace
+
+std::optional<PieceSize> tile_size(const TileOptions& tiles, const ViewSize& line) {
+  if (!tiles.any()) return std::nullopt;
+  const PieceSize tile = tiles.width_px > 0 ? PieceSize{pixels_of(tiles.width_px, 1.0),
+                                                        pixels_of(tiles.height_px, 1.0)}
+                                            : PieceSize{pixels_of(tiles.width_m, line.across_m),
+                                                        pixels_of(tiles.height_m, line.along_m)};
+  return fitting("dataset.tiles", tile, line);
+}
+
+std::optional<PieceSize> chip_size(const ChipOptions& chips, const ViewSize& line) {
+  if (!chips.any() || !chips.margin.empty()) return std::nullopt;
+  const PieceSize chip =
+      chips.size_m > 0.0
+          ? PieceSize{pixels_of(chips.size_m, line.across_m), pixels_of(chips.size_m, line.along_m)}
+          : PieceSize{pixels_of(chips.size_px, 1.0), pixels_of(chips.size_px, 1.0)};
+  return fitting("dataset.chips", chip, line);
+}
+
+void require_lines_for_pieces(const DatasetOptions& options, const Scene& scene) {
+  for_each_known_view(options, scene,
+                      [](const DatasetOptions& known, const ViewSize& view, double) {
+                        try {
+                          tile_size(known.tiles, view);
+                          chip_size(known.chips, view);
+                        } catch (const std::invalid_argument& error) {
+                          throw SceneError(error.what());
+                        }
+                      });
+}
+
+ChipForecast forecast_chips(const DatasetOptions& options, const Scene& scene) {
+  ChipForecast forecast;
+  const std::vector<std::string>& chosen = options.chips.classes;
+  const std::vector<std::size_t> bases = bases_of(scene.objects);
+  for_each_known_view(
+      options, scene, [&](const DatasetOptions& known, const ViewSize& view, double heading_rad) {
+        const std::optional<PieceSize> chip = chip_size(known.chips, view);
+        if (!chip) return;
+        const Eigen::Vector2d size_m(static_cast<double>(chip->columns) * view.across_m,
+                                     static_cast<double>(chip->rows) * view.along_m);
+        for (std::size_t t = 0; t < scene.objects.size(); ++t) {
+          const ObjectOptions& object = scene.objects[t];
+          const std::optional<Eigen::Vector2d> seen_m = size_from_above_m(object);
+          if (bases[t] != t || !seen_m || object.part_classes ||
+              (!chosen.empty() && std::ranges::count(chosen, object.class_name) == 0))
+            continue;
+          const auto copies = static_cast<std::size_t>(std::max(1, object.count));
+          forecast.chips += copies;
+          if (share_within(*seen_m, object.heading_rad - heading_rad, size_m) < options.min_visible)
+            forecast.without_target += copies;
+        }
+      });
+  return forecast;
 }
 
 }  // namespace ensonify::engine

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string_view>
 
 #include <ensonify/engine/dataset/labelled_image.h>
 #include <ensonify/engine/scene/keys/dataset_options.h>
@@ -24,5 +25,21 @@ std::optional<PieceSize> chip_size(const ChipOptions& chips, const ViewSize& lin
 /// alone tells the line's size: not for a track from a file, nor where bins or pings depend on a
 /// sound speed that the scene does not give.
 void require_lines_for_pieces(const DatasetOptions& options, const Scene& scene);
+
+/// Chips about objects that a scene will have.
+struct ChipForecast {
+  std::size_t chips = 0;
+  std::size_t without_target = 0;  ///< those that show less of it than DatasetOptions::min_visible
+};
+/// Estimates these chips by the sizes of chips and objects, seen from above, as far as the scene
+/// alone tells both: as require_lines_for_pieces(), and not for chips whose size follows from their
+/// target, meshes without a length, and what is laid along a path. Throws as
+/// require_lines_for_pieces().
+ChipForecast forecast_chips(const DatasetOptions& options, const Scene& scene);
+
+/// What to do if chips do not show their targets, for a message.
+inline constexpr std::string_view larger_chips =
+    "make chips larger (dataset.chips.size_px or size_m), or let their size follow from the target "
+    "(dataset.chips.margin)";
 
 }  // namespace ensonify::engine

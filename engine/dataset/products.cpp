@@ -35,11 +35,6 @@ void check_numbered(const std::vector<std::string>& of_seafloor,
                       what, of_seafloor[i]));
 }
 
-/// The target's body; if the picture does not show the body, the target's shadow.
-const Outline& shown_part(const Target& target) {
-  return target.body.area_px > 0 ? target.body : target.shadow;
-}
-
 class Products {
  public:
   Products(const DatasetOptions& options, const SampleScene& sample, const Seafloor& seafloor,
@@ -138,14 +133,14 @@ class Products {
           fmt::format("chips/{}_{}{:04}", line.name, chip.kind == "chip" ? "" : chip.kind + "_",
                       numbers[chip.kind]++);
       add_image(line, chip.part, stem, chip.kind,
-                relative ? static_cast<std::size_t>(chips.size_px) : 0, chip.of);
+                relative ? static_cast<std::size_t>(chips.size_px) : 0, chip);
     }
   }
 
   /// Writes the pictures and labels of a part of a line; with edge_px, resampled to a square with
   /// edges of edge_px pixels.
   void add_image(const LabelledImage& line, const Rectangle& part, const std::string& stem,
-                 std::string_view kind, std::size_t edge_px = 0, const std::string& of = "") {
+                 std::string_view kind, std::size_t edge_px = 0, const Chip& chip = {}) {
     const bool whole = kind == "line";
     const LabelledImage nothing{"", "", Waterfall(line.labels.sonar, 0), {}, 0, 0};
     const LabelledImage cut_out = whole ? nothing : cut(line, part);
@@ -161,7 +156,8 @@ class Products {
     ImageLabels labels{.image = stem,
                        .pictures = {stem + ".png"},
                        .kind = std::string(kind),
-                       .of = of,
+                       .of = chip.of,
+                       .of_instance = chip.instance,
                        .geometry = line.geometry,
                        .sonar = line.labels.sonar.name,
                        .column = part.column,

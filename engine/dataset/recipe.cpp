@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <map>
 #include <set>
 
 #include <fmt/format.h>
@@ -203,6 +205,33 @@ bool in_absent(const std::string& key, const auto& absent) {
 
 bool is_presence(const std::string& key) { return key.ends_with(".present"); }
 
+/// Whether a key can leave its table out of a sample.
+bool decides_presence(const std::string& key) {
+  return is_presence(key) || (in_table(key, "objects") && key.ends_with(".count"));
+}
+
+/// Adds the tables of objects whose drawn count is 0 to the absent ones. (In a scene, a count of 0
+/// is one object at its place; a drawn count is how many there are.) The count of an assembly is
+/// its base's.
+void leave_out_none(SampleDraws& draws, const DrawnKeys& d, const std::string& name,
+                    std::set<std::string, std::less<>>& absent) {
+  const auto objects = d.lists.find("objects");
+  if (objects == d.lists.end()) return;
+  std::map<std::string, bool> left_out;  // by the names of assemblies
+  for (std::size_t i = 0; i < objects->second; ++i) {
+    const std::string table = fmt::format("objects.{}", i), of = table + ".assembly";
+    if (absent.contains(table)) continue;
+    const auto is_none = [&] {
+      return d.distributions.contains(table + ".count") &&
+             draws.value(table + ".count", name) == "0";
+    };
+    const bool has_assembly = d.distributions.contains(of) || d.values.contains(of);
+    const std::string assembly = has_assembly ? plain_text(draws.value(of, name)) : "";
+    if (assembly.empty() ? is_none() : left_out.try_emplace(assembly, is_none()).first->second)
+      absent.insert(table);
+  }
+}
+
 /// The values with which a recipe becomes the scene of a sample. `name` is the recipe's.
 DrawnValues values_of(SampleDraws& draws, const DrawnKeys& d, const std::string& name,
                       std::size_t sample) {
@@ -217,6 +246,7 @@ DrawnValues values_of(SampleDraws& draws, const DrawnKeys& d, const std::string&
                                      sample, key, present));
       if (present == "false") values.absent.insert(table);
     }
+  leave_out_none(draws, d, name, values.absent);
   for (const auto& [key, distribution] : d.distributions) {
     if (in_absent(key, values.absent)) continue;
     const std::string& value = draws.value(key, name);
@@ -348,7 +378,7 @@ SampleScene Recipe::sample(std::size_t number) const {
     const DrawnValues values = values_of(draws, d, name_, number);
     if (render == 0) {
       for (const auto& [key, distribution] : d.distributions)
-        if (is_presence(key) || !in_absent(key, values.absent))
+        if (decides_presence(key) || !in_absent(key, values.absent))
           result.drawn[key] = draws.value(key, name_);
       result.split = split_of_sample(draws, d, options_.split, name_, result.seafloor);
     }

@@ -31,6 +31,7 @@
 #endif
 
 #include <ensonify/engine/json_text.h>
+#include <ensonify/refine/fail_to_read.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -90,21 +91,23 @@ std::string xxh128(std::span<const std::byte> bytes) {
 std::string xxh128(std::string_view text) { return xxh128(std::as_bytes(std::span(text))); }
 
 std::string xxh128_of_file(const std::filesystem::path& file) {
-  errno = 0;
-  std::ifstream stream(file, std::ios::binary);
-  std::string hash = hash_of_blocks([&](std::span<std::byte> block) {
-    stream.read(reinterpret_cast<char*>(block.data()), std::ssize(block));
-    return static_cast<std::size_t>(stream.gcount());
-  });
-  // Faults of the file itself are reported where its content is used.
-  if (stream.is_open() ? stream.bad() && errno != EISDIR
-                       : errno == ENOMEM || errno == EMFILE || errno == ENFILE || errno == EIO)
-    throw std::system_error(errno, std::generic_category(), file.string() + ": cannot be read");
-  return hash;
+  return record_of(file.parent_path(), file.filename().string()).xxh128;
 }
 
 FileRecord record_of(const std::filesystem::path& folder, const std::string& name) {
-  return {name, std::filesystem::file_size(folder / name), xxh128_of_file(folder / name)};
+  const std::filesystem::path file = folder / name;
+  FileRecord record{.name = name, .size_bytes = 0, .xxh128 = {}};
+  errno = 0;
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream.is_open()) refine::fail_to_read(file, errno);
+  record.xxh128 = hash_of_blocks([&](std::span<std::byte> block) {
+    stream.read(reinterpret_cast<char*>(block.data()), std::ssize(block));
+    if (stream.bad()) refine::fail_to_read(file, errno);
+    const auto bytes = static_cast<std::size_t>(stream.gcount());
+    record.size_bytes += bytes;
+    return bytes;
+  });
+  return record;
 }
 
 FileRecord record_of(const std::string& name, const refine::ReadAt& read_at) {

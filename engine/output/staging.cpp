@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/temporary_name.h>
 
 namespace ensonify::engine {
 
@@ -87,14 +88,23 @@ std::optional<Claim> StagingFolder::try_claim(const fs::path& place,
 }
 
 std::vector<fs::path> StagingFolder::left_behind(const fs::path& place) {
-  const std::string begin = fmt::format(".{}.", place.filename().string());
   std::vector<fs::path> found;
   std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(place.parent_path(), ignored)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with(begin) && name.ends_with(".tmp")) found.push_back(entry.path());
-  }
+  for (const fs::directory_entry& entry : fs::directory_iterator(place.parent_path(), ignored))
+    if (refine::is_temporary_of(place, entry.path())) found.push_back(entry.path());
   return found;
+}
+
+std::set<std::string> StagingFolder::places_with_remains(const fs::path& folder) {
+  std::set<std::string> places;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(".")) continue;
+    const fs::path without_end = fs::path(name.substr(1)).stem(), place = without_end.stem();
+    if (name.ends_with(".lock")) places.insert(without_end.string());
+    if (refine::is_temporary_of(place, name)) places.insert(place.string());
+  }
+  return places;
 }
 
 void StagingFolder::remove_left_behind(const fs::path& place,
@@ -112,7 +122,7 @@ Claim StagingFolder::wait_for(const fs::path& place, const std::function<void()>
 
 StagingFolder::StagingFolder(const fs::path& place) : place_(place) {
   for (int n = 0;; ++n) {
-    folder_ = place.parent_path() / fmt::format(".{}.{}.tmp", place.filename().string(), n);
+    folder_ = place.parent_path() / refine::temporary_name(place, n);
     std::error_code error;
     if (fs::create_directory(folder_, error)) break;
     if (error)

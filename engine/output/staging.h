@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 namespace ensonify::engine {
@@ -12,6 +14,10 @@ namespace ensonify::engine {
 //     000003          a finished folder
 //     .000003.0.tmp   the same while it is made
 //     .000003.lock    locked (flock) by the process that makes it, until it ends
+//
+// One rule removes what killed processes leave: who claims a place removes the temporaries of that
+// place. So a staging folder is made only by a process that has claimed its place. A temporary
+// file that refine::NewFile writes is removed by the file's next writer.
 
 /// The exclusive right to make a folder or a file at a place, held during this object's life. On a
 /// file system without locks every process gets it: two may make the same bytes, and one result is
@@ -56,6 +62,9 @@ class StagingFolder {
   /// The temporary folders of a place. If this process holds the lock of the place, killed
   /// processes left them.
   static std::vector<std::filesystem::path> left_behind(const std::filesystem::path& place);
+  /// The names of the places in a folder that have a lock or a temporary: of processes that make
+  /// them, were killed, or could not remove something.
+  static std::set<std::string> places_with_remains(const std::filesystem::path& folder);
   static void remove_left_behind(
       const std::filesystem::path& place, const std::function<void()>& between = [] {});
   /// The claim to a place, after removing the temporary folders that killed processes left there;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -12,6 +13,8 @@
 #include <archive.h>
 #include <archive_entry.h>
 #include <fmt/format.h>
+
+#include <ensonify/refine/fail_to_read.h>
 
 namespace ensonify::engine {
 
@@ -30,10 +33,14 @@ void TarFile::finish() {
 }
 
 bool is_whole_tar(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return false;
   std::array<char, 1024> end{};  // two blocks
-  std::ifstream in(file, std::ios::binary | std::ios::ate);
-  return in && in.seekg(-std::ssize(end), std::ios::end) && in.read(end.data(), std::ssize(end)) &&
-         std::ranges::all_of(end, [](char byte) { return byte == 0; });
+  if (std::filesystem::file_size(file) < end.size()) return false;
+  errno = 0;
+  std::ifstream in(file, std::ios::binary);
+  if (!in.seekg(-std::ssize(end), std::ios::end) || !in.read(end.data(), std::ssize(end)))
+    refine::fail_to_read(file, errno);
+  return std::ranges::all_of(end, [](char byte) { return byte == 0; });
 }
 
 void read_tar(const std::filesystem::path& file,

@@ -112,6 +112,7 @@ std::string labels_json(const ImageLabels& labels) {
                   {"pictures", labels.pictures},
                   {"kind", labels.kind},
                   {"of", labels.of.empty() ? Json(nullptr) : Json(labels.of)},
+                  {"of_instance", labels.of_instance > 0 ? Json(labels.of_instance) : Json()},
                   {"geometry", labels.geometry},
                   {"sonar", labels.sonar},
                   {"width", labels.width},

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -52,6 +53,7 @@ struct ImageLabels {
   std::vector<std::string> pictures;  ///< names of its pictures' files
   std::string kind;                   ///< line, tile, chip, background or hard_negative
   std::string of = {};                ///< of a chip: class of its target or lookalike
+  std::uint32_t of_instance = 0;      ///< of a chip: the target that it is about; 0: none
   std::string geometry;               ///< slant or ground
   std::string sonar;
   std::size_t column = 0, row = 0, columns = 0, rows = 0;  ///< of the line: what it shows

@@ -223,6 +223,10 @@ void OutputFolder::replace_earlier_run() {
   }
   refine::move_files(staging_->path(), folder_, names);
   refine::move_files(staging_->path(), folder_, manifest);
+  // Of the pictures that a killed run showed.
+  for (const std::string& name : names)
+    for (const fs::path& temporary : StagingFolder::left_behind(folder_ / name))
+      refine::remove_abandoned(temporary);
 }
 
 std::vector<FileRecord> OutputFolder::records() const {

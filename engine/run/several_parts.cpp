@@ -125,9 +125,10 @@ class SeveralParts {
 
   void find_parts() {
     const Shard& share = run_.control.shard;
+    const std::set<std::string> with_remains = StagingFolder::places_with_remains(run_.folder);
     for (std::size_t part = 0; part < parts_.count(); ++part) {
       const fs::path place = run_.folder / parts_.folder(part);
-      if (fs::exists(StagingFolder::lock_of(place))) StagingFolder::try_claim(place);
+      if (with_remains.contains(parts_.folder(part))) StagingFolder::try_claim(place);
       if (fs::exists(place) && !is_whole(part)) {
         require_own_files(part);
         fs::remove_all(place);

@@ -56,6 +56,15 @@ TEST_CASE("a run replaces an earlier one as a whole, and leaves other files alon
   CHECK(read_text(place / "a.png") == "second");
 }
 
+TEST_CASE("a run removes the temporaries of pictures that a killed run showed, and no others") {
+  const TemporaryFolder folder;
+  write_text(folder / ".a.png.0.tmp", "half a picture");
+  write_text(folder / ".mine.png.0.tmp", "stays");
+  make_run(folder.path(), {"a.png"}, "whole");
+  CHECK(names_in(folder.path()) ==
+        std::set<std::string>{".mine.png.0.tmp", "a.png", "manifest.json"});
+}
+
 TEST_CASE("a run does not overwrite what no earlier run has made") {
   const TemporaryFolder folder;
   const std::vector<std::string> names{"a.png", "a.exr"};

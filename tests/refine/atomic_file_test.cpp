@@ -1,4 +1,5 @@
 #include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/temporary_name.h>
 
 #include <atomic>
 #include <csignal>
@@ -161,6 +162,16 @@ TEST_CASE("A killed process's temporary is removed by the file's next writer") {
   write_file(folder / "f", "whole");
   CHECK(read_text(folder / "f") == "whole");
   CHECK(names_in(folder.path()) == std::set<std::string>{"f", ".g.0.tmp"});
+}
+
+TEST_CASE("A temporary is that of one name") {
+  using ensonify::refine::is_temporary_of;
+  CHECK(ensonify::refine::temporary_name("a/out", 12) == ".out.12.tmp");
+  CHECK(is_temporary_of("a/out", "a/.out.0.tmp"));
+  CHECK(is_temporary_of("out", ".out.12.tmp"));
+  for (const char* other : {".out.tif.0.tmp", ".out..tmp", ".out.tmp", ".out.1x.tmp", "out.0.tmp",
+                            ".out.0.tmp.aux.xml", ".ou.0.tmp"})
+    CHECK_FALSE(is_temporary_of("out", other));
 }
 
 TEST_CASE("A temporary that is being written stays, and its writer is not disturbed") {

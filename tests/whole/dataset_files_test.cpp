@@ -10,9 +10,12 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
+
+#include <fmt/format.h>
 
 #include "support/catch.h"
 #include "support/files.h"
@@ -48,6 +51,36 @@ std::string made(const TemporaryFolder& folder, const std::string& recipe,
 std::vector<std::uint16_t> mask(const fs::path& file, bool wide) {
   const std::string png = read_text(file);
   return png_pixels(std::as_bytes(std::span(png)), wide);
+}
+
+/// The type of a column with these types in its rows, as Arrow infers it from JSON: an empty list
+/// or a null has none of its own.
+Json common_type(const Json& a, const Json& b) {
+  if (a.is_null()) return b;
+  if (b.is_null() || a == b) return a;
+  if (a.is_object() && b.is_object()) {
+    Json type = a;
+    for (const auto& [key, value] : b.items()) type[key] = common_type(type[key], value);
+    return type;
+  }
+  REQUIRE(a.is_string());
+  REQUIRE(b.is_string());
+  return "double";  // and an int64
+}
+
+Json column_type(const Json& value) {
+  if (value.is_object()) {
+    Json type = Json::object();
+    for (const auto& [key, member] : value.items()) type[key] = column_type(member);
+    return type;
+  }
+  if (!value.is_array())
+    return value.is_null()             ? Json()
+           : value.is_number_integer() ? Json("int64")
+                                       : Json(value.type_name());
+  Json type;
+  for (const Json& element : value) type = common_type(type, column_type(element));
+  return {{"list of", type}};
 }
 
 /// Changes the working directory during its life.
@@ -417,6 +450,96 @@ TEST_CASE("the Hub's ImageFolder finds each picture and its metadata, and the ca
         CHECK(ids.contains(field.at("source").at("fileSet").at("@id").get<std::string>()));
     }
   }
+}
+
+TEST_CASE("the splits of each of the Hub's configurations have columns of the same types") {
+  const TemporaryFolder folder;
+  // The samples of the test set have no object.
+  made(folder,
+       changed(changed(tiny_recipe, "train = 2\nval = 1\ntest = 1\n",
+                       "train = 1\nval = 0\nby = \"draw.kind\"\nheld_out_test = [\"none\"]\n"
+                       "[draw]\nkind = { choice = [\"some\", \"none\"], stratified = true }\n"),
+               "[[objects]]\n",
+               "[[objects]]\npresent = { by = \"draw.kind\", table = { some = true, none = "
+               "false } }\n"));
+  std::istringstream card(read_text(folder / "set/README.md"));
+  std::map<std::string, std::map<std::string, Json>> types;  // by configuration and split
+  std::string config, split;
+  for (std::string line;
+       std::getline(card, line) && line != "# A dataset of simulated sidescan sonar";) {
+    const auto rest = [&](const std::string& begin, std::string& value) {
+      if (line.starts_with(begin)) value = line.substr(begin.size());
+      return line.starts_with(begin);
+    };
+    std::string path;
+    if (rest("- config_name: ", config) || rest("  - split: ", split)) continue;
+    if (!rest("    path: ", path)) continue;
+    REQUIRE(path.ends_with("/*"));
+    std::istringstream rows(
+        read_text(folder / "set" / path.substr(0, path.size() - 1) / "metadata.jsonl"));
+    Json type;
+    for (std::string row; std::getline(rows, row);)
+      type = common_type(type, column_type(Json::parse(row)));
+    types[config][split] = type;
+  }
+  REQUIRE(types.contains("slant_line"));
+  CHECK(types["slant_line"].contains("train"));
+  CHECK(types["slant_line_without_targets"].contains("test"));
+  for (const auto& [name, by_split] : types) {
+    CAPTURE(name);
+    for (const auto& [one, type] : by_split) {
+      CAPTURE(one);
+      CHECK(type == by_split.begin()->second);
+      CHECK((type.dump().find("null") == std::string::npos) != name.ends_with("_without_targets"));
+    }
+  }
+
+  // There is no val set. Ultralytics cannot read an empty list.
+  std::size_t lists = 0;
+  for (const char* yolo : {"yolo", "yolo_segment"})
+    for (const auto& entry : fs::directory_iterator(folder / "set" / yolo)) {
+      if (entry.path().extension() == ".txt") CHECK(fs::file_size(entry.path()) > 0);
+      if (entry.path().extension() != ".yaml") continue;
+      CAPTURE(entry.path());
+      std::istringstream yaml(read_text(entry.path()));
+      for (std::string line; std::getline(yaml, line) && line != "names:"; ++lists) {
+        CHECK_FALSE(line.starts_with("val:"));
+        CHECK(fs::exists(entry.path().parent_path() / line.substr(line.find(": ") + 2)));
+      }
+    }
+  CHECK(lists > 0);
+}
+
+TEST_CASE("chips that are too small for their targets are counted") {
+  const TemporaryFolder folder;
+  const std::string recipe = changed(tiny_recipe, "size_px = 9", "size_px = 2");
+  const std::string warned = made(folder, recipe);
+  std::size_t chips = 0, without = 0;
+  for (const auto& file : fs::recursive_directory_iterator(folder / "set/samples")) {
+    if (file.path().parent_path().filename() != "chips" || file.path().extension() != ".json")
+      continue;
+    const Json image = Json::parse(read_text(file.path()));
+    if (image.at("kind") != "chip") {
+      CHECK(image.at("of_instance").is_null());
+      continue;
+    }
+    ++chips;
+    bool labelled = false;
+    for (const Json& target : image.at("targets"))
+      labelled |= target.at("instance") == image.at("of_instance") &&
+                  target.at("shown_fraction").get<double>() >= 0.25;
+    without += !labelled;
+  }
+  CHECK(without > 0);
+  CHECK(warned.find(fmt::format("{} of {} chips about a target have no label of it", without,
+                                chips)) != std::string::npos);
+  const Json merged =
+      Json::parse(run_program(folder.path(), {"merge", "set", "--json", "--quiet"}).out);
+  CHECK(merged.at("chips_without_target") == without);
+  const Outcome rehearsed =
+      run_program(folder.path(), {"generate", "recipe.toml", "-o", "none", "--dry-run"});
+  CHECK(Json::parse(rehearsed.out).at("chips_without_target") > 0);
+  CHECK(rehearsed.err.find("chips about objects will show less of them") != std::string::npos);
 }
 
 TEST_CASE("shadows can be a class, with one number in masks, COCO, YOLO and layers") {

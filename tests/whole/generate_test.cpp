@@ -526,6 +526,37 @@ TEST_CASE(
   CHECK(std::ranges::count(read_only.err, '\n') == 1);
 }
 
+TEST_CASE("a sample that is in a tar, but whose folder cannot be removed, needs nobody's help") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", changed(tiny_recipe, "samples = 8\nseafloors = 4",
+                                             "samples = 4\nseafloors = 4\nsamples_per_tar = 4"));
+  const auto expected = expected_tree(folder.path());
+  const fs::path first = folder / "set/samples/000000";
+  const Outcome killed = generate(folder.path(), "set", {"--threads", "1"}, [&](pid_t process) {
+    for (int i = 0; i < 60000 && !fs::exists(first); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    kill(process, SIGKILL);
+  });
+  REQUIRE(killed.code == -SIGKILL);
+  REQUIRE(fs::exists(first));
+  // A folder with another file system in it cannot be removed, but moved.
+  const fs::path busy = first / "busy";
+  fs::create_directory(busy);
+  if (mount("tmpfs", busy.c_str(), "tmpfs", 0, "size=1m") != 0) {
+    WARN("no right to mount a small file system: skipped");
+    return;
+  }
+  const fs::path hidden = folder / "set/tars/.000000.tar.0.tmp";
+  generate_whole(folder.path(), "set");
+  CHECK_FALSE(fs::exists(first));
+  CHECK(fs::exists(hidden));
+  generate_whole(folder.path(), "set");
+  CHECK(fs::exists(hidden));
+  REQUIRE(umount2((hidden / "000000/busy").c_str(), MNT_DETACH) == 0);
+  generate_whole(folder.path(), "set");
+  check_whole(folder.path(), "set", expected);
+}
+
 TEST_CASE("memory does not grow over two hundred samples", "[.soak]") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", changed(changed(tiny_recipe, "samples = 8", "samples = 200"),

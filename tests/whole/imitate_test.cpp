@@ -268,6 +268,27 @@ TEST_CASE("an imitation that is stopped leaves nothing") {
   CHECK(names == std::set<std::string>{"a", "s.toml"});
 }
 
+TEST_CASE("what a killed imitation leaves is removed by the next one for that folder") {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", scene_of("silt", "false"));
+  REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
+  write_text(folder / ".b.tif.0.tmp", "of another command, which makes b.tif");
+  const std::vector<std::string> imitate{"imitate", "a/towfish.xtf", "-o", "b", "--quiet"};
+  const Outcome killed = run_program(folder.path(), imitate, {}, [&](pid_t program) {
+    for (int i = 0; i < 30000 && !std::filesystem::exists(folder / ".b.0.tmp"); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    // Another process that makes the same folder is refused, and removes nothing.
+    const Outcome second = run_program(folder.path(), imitate);
+    CHECK(second.code == 2);
+    CHECK(second.err.find("b: another process makes this folder; wait") != std::string::npos);
+    kill(program, SIGKILL);
+  });
+  REQUIRE(killed.code == -SIGKILL);
+  REQUIRE(std::filesystem::exists(folder / ".b.0.tmp"));
+  CHECK(run_program(folder.path(), imitate).code == 0);
+  CHECK(names_in(folder.path()) == std::set<std::string>{".b.tif.0.tmp", "a", "b", "s.toml"});
+}
+
 TEST_CASE("real recordings are imitated unaided", "[.][soak]") {
   for (const std::string name : {"scotsman-iver2", "river-1236"}) {
     const auto file = data_file("sidescan/" + name + ".xtf");

@@ -103,7 +103,8 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
             "share of the target's longer side; [0.1, 0.5]: drawn between these for each chip.",
             at(&D::chips, &ChipOptions::margin)},
            {"with_shadow", "", {},
-            "The chip is centred on the target with its shadow; false: on its body.",
+            "The chip is centred on the target with its shadow, as far as it shows the whole body; "
+            "false: on its body.",
             at(&D::chips, &ChipOptions::with_shadow)},
            {"classes", "", {}, "Classes of the targets that have chips; empty: all.",
             at(&D::chips, &ChipOptions::classes)},

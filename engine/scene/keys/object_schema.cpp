@@ -135,7 +135,8 @@ const Section<ObjectOptions>& object_section() {
           {"burial_scale_m", "m", {0.1, 1e4}, "Distance over which that burial changes.",
            at(&ObjectOptions::burial_scale_m)},
           {"count", "", {0, max_labels - 1},
-           "Number of copies at random places, clear of all other objects; 0: one, at its place.",
+           "Number of copies at random places, clear of all other objects; 0: one, at its place "
+           "(none where a recipe draws it).",
            at(&ObjectOptions::count)},
           {"area", "m", {-1e6, 1e6}, "The polygon they lie in.", at(&ObjectOptions::area)},
           {"area_radius_m", "m", {0, 1e6},

@@ -100,6 +100,51 @@ TEST_CASE("chips of a relative size are square on the ground, about the body or 
   for (const Chip& chip : chips) CHECK(corners(chip.part)[3] == 60);
 }
 
+TEST_CASE("a chip shows the whole body first, then as much of the shadow as there is room for") {
+  // The shadow is longer than the chip, and lies beyond the body on either side.
+  for (const bool to_port : {false, true}) {
+    CAPTURE(to_port);
+    LabelledImage line = sample_line();
+    paint(line, {to_port ? 72u : 120u, 20, 8, 4}, Region::object, 1, 1);
+    paint(line, {to_port ? 32u : 128u, 20, 40, 4}, Region::shadow, 3, 0, 1);
+    const auto part = [&](const ChipOptions& options, bool object = true) {
+      std::map<std::uint32_t, TargetRecord> records = records_of(line);
+      if (!object) records.at(1).object.reset();
+      const std::vector<Chip> chips =
+          choose_chips(line, records, classes, {.chips = options}, {1, 0, 0});
+      REQUIRE(chips.size() == 1);
+      CHECK(chips[0].instance == 1);
+      return corners(chips[0].part);
+    };
+    using Part = std::array<std::size_t, 4>;
+    const Part beside = to_port ? Part{64, 14, 16, 16} : Part{120, 14, 16, 16};
+    CHECK(part({.size_px = 16}) == beside);
+    CHECK(part({.size_px = 16}, false) == beside);  // a feature of the bed
+    CHECK(part({.size_px = 50})[0] == (to_port ? 31u : 119u));
+    CHECK(part({.size_px = 16, .with_shadow = false})[0] == (to_port ? 68u : 116u));
+    // As a lookalike of another target.
+    const std::vector<Chip> negatives =
+        chips_of(line, {.size_px = 16, .classes = {"stone"}, .hard_negatives = 1});
+    REQUIRE(negatives.size() == 1);
+    CHECK(negatives[0].instance == 1);
+    CHECK(corners(negatives[0].part) == beside);
+  }
+}
+
+TEST_CASE("a chip of an object that is larger than the chip shows some of it, also of a bent one") {
+  LabelledImage line = sample_line();
+  paint(line, {110, 10, 40, 2}, Region::object, 1, 1);
+  paint(line, {110, 12, 2, 38}, Region::object, 1, 1);
+  const std::vector<Chip> chips = chips_of(line, {.size_px = 10});
+  REQUIRE(chips.size() == 1);
+  std::size_t shown = 0;
+  const Rectangle& part = chips[0].part;
+  for (std::size_t row = part.row; row < part.row + part.rows; ++row)
+    for (std::size_t column = part.column; column < part.column + part.columns; ++column)
+      shown += line.labels.pixels.instance[line.flipped(row, column)] == 1;
+  CHECK(shown >= 20);
+}
+
 TEST_CASE("of a line that does not move only chips in pixels can be cut") {
   LabelledImage line = line_with_targets();
   for (PingRow& ping : line.labels.pings) ping.pose.position.y() = 0.0;

@@ -84,6 +84,15 @@ TEST_CASE("a merge stops at every step, and the next one makes the files of an u
   }
 }
 
+TEST_CASE("a merge removes what a killed one left, also of tars that it does not make") {
+  const tests::TemporaryFolder folder;
+  SmallDataset().write(folder / "set");
+  const std::filesystem::path left = folder / "set/.webdataset.0.tmp";
+  std::filesystem::create_directories(left / "inner");
+  engine::merge(folder / "set");
+  CHECK_FALSE(std::filesystem::exists(left));
+}
+
 TEST_CASE("a merge that waits for another one stops on request") {
   const tests::TemporaryFolder folder;
   SmallDataset().write(folder / "set");

@@ -5,6 +5,7 @@
 #include "support/catch.h"
 #include "support/recipes.h"
 
+#include <ensonify/engine/dataset/piece_sizes.h>
 #include <ensonify/engine/scene_error.h>
 
 using namespace ensonify::engine;
@@ -63,4 +64,32 @@ TEST_CASE("tiles and chips that are larger than the line are refused where the s
   CHECK_NOTHROW(recipe_of(recipe(ground(132, 50), known) + beam));
   check_refused(recipe(ground(132, 51), known) + beam, "but s_ground has 132 x 50;");
   check_refused(recipe(ground(133, 50), known) + beam, "but s_ground has 132 x 50;");
+}
+
+TEST_CASE("chips that are smaller than their objects are counted before any is made") {
+  // Bins of 0.4 m, and pings 0.4 m apart.
+  const auto forecast = [](const std::string& chips, const std::string& object) {
+    const Recipe recipe =
+        recipe_of("[dataset]\nsamples = 2\n[dataset.chips]\n" + chips + "[[objects]]\n" + object +
+                  "class = \"mine\"\n[track]\npings = 60\nping_interval_s = 0.2\nspeed_mps = 2\n" +
+                  "[sonar.s]\nbins = 50\nrange_m = 20\n");
+    const ChipForecast found = forecast_chips(recipe.options(), recipe.sample(0).scene);
+    return std::pair(found.chips, found.without_target);
+  };
+  using Found = std::pair<std::size_t, std::size_t>;
+  const auto box = [](double length_m, double width_m, const std::string& more = "") {
+    return fmt::format("shape = \"box\"\nlength_m = {}\nwidth_m = {}\n", length_m, width_m) + more;
+  };
+  // Chips of 4 m x 4 m: a quarter of 8 m x 8 m, a fifth of 20 m x 1 m.
+  CHECK(forecast("size_px = 10\n", box(3, 3)) == Found{1, 0});
+  CHECK(forecast("size_px = 10\n", box(7.9, 7.9)) == Found{1, 0});
+  CHECK(forecast("size_px = 10\n", box(9, 9)) == Found{1, 1});
+  CHECK(forecast("size_px = 10\n", box(20, 1)) == Found{1, 1});
+  CHECK(forecast("size_px = 10\n", box(20, 1, "count = 3\n")) == Found{3, 3});
+  // Across the diagonal, a chip shows more of it: 5.7 m of 20 m.
+  CHECK(forecast("size_px = 10\n", box(20, 0.1, "heading_deg = 45\n")) == Found{1, 0});
+  CHECK(forecast("size_m = 6\n", box(20, 1)) == Found{1, 0});
+  CHECK(forecast("size_px = 10\nclasses = [\"mine\"]\n", box(20, 1)) == Found{1, 1});
+  // Chips whose size follows from the target show it.
+  CHECK(forecast("size_px = 10\nmargin = [0.1]\n", box(20, 1)) == Found{0, 0});
 }

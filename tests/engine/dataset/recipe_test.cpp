@@ -712,6 +712,48 @@ assembly = "mooring"
   CHECK(recipe.class_names() == std::vector<std::string>{"anchor", "mine", "seabed"});
 }
 
+TEST_CASE("a drawn count of 0 leaves the object out, and with a base its assembly") {
+  const Recipe recipe = recipe_of(R"(
+[dataset]
+samples = 12
+[[objects]]
+shape = "tyre"
+class = "tyre"
+count = { int = [0, 2], stratified = true }
+[[objects]]
+shape = "sphere"
+class = "mine"
+assembly = "mooring"
+count = { choice = [0, 3], stratified = true }
+[[objects]]
+shape = "box"
+class = "anchor"
+assembly = "mooring"
+[[objects]]
+shape = "box"
+class = "crate"
+count = 0
+)");
+  CHECK(recipe.class_names() == std::vector<std::string>{"crate", "mine", "tyre", "seabed"});
+  std::set<std::string> tyres, mines;
+  for (std::size_t i = 0; i < recipe.samples(); ++i) {
+    const SampleScene sample = recipe.sample(i);
+    std::map<std::string, int> count;  // of what the scene has
+    for (const ObjectOptions& object : sample.scene.objects)
+      count[object.class_name] = object.count;
+    std::map<std::string, int> drawn{{"crate", 0}};  // one, at its place
+    if (const int tyre = std::stoi(sample.drawn.at("objects.0.count")); tyre > 0)
+      drawn["tyre"] = tyre;
+    if (const int mine = std::stoi(sample.drawn.at("objects.1.count")); mine > 0)
+      drawn.insert({{"mine", mine}, {"anchor", 0}});
+    CHECK(count == drawn);
+    tyres.insert(sample.drawn.at("objects.0.count"));
+    mines.insert(sample.drawn.at("objects.1.count"));
+  }
+  CHECK(tyres == std::set<std::string>{"0", "1", "2"});
+  CHECK(mines == std::set<std::string>{"0", "3"});
+}
+
 TEST_CASE("every sample's scene numbers its labels as the dataset does") {
   const Recipe recipe = recipe_of(
       "[dataset]\nsamples = 4\n[[objects]]\nshape = \"box\"\nclass = { choice = [\"b\", \"a\"] "
