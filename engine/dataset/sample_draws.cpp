@@ -9,6 +9,7 @@
 #include <ensonify/engine/number_in.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene_error.h>
+#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {
@@ -47,9 +48,15 @@ const std::string& SampleDraws::value(const std::string& key, const std::string&
   if (found == text_.distributions.end())
     throw SceneError(fmt::format(
         "{}: the recipe gives no value to '{}', which is needed here: add it", asked_by, key));
+  if (open_ == most_levels)
+    throw SceneError(fmt::format(
+        "{}: more than {} keys depend on each other one after the other; give this one a value",
+        found->second.place, most_levels));
   known_[key] = std::nullopt;
+  ++open_;
   std::string drawn = draw(key, found->second, key);
-  return *(known_[key] = std::move(drawn));
+  --open_;
+  return known_[key].emplace(std::move(drawn));
 }
 
 double SampleDraws::number(const std::string& key, const Distribution& d) {

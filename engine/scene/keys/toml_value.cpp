@@ -14,6 +14,7 @@
 
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/engine/untrusted.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/nearest_names.h>
 
@@ -67,8 +68,24 @@ std::vector<Eigen::Vector2d> points(const Range& range, const toml::node& node,
 
 }  // namespace
 
+toml::table parse_toml(std::string_view text) {
+  if (const std::optional byte = too_deep_in_toml(text)) {
+    const std::string_view before = text.substr(0, *byte);
+    const std::size_t line_begin = before.rfind('\n') + 1;  // 0 on the first line
+    const toml::source_position place{
+        static_cast<toml::source_index>(std::ranges::count(before, '\n') + 1),
+        static_cast<toml::source_index>(*byte - line_begin + 1)};
+    throw toml::parse_error(
+        fmt::format("keys, tables and lists are more than {} deep in each other here; remove some",
+                    most_levels)
+            .c_str(),
+        place);
+  }
+  return toml::parse(text);
+}
+
 std::string description(const toml::node& node) {
-  if (const auto* value = node.as_string()) return "the string " + printable(value->get());
+  if (const auto* value = node.as_string()) return "the string " + quoted_toml(value->get());
   if (const auto* value = node.as_integer()) return fmt::format("{}", value->get());
   if (const auto* value = node.as_floating_point()) {
     const std::string text = fmt::format("{}", value->get());

@@ -9,9 +9,14 @@
 
 namespace toml::inline v3 {
 class node;
-}
+class table;
+}  // namespace toml::inline v3
 
 namespace ensonify::engine {
+
+/// The tables of a TOML text: the only way in which the engine parses it. Throws toml::parse_error,
+/// also for a statement with more than `most_levels` (untrusted.h).
+toml::table parse_toml(std::string_view text);
 
 /// What a TOML value is, for a message: "the string \"a\"", "3.0", "a table".
 std::string description(const toml::node& node);

@@ -143,6 +143,23 @@ TEST_CASE("Integers stand for floats, and a byte-order mark and CRLF do not matt
       error_of("\xef\xbb\xbfversion = 1\r\n[track]\r\nspeed = 3\r\n").starts_with("s.toml:3:1: "));
 }
 
+TEST_CASE("Keys, tables and values that are deep in each other are refused with the place") {
+  std::string key = "a";
+  for (int i = 1; i < 31000; ++i) key += ".a";
+  const std::string message =
+      "keys, tables and lists are more than 64 deep in each other here; remove some";
+  for (const std::string& line : {key + " = 1", "[" + key + "]", "[[" + key + "]]",
+                                  "b = {" + key + " = 1}", "b = " + std::string(31000, '[')}) {
+    CAPTURE(line.substr(0, 20));
+    const std::string error = error_of(head + line);
+    CHECK(error.starts_with("s.toml:2:"));
+    CHECK(error.ends_with(message));
+  }
+  const std::string of_override = error_of(head, {key + "=1"});
+  CHECK(of_override.starts_with("-D a.a.a."));
+  CHECK(of_override.ends_with("...: " + message));
+}
+
 TEST_CASE("Objects keep their order and their numbers, from the file, an override and a dump") {
   const TemporaryFolder folder;
   for (const char* name : {"wreck.ply", "rock.stl"}) write_text(folder / name, "");
