@@ -38,6 +38,7 @@ std::vector<std::string> Distribution::needs() const {
 }
 
 double Distribution::share_between() const {
+  if (!between) return 1.0;
   const auto [least, most] = *between;
   if (b == 0.0) return least <= a && a <= most ? 1.0 : 0.0;
   const auto twice_below = [&](double x) { return std::erfc((a - x) / (b * std::numbers::sqrt2)); };

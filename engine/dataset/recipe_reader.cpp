@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
@@ -23,6 +24,9 @@ constexpr std::array<std::string_view, 13> words{
 
 // Of the draws of a normal distribution, within `between`: the draws are repeated until one is.
 constexpr double least_share_between = 1e-3;
+
+// Whole numbers are drawn as doubles; beyond this one two of them can be the same double.
+constexpr double most_drawn = 0x1p53 - 1.0;
 
 bool is_word(std::string_view key) { return std::ranges::count(words, key) > 0; }
 
@@ -196,6 +200,11 @@ class RecipeReader {
         ++kinds, ends(node, path, word, d, Distribution::Kind::whole);
         if (d.a != std::floor(d.a) || d.b != std::floor(d.b))
           throw fault(node, path, "expected whole numbers, int = [2, 5]");
+        if (d.a < -most_drawn || d.b > most_drawn)
+          throw fault(node, path,
+                      fmt::format("expected whole numbers from {0:.0f} to {1:.0f}, int = [2, 5]; "
+                                  "a choice can have others",
+                                  -most_drawn, most_drawn));
       } else if (word == "choice") {
         ++kinds, choices(node, path, d);
       } else if (word == "table") {
@@ -268,8 +277,9 @@ class RecipeReader {
     std::vector<double> all;
     if (array)
       for (const toml::node& element : *array) {
-        if (!element.is_number() || !std::isfinite(*element.value<double>())) break;
-        all.push_back(*element.value<double>());
+        const std::optional number = number_of(element);
+        if (!number || !std::isfinite(*number)) break;
+        all.push_back(*number);
       }
     if (!array || all.size() != array->size())
       throw fault(node, path, fmt::format("expected numbers, {} = [1, 2]", word));

@@ -15,8 +15,8 @@ namespace ensonify::engine {
 namespace {
 
 bool within(const std::string& text, const std::pair<double, double>& between) {
-  const double number = number_in<double>(text).value();
-  return number >= between.first && number <= between.second;
+  const std::optional number = number_in<double>(text);
+  return number && *number >= between.first && *number <= between.second;
 }
 
 }  // namespace
@@ -37,11 +37,10 @@ double stratified(const RandomStream& stream, std::uint64_t index) {
 
 const std::string& SampleDraws::value(const std::string& key, const std::string& asked_by) {
   if (const auto known = known_.find(key); known != known_.end()) {
-    if (!known->second)
-      throw SceneError(
-          fmt::format("{}: '{}' depends on itself through other keys (circular reference)",
-                      text_.distributions.find(key)->second.place, key));
-    return *known->second;
+    if (const std::optional<std::string>& value = known->second) return *value;
+    throw SceneError(
+        fmt::format("{}: '{}' depends on itself through other keys (circular reference)",
+                    text_.distributions.find(key)->second.place, key));
   }
   if (const auto plain = text_.values.find(key); plain != text_.values.end()) return plain->second;
   const auto found = text_.distributions.find(key);

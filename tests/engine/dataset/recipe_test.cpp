@@ -471,6 +471,26 @@ TEST_CASE(
   check_refused(chain(20000), "more than 64 keys depend on each other one after the other");
 }
 
+TEST_CASE("a whole number above 2^53 is the nearest double in a recipe, and none is drawn") {
+  const auto drawn = [](const std::string& distribution) {
+    return recipe_of("[dataset]\nsamples = 2\n[draw]\na = " + distribution + "\n")
+        .sample(0)
+        .drawn.at("draw.a");
+  };
+  CHECK(drawn("{ uniform = [9007199254740993, 9007199254740993] }") == "9007199254740992");
+  CHECK(drawn("{ normal = [9007199254740993, 0], between = [1, 9223372036854775807] }") ==
+        "9007199254740992");
+  CHECK(drawn("{ choice = [1, 2], weights = [0, 9007199254740993] }") == "2");
+  CHECK(drawn("{ choice = [9007199254740993] }") == "9007199254740993");  // perhaps a seed
+  for (const char* ends : {"[1, 9007199254740993]", "[-9223372036854775807, 1]"}) {
+    CAPTURE(ends);
+    check_refused(fmt::format("[dataset]\nsamples = 2\n[draw]\na = {{ int = {} }}\n", ends),
+                  "expected whole numbers from -9007199254740991 to 9007199254740991");
+  }
+  check_refused("[dataset]\nsamples = 2\n[track]\nheading_deg = { choice = [9007199254740993] }\n",
+                "'track.heading_deg' is 9007199254740993, expected a number from -360 to 360");
+}
+
 TEST_CASE("overrides change values and distributions, also of keys that the recipe does not have") {
   const std::string text =
       "version = 1\nseed = 4\n[dataset]\nsamples = 8\n[track]\nspeed_mps = 2\naltitude_m = { "
