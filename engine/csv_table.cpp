@@ -1,13 +1,13 @@
 #include <ensonify/engine/csv_table.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <limits>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/number_in.h>
+#include <ensonify/refine/printable.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -17,10 +17,7 @@ constexpr std::size_t longest_line = 4096;
 
 /// A quote of an untrusted file for a message: short and printable.
 std::string quoted(std::string_view text) {
-  std::string shown(text.substr(0, 40));
-  for (char& c : shown)
-    if (!std::isprint(static_cast<unsigned char>(c))) c = '?';
-  return '\'' + shown + (text.size() > 40 ? "...'" : "'");
+  return '\'' + refine::printable(refine::shortened(text, 40)) + '\'';
 }
 
 std::string_view trimmed(std::string_view text) {

@@ -1,8 +1,7 @@
 #include <ensonify/engine/untrusted.h>
 
-#include <stdexcept>
-
-#include <fmt/format.h>
+#include <algorithm>
+#include <vector>
 
 namespace ensonify::engine {
 
@@ -10,9 +9,8 @@ bool stays_inside(const std::filesystem::path& path) {
   return !path.empty() && path.is_relative() && *path.lexically_normal().begin() != "..";
 }
 
-void require_shallow_json(std::string_view json) {
-  constexpr int deepest = 64;
-  int depth = 0;
+std::optional<std::size_t> too_deep_in_json(std::string_view json) {
+  int levels = 0;
   bool in_text = false;
   for (std::size_t i = 0; i < json.size(); ++i) {
     const char c = json[i];
@@ -20,12 +18,59 @@ void require_shallow_json(std::string_view json) {
       ++i;
     else if (c == '"')
       in_text = !in_text;
-    else if (!in_text && (c == '[' || c == '{') && ++depth > deepest)
-      throw std::invalid_argument(
-          fmt::format("the JSON has lists or objects more than {} levels deep", deepest));
+    else if (!in_text && (c == '[' || c == '{') && ++levels > most_levels)
+      return i;
     else if (!in_text && (c == ']' || c == '}'))
-      --depth;
+      --levels;
   }
+  return std::nullopt;
+}
+
+namespace {
+
+/// The byte after the string of a TOML text that begins at `i`. One that does not end: the end of
+/// its line or of the text.
+std::size_t end_of_toml_string(std::string_view toml, std::size_t i) {
+  const char quote = toml[i];
+  const std::string three(3, quote);
+  const bool many_lines = toml.substr(i).starts_with(three);
+  for (i += many_lines ? 3 : 1; i < toml.size(); ++i) {
+    if (toml[i] == '\\' && quote == '"')
+      ++i;
+    else if (toml[i] == '\n' && !many_lines)
+      return i;
+    else if (toml[i] == quote && !many_lines)
+      return i + 1;
+    else if (toml.substr(i).starts_with(three))  // up to two more belong to it
+      return std::min(toml.find_first_not_of(quote, i), toml.size());
+  }
+  return toml.size();
+}
+
+}  // namespace
+
+std::optional<std::size_t> too_deep_in_toml(std::string_view toml) {
+  std::vector<int> brackets;  // the levels inside each bracket that is open
+  int levels = 0;             // at this place
+  for (std::size_t i = 0; i < toml.size(); ++i) {
+    switch (toml[i]) {
+      case '"':
+      case '\'': i = end_of_toml_string(toml, i) - 1; break;
+      case '#': i = std::min(toml.find('\n', i), toml.size()) - 1; break;
+      case '[':
+      case '{': brackets.push_back(++levels); break;
+      case '.': ++levels; break;
+      case ']':
+      case '}':
+        if (!brackets.empty()) brackets.pop_back();
+        [[fallthrough]];
+      case ',':
+      case '\n': levels = brackets.empty() ? 0 : brackets.back(); break;
+      default: break;
+    }
+    if (levels > most_levels) return i;
+  }
+  return std::nullopt;
 }
 
 }  // namespace ensonify::engine

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -14,9 +15,54 @@ namespace ensonify::engine {
 /// Whether a path stays inside the folder that it is relative to.
 bool stays_inside(const std::filesystem::path& path);
 
-/// Throws std::invalid_argument for JSON with lists or objects more than 64 levels deep. To copy or
-/// write such JSON takes stack for each level.
-void require_shallow_json(std::string_view json);
+/// The most lists, objects and tables in each other that a text from others may have. To copy,
+/// write or free them takes stack for each level.
+inline constexpr int most_levels = 64;
+
+/// The byte at which JSON has more levels than that; none if it has not.
+std::optional<std::size_t> too_deep_in_json(std::string_view json);
+
+/// The byte at which one statement of a TOML text has more levels than that: a [table], or a key
+/// with its value; each dot of a key is a level, too. None if no statement has.
+std::optional<std::size_t> too_deep_in_toml(std::string_view toml);
+
+/// The JSON of a text: the only way in which the engine parses it. Throws std::invalid_argument,
+/// with the byte and with `expected`, if it is not JSON or has more than `most_levels`.
+template <typename Json>
+Json json_of(std::string_view text, std::string_view expected = "") {
+  const auto fault = [&](const std::string& what) {
+    return std::invalid_argument("this " + what + std::string(expected));
+  };
+  if (const std::optional byte = too_deep_in_json(text))
+    throw fault("JSON has lists or objects more than " + std::to_string(most_levels) +
+                " levels deep, from byte " + std::to_string(*byte + 1) + " on");
+  try {
+    return Json::parse(text);
+  } catch (const typename Json::parse_error& error) {
+    throw fault("is not JSON (which has no NaN or infinity), from byte " +
+                std::to_string(error.byte) + " on");
+  } catch (const typename Json::out_of_range&) {
+    throw fault("is not JSON: one of its numbers is too large");
+  }
+}
+
+/// The same; null where json_of() throws, for the content of a file that may be damaged.
+template <typename Json>
+Json json_or_null(std::string_view text) {
+  try {
+    return json_of<Json>(text);
+  } catch (const std::invalid_argument&) {
+    return {};
+  }
+}
+
+/// What is wrong with the content of a JSON file: the message of an exception, without the name and
+/// number that nlohmann's begin with.
+inline std::string fault_in_json(const std::exception& error) {
+  const std::string_view message = error.what();
+  const bool named = message.starts_with("[json.exception.");
+  return std::string(message.substr(named ? message.find("] ") + 2 : 0));
+}
 
 /// The same JSON, if it is a whole number from 0 to `most`, or has only such numbers in its lists
 /// and objects. Throws std::out_of_range otherwise. (Of another number nlohmann's get<T>() makes

@@ -12,6 +12,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <ensonify/refine/printable.h>
+
 namespace ensonify::refine {
 namespace {
 
@@ -128,10 +130,7 @@ void split_concave_polygons(FileMesh& mesh, std::string_view name) {
 }
 
 std::string quoted(std::string_view text) {
-  std::string shown(text.substr(0, 60));
-  for (char& c : shown)
-    if (c < ' ' || c > '~') c = '?';
-  return '"' + shown + (text.size() > 60 ? "...\"" : "\"");
+  return '"' + printable(shortened(text, 60)) + '"';
 }
 
 void fail_at_byte(std::string_view name, std::size_t byte, const std::string& what) {

@@ -24,6 +24,7 @@
 #include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/prepare.h>
+#include <ensonify/refine/printable.h>
 
 namespace ensonify::engine::app {
 
@@ -160,6 +161,8 @@ Shard parse_shard(std::string_view option, const std::string& text) {
 }
 
 void print(std::string_view text) {
+  std::string shown;
+  if (::isatty(STDOUT_FILENO)) text = shown = refine::printable(text, "\n\t");
   // A pipe that can be written takes this much at once, so that no write waits for the reader.
   constexpr std::size_t most = PIPE_BUF;
   while (!text.empty()) {

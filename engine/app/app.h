@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <utility>
+#include <type_traits>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -22,6 +22,7 @@
 #include <ensonify/engine/memory.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/refine/printable.h>
 
 namespace ensonify::engine::app {
 
@@ -113,17 +114,31 @@ CLI::Validator one_of(std::vector<std::string> words);
 /// Reads the value I/N of an option; I counts from 0. Throws UsageError.
 Shard parse_shard(std::string_view option, const std::string& text);
 
-/// Writes data to stdout. Throws Stopped if a signal ends it, ReaderGone, and std::runtime_error if
-/// it fails in another way.
+/// Writes data to stdout; on a terminal as printable text. Throws Stopped if a signal ends it,
+/// ReaderGone, and std::runtime_error if it fails in another way.
 void print(std::string_view text);
 /// Writes the object of --json to stdout. Throws as print().
 void print_object(const nlohmann::ordered_json& json);
-/// Writes to stderr. A write error is ignored: a full disk under a log, or a reader that has gone,
-/// must not end the work. After a signal nothing is written to a pipe that is full.
+/// Writes to stderr, as it is. A write error is ignored: a full disk under a log, or a reader that
+/// has gone, must not end the work. After a signal nothing is written to a pipe that is full.
 void write_note(std::string_view text);
+
+/// A text as a terminal can show it; any other value as it is.
+template <class Value>
+auto printable_value(const Value& value) {
+  if constexpr (std::is_convertible_v<const Value&, std::string_view>)
+    return refine::printable(value);
+  else
+    return value;
+}
+/// Writes a message to stderr: the way of all messages, whose texts may come from outside. They
+/// become printable.
 template <class... Values>
-void print_note(fmt::format_string<Values...> format, Values&&... values) {
-  write_note(fmt::format(format, std::forward<Values>(values)...));
+void print_note(fmt::format_string<const Values&...> format, const Values&... values) {
+  const auto formatted = [&](const auto&... shown) {
+    return fmt::vformat(format, fmt::make_format_args(shown...));
+  };
+  write_note(formatted(printable_value(values)...));
 }
 
 /// Whether a write to a descriptor would not wait for its reader.

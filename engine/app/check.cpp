@@ -361,7 +361,7 @@ void check(const CheckArguments& arguments) {
     throw Stopped(fmt::format("stopped on request after {}; the table holds what was compared",
                               comparison.reached()));
   const std::string over = report_limits(comparison.rows());
-  print_note("{}", over);
+  write_note(over);
   if (comparison.unexplained() > 0)
     throw std::runtime_error(fmt::format(
         "{} differences from the reference are unexplained; the first of each row are listed above",

@@ -22,6 +22,7 @@
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/triangle_mesh.h>
 #include <ensonify/scatter/nearest_names.h>
 
@@ -129,7 +130,8 @@ int perform(const app::Action& action) {
 /// The versions of the program and of the libraries that can change a result, one per line.
 std::string versions() {
   std::string text = fmt::format("ensonify {}", ensonify::engine::program_version());
-  const auto libraries = nlohmann::ordered_json::parse(ensonify::engine::library_versions());
+  const auto libraries =
+      ensonify::engine::json_of<nlohmann::ordered_json>(ensonify::engine::library_versions());
   for (const auto& [name, version] : libraries.items())
     text += fmt::format("\n{} {}", name, version.get<std::string>());
   return text;

@@ -30,7 +30,7 @@ Progress::Progress(bool quiet)
       shown_(Clock::now()) {}
 
 Progress::~Progress() {
-  if (way_ == Way::bar) print_note("{}", clear_line);
+  if (way_ == Way::bar) write_note(clear_line);
 }
 
 void Progress::report(std::string_view stage, std::size_t done, std::size_t of,
@@ -65,7 +65,8 @@ void Progress::report(std::string_view stage, std::size_t done, std::size_t of,
     const std::size_t filled = of > 0 ? bar * done / of : 0;
     std::string line = bar > 0 ? fmt::format("[{:#>{}}{:.>{}}]", "", filled, "", bar - filled) : "";
     line += text.substr(bar > 0 ? 0 : 1);
-    print_note("{}{}", clear_line, line.substr(0, columns));
+    write_note(clear_line);
+    print_note("{}", line.substr(0, columns));
     std::fflush(stderr);
   }
 }

@@ -89,12 +89,7 @@ std::vector<KeyValue> key_values(const Json& keys) {
 StreamRequest read_stream_request(const std::string& line) {
   using Kind = StreamRequest::Kind;
   if (line.size() > longest_request) throw std::invalid_argument("the line is longer than 1 MiB");
-  require_shallow_json(line);
-  Json json = Json::parse(line, nullptr, /* exceptions: */ false);
-  if (json.is_discarded())
-    throw std::invalid_argument(
-        "is not JSON (which has no NaN or infinity), expected one object per line");
-  Fields fields(std::move(json));
+  Fields fields(json_of<Json>(line, ", expected one object per line"));
   StreamRequest request;
   if (const auto keys = fields.take("set")) {
     if (!keys->is_object() || keys->empty())

@@ -72,7 +72,7 @@ void print_water(const WaterArguments& arguments) {
          1000.0 * scatter::ainslie_mccolm_absorption_db_per_m(water, depth_m, *f),
          scatter::ainslie_mccolm_fit);
   }
-  print_note("{}", err);
+  write_note(err);
   print(out);
 }
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/lower_case.h>
+#include <ensonify/refine/printable.h>
 
 namespace ensonify::engine {
 namespace {
@@ -63,14 +64,14 @@ std::string hub_metadata(const Card& card) {
   return text + "---\n\n";
 }
 
-/// A text of one line for a cell of a table, or for a heading.
+/// A text as one printable line: for a cell of a table, an item of a list or a heading.
 std::string one_line(std::string_view text) {
   std::string line;
   for (const char c : text) {
     if (c == '|' || c == '\\') line += '\\';
     line += c == '\n' || c == '\r' ? ' ' : c;
   }
-  return line;
+  return refine::printable(line);
 }
 
 }  // namespace
@@ -113,7 +114,7 @@ std::string Card::markdown() const {
   std::string text = hub_metadata(*this);
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "# {}\n\n{}\n", one_line(heading()), description());
-  if (!licence.empty()) fmt::format_to(out, "\nLicence: {}\n", licence);
+  if (!licence.empty()) fmt::format_to(out, "\nLicence: {}\n", one_line(licence));
   if (!pictures.empty()) text += "\n## Pictures\n\n";
   for (const std::string& picture : pictures) fmt::format_to(out, "![{0}]({0})\n", picture);
   text += "\n## Splits\n\n| split | samples |\n|---|---|\n";
@@ -133,8 +134,8 @@ std::string Card::markdown() const {
                    i < sediments.size() ? one_line(sediments[i]) : "");
   text += "\n## Assets and licences\n\n";
   if (assets.empty() && licences.empty()) text += "No external files: everything is generated.\n";
-  for (const std::string& asset : assets) fmt::format_to(out, "- {}\n", asset);
-  for (const std::string& line : licences) fmt::format_to(out, "- {}\n", line);
+  for (const std::string& asset : assets) fmt::format_to(out, "- {}\n", one_line(asset));
+  for (const std::string& line : licences) fmt::format_to(out, "- {}\n", one_line(line));
   const auto histograms = [&](std::string_view heading,
                               const std::map<std::string, Realised>& all) {
     if (all.empty()) return;

@@ -16,12 +16,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-nlohmann::ordered_json json_of(const std::string& name, const std::string& text) {
-  require_shallow_json(text);
+nlohmann::ordered_json json_in(const std::string& name, const std::string& text) {
   try {
-    return nlohmann::ordered_json::parse(text);
-  } catch (const nlohmann::json::exception&) {
-    throw std::runtime_error(fmt::format("{} is damaged, expected JSON", name));
+    return json_of<nlohmann::ordered_json>(text);
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(fmt::format("{} is damaged: {}", name, error.what()));
   }
 }
 
@@ -88,7 +87,7 @@ std::optional<SampleRecord> CheckedSamples::read(std::size_t sample, std::string
     SampleRecord record;
     const auto own = seen_.find(name_of(sample, "sample.json"));
     if (own == seen_.end()) return damaged("sample.json", "is missing");
-    record.sample = json_of(own->first, own->second.text);
+    record.sample = json_in(own->first, own->second.text);
     if (!fits_its_hash(record.sample))
       return damaged("sample.json", "its hash is not the one that it contains");
     if (record.sample.at("dataset_xxh128") != dataset_xxh128_)
@@ -104,7 +103,7 @@ std::optional<SampleRecord> CheckedSamples::read(std::size_t sample, std::string
                     file.at("xxh128").get<std::string>()))
         return damaged(name, "its bytes have changed since it was written");
       if (name.ends_with(".json") && name != "manifest.json")
-        if (auto image = json_of(seen->first, seen->second.text); image.contains("pictures"))
+        if (auto image = json_in(seen->first, seen->second.text); image.contains("pictures"))
           record.images[name] = std::move(image);
     }
     return record;
@@ -116,7 +115,7 @@ std::optional<SampleRecord> CheckedSamples::read(std::size_t sample, std::string
     damage = fmt::format("{}: {}", place(sample).string(), error.code().message());
     return std::nullopt;
   } catch (const std::exception& error) {
-    damage = fmt::format("{}: {}", place(sample).string(), error.what());
+    damage = fmt::format("{}: {}", place(sample).string(), fault_in_json(error));
     return std::nullopt;
   }
 }

@@ -12,6 +12,7 @@
 #include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/masks.h>
+#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -52,7 +53,7 @@ std::string what_differs(const Json& written, const Json& wanted) {
 
 /// Adds the hash of all keys.
 Json with_hash(Json json) {
-  json["xxh128"] = xxh128(json.dump());
+  json["xxh128"] = xxh128(json_text(json));
   return json;
 }
 
@@ -65,7 +66,7 @@ std::string dataset_json(const Recipe& recipe) {
     assets.push_back({{"name", asset}, {"xxh128", xxh128_of_file(recipe.path_of(asset))}});
   return text_of(with_hash({{"program", "ensonify"},
                             {"version", program_version()},
-                            {"libraries", Json::parse(library_versions())},
+                            {"libraries", json_of<Json>(library_versions())},
                             {"title", options.title},
                             {"samples", options.samples},
                             {"seafloors", recipe.seafloors()},
@@ -90,16 +91,21 @@ std::string dataset_json(const Recipe& recipe) {
 }
 
 std::string hash_in(const std::string& dataset_json) {
-  return Json::parse(dataset_json).at("xxh128").get<std::string>();
+  return json_of<Json>(dataset_json).at("xxh128").get<std::string>();
 }
 
 void require_same_dataset(const fs::path& file, const std::string& content) {
   const std::string written = refine::read_file(file);
   if (written == content) return;
-  const Json old = Json::parse(written, nullptr, /* exceptions: */ false);
-  throw SceneError(fmt::format(
-      "{}: the folder holds another dataset: {}; choose another folder with -o", file.string(),
-      old.is_object() ? what_differs(old, Json::parse(content)) : "the file is damaged"));
+  std::string why = "the file is damaged";
+  try {
+    if (const Json old = json_or_null<Json>(written); old.is_object())
+      why = what_differs(old, json_of<Json>(content));
+  } catch (const Json::exception&) {  // a value of another type
+  }
+  throw SceneError(
+      fmt::format("{}: the folder holds another dataset: {}; choose another folder with -o",
+                  file.string(), why));
 }
 
 std::vector<std::string> splits_of(const SplitOptions& split) {
@@ -123,9 +129,8 @@ std::string sample_json(std::size_t number, const SampleScene& sample,
   }
   Json drawn = Json::object();
   for (const auto& [key, value] : sample.drawn)
-    drawn[key] = value.empty()         ? Json(nullptr)
-                 : Json::accept(value) ? Json::parse(value)
-                                       : Json(value);
+    if (Json& its = drawn[key] = json_or_null<Json>(value); its.is_null() && !value.empty())
+      its = value;
   return text_of(with_hash({{"sample", number},
                             {"dataset_xxh128", hash_in(dataset_json)},
                             {"split", sample.split},
@@ -147,14 +152,16 @@ bool is_whole_sample(const fs::path& folder, std::size_t number,
   std::set<std::string> names{"sample.json"};
   bool whole = true;
   try {
-    const Json json = Json::parse(refine::read_file(folder / "sample.json"));
+    const Json json = json_of<Json>(refine::read_file(folder / "sample.json"));
     if (json.at("dataset_xxh128") != dataset_xxh128 || json.at("sample") != number)
       refuse(folder, "a sample of another dataset or number");
     for (const Json& file : json.at("files")) {
       const std::string& name = *names.insert(file.at("name").get_ref<const std::string&>()).first;
       whole &= fs::exists(folder / name) && fs::file_size(folder / name) == file.at("size_bytes");
     }
-  } catch (const nlohmann::json::exception&) {
+  } catch (const Json::exception&) {
+    refuse(folder, "a sample without a readable sample.json");
+  } catch (const std::invalid_argument&) {
     refuse(folder, "a sample without a readable sample.json");
   } catch (const std::system_error& error) {
     if (error.code() != std::errc::no_such_file_or_directory &&

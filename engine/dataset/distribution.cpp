@@ -38,6 +38,7 @@ std::vector<std::string> Distribution::needs() const {
 }
 
 double Distribution::share_between() const {
+  if (!between) return 1.0;
   const auto [least, most] = *between;
   if (b == 0.0) return least <= a && a <= most ? 1.0 : 0.0;
   const auto twice_below = [&](double x) { return std::erfc((a - x) / (b * std::numbers::sqrt2)); };
@@ -58,16 +59,26 @@ bool Distribution::gives_only_words() const {
 }
 
 bool matches(std::string_view text, std::string_view pattern) {
-  while (!pattern.empty() && pattern.front() != '*') {
-    if (text.empty() || text.front() != pattern.front()) return false;
-    text.remove_prefix(1);
-    pattern.remove_prefix(1);
+  constexpr std::size_t none = std::string_view::npos;
+  std::size_t in_text = 0, in_pattern = 0;
+  // The last * so far, and where in the text what follows it is tried. An earlier * need not be
+  // tried again: what it would skip in addition, the last one can skip.
+  std::size_t star = none, tried = 0;
+  while (in_text < text.size()) {
+    if (in_pattern < pattern.size() && pattern[in_pattern] == '*') {
+      star = in_pattern++;
+      tried = in_text;
+    } else if (in_pattern < pattern.size() && pattern[in_pattern] == text[in_text]) {
+      ++in_pattern;
+      ++in_text;
+    } else if (star != none && text[tried] != '/') {
+      in_pattern = star + 1;
+      in_text = ++tried;
+    } else {
+      return false;
+    }
   }
-  if (pattern.empty()) return text.empty();
-  for (;; text.remove_prefix(1)) {
-    if (matches(text, pattern.substr(1))) return true;
-    if (text.empty() || text.front() == '/') return false;
-  }
+  return pattern.find_first_not_of('*', in_pattern) == none;
 }
 
 const std::pair<const std::string, Distribution>* Distribution::entry_for(

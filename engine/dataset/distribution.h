@@ -28,7 +28,7 @@ struct Distribution {
 
   /// The keys that it depends on, including those of its table's entries.
   std::vector<std::string> needs() const;
-  /// The share of a `normal` that lies in `between`.
+  /// The share of a `normal` that lies in `between`; 1 without it.
   double share_between() const;
   /// Appends the possible words of its choices and its table's entries.
   void collect_values(std::vector<std::string>& values) const;

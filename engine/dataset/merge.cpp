@@ -46,16 +46,56 @@ std::string word_of(const Json& json) {
 class Merge {
  public:
   Merge(const fs::path& folder, const MergeStep& step, const MergeOptions& options)
-      : folder_(folder), options_(options), files_(folder, step) {
-    if (!fs::exists(folder / "dataset.json"))
+      : folder_(folder), options_(options), stored_(described()), files_(folder, step) {}
+
+  MergeReport run() {
+    for (std::size_t i = 0; i < samples_; ++i) {
+      files_.step("samples", i, samples_);
+      std::string damage;
+      if (!stored_.finished(i)) {
+        report_.missing.push_back(i);
+      } else if (const std::optional<SampleRecord> record = stored_.read(i, damage)) {
+        ++report_.samples;
+        try {
+          add(i, *record);
+        } catch (const std::exception& error) {
+          report_.damaged.push_back(
+              fmt::format("{}: {}", stored_.place(i).string(), fault_in_json(error)));
+        }
+      } else {
+        report_.damaged.push_back(damage);
+      }
+    }
+    if (report_.missing.empty() && report_.damaged.empty()) {
+      write();
+      warn_of_splits();
+      if (small_boxes_ > 0)
+        report_.warnings.push_back(fmt::format(
+            "{} of {} labels of objects cover fewer than {} pixels: to leave such objects out of "
+            "all labels and masks, set dataset.least_px = {} in the recipe and generate again",
+            small_boxes_, boxes_, small_px, small_px));
+      if (report_.chips_without_target > 0)
+        report_.warnings.push_back(fmt::format(
+            "{} of {} chips about a target have no label of it, because they show less "
+            "of it than dataset.least_visible, or fewer pixels than dataset.least_px: {}",
+            report_.chips_without_target, target_chips_, larger_chips));
+    }
+    return std::move(report_);
+  }
+
+ private:
+  /// Reads the dataset's description.
+  CheckedSamples described() {
+    if (!fs::exists(folder_ / "dataset.json"))
       throw SceneError(fmt::format(
           "{}: {}; expected a folder made by `ensonify generate`, or by `ensonify run` in several "
           "parts",
-          folder.string(),
-          fs::is_directory(folder) ? "there is no dataset.json in it" : "there is no such folder"));
+          folder_.string(),
+          fs::is_directory(folder_) ? "there is no dataset.json in it"
+                                    : "there is no such folder"));
     std::string dataset_xxh128;
     try {
-      const Json dataset = Json::parse(refine::read_file(folder / "dataset.json"));
+      const Json dataset = json_of<Json>(refine::read_file(folder_ / "dataset.json"));
       if (!fits_its_hash(dataset))
         throw std::runtime_error("its content has changed since it was written");
       dataset_xxh128 = dataset.at("xxh128").get<std::string>();
@@ -86,47 +126,11 @@ class Merge {
     } catch (const std::exception& error) {
       throw SceneError(fmt::format(
           "{}: not a dataset's description; expected a folder made by `ensonify generate` ({})",
-          (folder / "dataset.json").string(), error.what()));
+          (folder_ / "dataset.json").string(), fault_in_json(error)));
     }
-    stored_.emplace(folder, std::move(dataset_xxh128), samples_, per_tar_);
+    return {folder_, std::move(dataset_xxh128), samples_, per_tar_};
   }
 
-  MergeReport run() {
-    for (std::size_t i = 0; i < samples_; ++i) {
-      files_.step("samples", i, samples_);
-      std::string damage;
-      if (!stored_->finished(i)) {
-        report_.missing.push_back(i);
-      } else if (const std::optional<SampleRecord> record = stored_->read(i, damage)) {
-        ++report_.samples;
-        try {
-          add(i, *record);
-        } catch (const std::exception& error) {
-          report_.damaged.push_back(
-              fmt::format("{}: {}", stored_->place(i).string(), error.what()));
-        }
-      } else {
-        report_.damaged.push_back(damage);
-      }
-    }
-    if (report_.missing.empty() && report_.damaged.empty()) {
-      write();
-      warn_of_splits();
-      if (small_boxes_ > 0)
-        report_.warnings.push_back(fmt::format(
-            "{} of {} labels of objects cover fewer than {} pixels: to leave such objects out of "
-            "all labels and masks, set dataset.least_px = {} in the recipe and generate again",
-            small_boxes_, boxes_, small_px, small_px));
-      if (report_.chips_without_target > 0)
-        report_.warnings.push_back(fmt::format(
-            "{} of {} chips about a target have no label of it, because they show less "
-            "of it than dataset.least_visible, or fewer pixels than dataset.least_px: {}",
-            report_.chips_without_target, target_chips_, larger_chips));
-    }
-    return std::move(report_);
-  }
-
- private:
   void add(std::size_t number, const SampleRecord& record) {
     const std::string split = word_of(record.sample.at("split"));
     manifest_ += record.sample.dump() + "\n";
@@ -178,20 +182,20 @@ class Merge {
     }
     Json masks = Json::object();
     for (const char* mask : {"class", "sediment", "instance", "region"})
-      masks[mask] = stored_->path_of(number, fmt::format("{}.{}.png", stem, mask));
+      masks[mask] = stored_.path_of(number, fmt::format("{}.{}.png", stem, mask));
     for (const Json& picture : image.at("pictures")) {
       const auto name = picture.get<std::string>();
       check_picture(number, name, image);
       ++report_.images[fmt::format("{}, {}", group, split)];
       count_small_boxes(image);
-      indexes_[{group, split}].add(number, name, {stored_->path_of(number, name), masks}, image,
+      indexes_[{group, split}].add(number, name, {stored_.path_of(number, name), masks}, image,
                                    classes_);
     }
   }
 
   /// Throws if a picture is not one of its sample's files, or has not enough bytes for its pixels.
   void check_picture(std::size_t number, const std::string& name, const Json& image) const {
-    const std::optional<std::uint64_t> size_bytes = stored_->size_bytes(number, name);
+    const std::optional<std::uint64_t> size_bytes = stored_.size_bytes(number, name);
     if (!size_bytes || !stays_inside(name))
       throw std::runtime_error(fmt::format("the picture '{}' is not a file of its sample", name));
     const double columns = image.at("width").get<double>(), rows = image.at("height").get<double>();
@@ -265,7 +269,7 @@ class Merge {
       const std::vector<std::string> targets(
           card_.classes.begin(), card_.classes.begin() + static_cast<std::ptrdiff_t>(targets_));
       write_yolo(indexes_, targets, files_, report_.warnings);
-      card_.hub = write_hub(indexes_, *stored_, files_);
+      card_.hub = write_hub(indexes_, stored_, files_);
     }
     if (options_.webdataset)
       files_.write_folder("webdataset", [&](const fs::path& place) { write_webdataset(place); });
@@ -273,7 +277,7 @@ class Merge {
     card_.images = report_.images;
     for (const IndexedPicture& picture : on_card_) {
       card_.pictures.push_back(fmt::format("pictures/{:06}_{}", picture.sample, picture.name));
-      files_.write(card_.pictures.back(), stored_->content_of(picture.sample, picture.name));
+      files_.write(card_.pictures.back(), stored_.content_of(picture.sample, picture.name));
     }
     files_.write("README.md", card_.markdown());
     files_.write("croissant.json", croissant_json(card_, files_.index()));
@@ -282,7 +286,7 @@ class Merge {
 
   void write_webdataset(const fs::path& place) {
     WebDatasetWriter writer(place);
-    stored_->for_each_file(
+    stored_.for_each_file(
         [&](std::size_t sample, const std::string& name, std::span<const std::byte> content) {
           files_.step("samples for WebDataset", sample, samples_);
           const bool wanted =
@@ -340,13 +344,13 @@ class Merge {
   std::size_t boxes_ = 0, small_boxes_ = 0, target_chips_ = 0;
   std::size_t samples_ = 0, per_tar_ = 0, targets_ = 0;
   IndexClasses classes_;
-  std::optional<CheckedSamples> stored_;
+  Card card_;
+  std::vector<std::string> wanted_splits_;
+  CheckedSamples stored_;  // its description gives the members above
   MergedFiles files_;
   MergeReport report_;
-  Card card_;
   std::string manifest_;
   std::map<std::string, std::string> splits_;
-  std::vector<std::string> wanted_splits_;
   std::map<std::string, std::set<std::string>> classes_shown_;       // by split
   std::map<std::uint64_t, std::set<std::string>> splits_of_seabed_;  // by its seed
   std::set<std::string> groups_;

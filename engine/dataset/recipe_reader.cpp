@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include <ensonify/engine/scene/keys/key_text.h>
+#include <ensonify/engine/scene/keys/toml_value.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/scene_paths.h>
+#include <ensonify/refine/printable.h>
 #include <ensonify/scatter/nearest_names.h>
 
 namespace ensonify::engine {
@@ -21,6 +24,9 @@ constexpr std::array<std::string_view, 13> words{
 
 // Of the draws of a normal distribution, within `between`: the draws are repeated until one is.
 constexpr double least_share_between = 1e-3;
+
+// Whole numbers are drawn as doubles; beyond this one two of them can be the same double.
+constexpr double most_drawn = 0x1p53 - 1.0;
 
 bool is_word(std::string_view key) { return std::ranges::count(words, key) > 0; }
 
@@ -47,21 +53,23 @@ class RecipeReader {
       : name_(name), data_folder_(data_folder) {}
 
   RecipeText read(std::string_view text, std::span<const std::string> overrides) {
-    try {
-      const toml::table file = toml::parse(text);
-      read_table(file, "");
-    } catch (const toml::parse_error& error) {
-      throw SceneError(fmt::format("{}: {}", place(error.source()), error.description()));
-    }
+    read_table(parse(text), "");
     for (const std::string& override_text : overrides) {
-      override_ = "-D " + override_text;
-      const toml::table changed = toml::parse(toml_override(override_text));
-      read_table(changed, "");
+      override_ = place_of_override(override_text);
+      read_table(parse(toml_override(override_text)), "");
     }
     return std::move(result_);
   }
 
  private:
+  toml::table parse(std::string_view text) const {
+    try {
+      return parse_toml(text);
+    } catch (const toml::parse_error& error) {
+      throw SceneError(fmt::format("{}: {}", place(error.source()), error.description()));
+    }
+  }
+
   std::string place(const toml::source_region& region) const {
     if (!override_.empty()) return override_;
     return fmt::format("{}:{}:{}", name_, region.begin.line, region.begin.column);
@@ -153,8 +161,12 @@ class RecipeReader {
     for (; !error && entry != end; entry.increment(error)) {
       const std::string name = entry->path().lexically_relative(data_folder_).generic_string();
       if (entry.depth() == depth) entry.disable_recursion_pending();
-      if (matches(name, path) && entry->is_regular_file(unknown))
-        files.push_back(std::string(data_prefix) + name);
+      if (!matches(name, path) || !entry->is_regular_file(unknown)) continue;
+      if (!refine::is_utf8(name))
+        throw fault(node,
+                    fmt::format("{} matches {}, a name that is not UTF-8 as TOML is: rename it",
+                                toml_string(pattern), name));
+      files.push_back(std::string(data_prefix) + name);
     }
     if (files.empty())
       throw fault(node, fmt::format("{} matches no file{}", toml_string(pattern),
@@ -188,6 +200,11 @@ class RecipeReader {
         ++kinds, ends(node, path, word, d, Distribution::Kind::whole);
         if (d.a != std::floor(d.a) || d.b != std::floor(d.b))
           throw fault(node, path, "expected whole numbers, int = [2, 5]");
+        if (d.a < -most_drawn || d.b > most_drawn)
+          throw fault(node, path,
+                      fmt::format("expected whole numbers from {0:.0f} to {1:.0f}, int = [2, 5]; "
+                                  "a choice can have others",
+                                  -most_drawn, most_drawn));
       } else if (word == "choice") {
         ++kinds, choices(node, path, d);
       } else if (word == "table") {
@@ -260,8 +277,9 @@ class RecipeReader {
     std::vector<double> all;
     if (array)
       for (const toml::node& element : *array) {
-        if (!element.is_number() || !std::isfinite(*element.value<double>())) break;
-        all.push_back(*element.value<double>());
+        const std::optional number = number_of(element);
+        if (!number || !std::isfinite(*number)) break;
+        all.push_back(*number);
       }
     if (!array || all.size() != array->size())
       throw fault(node, path, fmt::format("expected numbers, {} = [1, 2]", word));
@@ -352,7 +370,7 @@ RecipeText parse_recipe_text(std::string_view text, std::string_view name,
 
 std::string plain_text(const std::string& value) {
   if (!value.starts_with('"')) return value;
-  return toml::parse("text = " + value)["text"].value_or(std::string());
+  return parse_toml("text = " + value)["text"].value_or(std::string());
 }
 
 bool in_table(std::string_view key, std::string_view table) {

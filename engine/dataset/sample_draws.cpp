@@ -9,13 +9,14 @@
 #include <ensonify/engine/number_in.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene_error.h>
+#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {
 
 bool within(const std::string& text, const std::pair<double, double>& between) {
-  const double number = number_in<double>(text).value();
-  return number >= between.first && number <= between.second;
+  const std::optional number = number_in<double>(text);
+  return number && *number >= between.first && *number <= between.second;
 }
 
 }  // namespace
@@ -36,20 +37,25 @@ double stratified(const RandomStream& stream, std::uint64_t index) {
 
 const std::string& SampleDraws::value(const std::string& key, const std::string& asked_by) {
   if (const auto known = known_.find(key); known != known_.end()) {
-    if (!known->second)
-      throw SceneError(
-          fmt::format("{}: '{}' depends on itself through other keys (circular reference)",
-                      text_.distributions.find(key)->second.place, key));
-    return *known->second;
+    if (const std::optional<std::string>& value = known->second) return *value;
+    throw SceneError(
+        fmt::format("{}: '{}' depends on itself through other keys (circular reference)",
+                    text_.distributions.find(key)->second.place, key));
   }
   if (const auto plain = text_.values.find(key); plain != text_.values.end()) return plain->second;
   const auto found = text_.distributions.find(key);
   if (found == text_.distributions.end())
     throw SceneError(fmt::format(
         "{}: the recipe gives no value to '{}', which is needed here: add it", asked_by, key));
+  if (open_ == most_levels)
+    throw SceneError(fmt::format(
+        "{}: more than {} keys depend on each other one after the other; give this one a value",
+        found->second.place, most_levels));
   known_[key] = std::nullopt;
+  ++open_;
   std::string drawn = draw(key, found->second, key);
-  return *(known_[key] = std::move(drawn));
+  --open_;
+  return known_[key].emplace(std::move(drawn));
 }
 
 double SampleDraws::number(const std::string& key, const Distribution& d) {

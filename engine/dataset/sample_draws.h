@@ -33,8 +33,9 @@ class SampleDraws {
   SampleDraws(const DrawnKeys& text, std::size_t sample, std::size_t seafloor, std::size_t render)
       : text_(text), sample_(sample), seafloor_(seafloor), render_(render) {}
 
-  /// A key's value as in TOML; empty: left out. Throws SceneError for a key without a value, and
-  /// for one that depends on itself; `asked_by` is the place for messages.
+  /// A key's value as in TOML; empty: left out. Throws SceneError for a key without a value, for
+  /// one that depends on itself, and for more than `most_levels` keys in a chain; `asked_by` is the
+  /// place for messages.
   const std::string& value(const std::string& key, const std::string& asked_by);
 
  private:
@@ -45,6 +46,7 @@ class SampleDraws {
   const DrawnKeys& text_;
   std::size_t sample_, seafloor_, render_;
   std::map<std::string, std::optional<std::string>> known_;  // none: being drawn
+  int open_ = 0;                                             // keys that are being drawn
 };
 
 }  // namespace ensonify::engine

@@ -84,11 +84,7 @@ SceneChange scene_change(std::vector<KeyValue> keys, const SessionScene& before)
 }
 
 LiveChange read_change(std::string_view json, const SessionScene& now, std::uint32_t objects) {
-  require_shallow_json(json);
-  const Json request = Json::parse(json, nullptr, false);
-  if (request.is_discarded())
-    throw std::invalid_argument(
-        R"(this is not JSON (which has no NaN or infinity), expected as in {"hold": true})");
+  const Json request = json_of<Json>(json, R"(, expected as in {"hold": true})");
   if (!request.is_object() || request.empty())
     throw std::invalid_argument(R"(expected an object, as in {"set": {"track.altitude_m": 6}})");
   for (const auto& [key, value] : request.items())

@@ -25,6 +25,7 @@
 
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {
@@ -178,7 +179,7 @@ double ImageReader::number(const std::string& attribute) const {
 }
 
 std::vector<std::string> ImageReader::names(const std::string& attribute) const {
-  const auto list = nlohmann::json::parse(text(attribute), nullptr, /* exceptions: */ false);
+  const auto list = json_or_null<nlohmann::json>(text(attribute));
   if (!list.is_array() || list.empty() || list.size() > max_labels + 1 ||
       !std::ranges::all_of(list, [](const auto& name) { return name.is_string(); }))
     fail(file_, fmt::format("the attribute '{}' is no list of names", attribute));

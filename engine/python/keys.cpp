@@ -7,6 +7,7 @@
 
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/simulator/prepare.h>
+#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::python {
 namespace {
@@ -36,14 +37,12 @@ std::string utf8_of(const py::handle& text) {
                   py::reinterpret_steal<py::str>(PyObject_ASCII(text.ptr())).cast<std::string>()));
 }
 
-constexpr int deepest = 100;  // of lists and dicts in each other; one that holds itself has no end
-
 /// What a Python object is as a TOML value, tables on one line. `path` is its key. Throws
 /// ValueError for a value that is too deep, TypeError for one that no scene holds.
 std::string toml_of(const py::handle& value, const std::string& path, int depth = 0) {
-  if (depth > deepest)
+  if (depth > most_levels)  // one that holds itself has no end
     throw py::value_error(fmt::format("'{}' has values more than {} deep in each other",
-                                      path.substr(0, path.find('.')), deepest));
+                                      path.substr(0, path.find('.')), most_levels));
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
   if (py::isinstance<py::str>(value)) return toml_string(utf8_of(value));
   if (py::hasattr(value, "tolist"))  // NumPy's

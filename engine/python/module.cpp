@@ -6,14 +6,14 @@
 
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/refine/printable.h>
 
 namespace ensonify::python {
 namespace {
 
-/// The text may name a path, whose bytes need not be UTF-8.
+/// The text may name a path, whose bytes need not be UTF-8 and may control a terminal.
 void raise(const py::handle& type, const std::exception& error) {
-  const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(error.what()));
-  if (text) PyErr_SetObject(type.ptr(), text.ptr());
+  PyErr_SetString(type.ptr(), refine::printable(error.what()).c_str());
 }
 
 /// Exceptions of this C++ class, and of those derived from it that no later call names, become the

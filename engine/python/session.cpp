@@ -11,6 +11,7 @@
 
 #include <ensonify/engine/calls_at_fork.h>
 #include <ensonify/engine/scene/checks/extrapolation.h>
+#include <ensonify/refine/printable.h>
 
 namespace ensonify::python {
 namespace {
@@ -89,7 +90,8 @@ class Session {
           owned.push_back({sonar.name, std::move(*next++)});
       return owned;
     });
-    if (!warning.empty() && PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0) {
+    if (!warning.empty() &&
+        PyErr_WarnEx(PyExc_UserWarning, refine::printable(warning).c_str(), 1) != 0) {
       const py::error_already_set error;
       // The caller gets no lines, so the ping has taken no number, unless another thread has the
       // next one by now.

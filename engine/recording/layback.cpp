@@ -63,25 +63,31 @@ std::optional<double> stated_layback_m(double layback_m, double cable_m, double 
 }
 
 void tow_back(RecordedLine& line, std::string_view name) {
-  std::vector<std::size_t> towed;
-  double longest_m = 0.0, sum_m = 0.0;
-  for (std::size_t i = 0; i < line.pings.size(); ++i)
-    if (const std::optional<double>& layback_m = line.pings[i].layback_m) {
-      towed.push_back(i);
-      longest_m = std::max(longest_m, *layback_m);
-      sum_m += *layback_m;
-    }
-  if (towed.empty()) return;
-  const std::optional<GeographicPlace> origin = line.pings[towed.front()].place;
-  const Eigen::Vector2d scale =
-      origin ? metres_per_radian(origin->latitude_rad) : Eigen::Vector2d::Ones();
+  struct TowedPing {
+    std::size_t number;
+    double layback_m;
+  };
+  std::vector<TowedPing> towed;  // those that have a place
   std::vector<Eigen::Vector2d> places;
-  for (const std::size_t i : towed) {
+  Eigen::Vector2d scale = Eigen::Vector2d::Ones();
+  double longest_m = 0.0, sum_m = 0.0;
+  for (std::size_t i = 0; i < line.pings.size(); ++i) {
     const RecordedPing& ping = line.pings[i];
-    places.push_back(ping.place ? Eigen::Vector2d(scale.x() * ping.place->longitude_rad,
-                                                  scale.y() * ping.place->latitude_rad)
-                                : *ping.place_m);
+    if (!ping.layback_m) continue;
+    if (ping.place) {
+      if (towed.empty()) scale = metres_per_radian(ping.place->latitude_rad);
+      places.emplace_back(scale.x() * ping.place->longitude_rad,
+                          scale.y() * ping.place->latitude_rad);
+    } else if (ping.place_m) {
+      places.push_back(*ping.place_m);
+    } else {
+      continue;
+    }
+    towed.push_back({i, *ping.layback_m});
+    longest_m = std::max(longest_m, *ping.layback_m);
+    sum_m += *ping.layback_m;
   }
+  if (towed.empty()) return;
   ShipTrack track(std::move(places), longest_m);
   constexpr double moves_m = 1.0;
   if (track.farthest_m() < moves_m) {
@@ -89,12 +95,12 @@ void tow_back(RecordedLine& line, std::string_view name) {
         "{}: states that the sonar is towed {:.1f} m behind the ship, but the ship does not move; its "
         "place is used",
         name, sum_m / static_cast<double>(towed.size())));
-    for (const std::size_t i : towed) line.pings[i].layback_m.reset();
+    for (const TowedPing& its : towed) line.pings[its.number].layback_m.reset();
     return;
   }
   for (std::size_t k = 0; k < towed.size(); ++k) {
-    RecordedPing& ping = line.pings[towed[k]];
-    const Eigen::Vector2d place = track.behind(k, *ping.layback_m);
+    RecordedPing& ping = line.pings[towed[k].number];
+    const Eigen::Vector2d place = track.behind(k, towed[k].layback_m);
     if (ping.place)
       ping.place = GeographicPlace{place.y() / scale.y(), place.x() / scale.x()};
     else

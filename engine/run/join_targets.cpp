@@ -241,9 +241,7 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
   for (std::size_t part = 0; part < parts.count(); ++part) {
     const fs::path file = folder / parts.file(part, sonar, "_targets.json");
     try {
-      const std::string text = refine::read_file(file);
-      require_shallow_json(text);
-      const Json json = Json::parse(text);
+      const Json json = json_of<Json>(refine::read_file(file));
       const auto columns = whole_numbers(json.at("picture").at("columns")).get<std::size_t>();
       if (columns > max_columns) throw std::out_of_range("more columns than any scene's");
       if (part == 0) {
@@ -263,7 +261,7 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
       throw SceneError(
           fmt::format("{}: not the targets of a part ({}); remove the part's folder and run it "
                       "again",
-                      file.string(), error.what()));
+                      file.string(), fault_in_json(error)));
     }
   }
   Json& list = whole["targets"] = Json::array();

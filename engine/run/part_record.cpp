@@ -138,8 +138,13 @@ std::string part_json(const PartRecord& record) {
 }
 
 PartRecord read_part_json(const std::filesystem::path& file) {
+  const auto no_record = [&](const std::exception& error) {
+    return SceneError(
+        fmt::format("{}: not the record of a part ({}); remove the part's folder and run it again",
+                    file.string(), fault_in_json(error)));
+  };
   try {
-    const Json json = Json::parse(refine::read_file(file));
+    const Json json = json_of<Json>(refine::read_file(file));
     PartRecord record;
     record.pings = {whole_numbers(json.at("first_ping")).get<std::size_t>(),
                     whole_numbers(json.at("pings")).get<std::size_t>()};
@@ -169,10 +174,10 @@ PartRecord read_part_json(const std::filesystem::path& file) {
                               whole_numbers(its.at("size_bytes")).get<std::uint64_t>(),
                               its.at("xxh128").get<std::string>()});
     return record;
-  } catch (const nlohmann::json::exception& error) {
-    throw SceneError(
-        fmt::format("{}: not the record of a part ({}); remove the part's folder and run it again",
-                    file.string(), error.what()));
+  } catch (const Json::exception& error) {
+    throw no_record(error);
+  } catch (const std::invalid_argument& error) {
+    throw no_record(error);
   } catch (const std::out_of_range&) {
     throw SceneError(
         fmt::format("{}: an object that is not there; remove the part's folder and run it again",

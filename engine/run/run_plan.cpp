@@ -72,7 +72,7 @@ std::filesystem::path plan_file(const std::filesystem::path& folder) { return fo
 std::string plan_json(const RunPlan& plan) {
   const Json json = {{"program", "ensonify"},
                      {"version", plan.version},
-                     {"libraries", Json::parse(plan.libraries)},
+                     {"libraries", json_of<Json>(plan.libraries)},
                      {"scene", plan.scene_toml},
                      {"seed", plan.seed},
                      {"intersector", plan.intersector},
@@ -88,9 +88,7 @@ std::string hash_of(const RunPlan& plan) { return xxh128(plan_json(plan)); }
 
 RunPlan read_plan(const std::filesystem::path& folder) {
   try {
-    const std::string text = refine::read_file(plan_file(folder));
-    require_shallow_json(text);
-    const Json json = Json::parse(text);
+    const Json json = json_of<Json>(refine::read_file(plan_file(folder)));
     return {.scene_toml = json.at("scene").get<std::string>(),
             .seed = whole_numbers(json.at("seed")).get<std::uint64_t>(),
             .intersector = json.at("intersector").get<std::string>(),
@@ -105,7 +103,7 @@ RunPlan read_plan(const std::filesystem::path& folder) {
     throw SceneError(fmt::format(
         "{}: is damaged, expected the plan of a run; remove it and the folder's parts, and run again",
         plan_file(folder).string()));
-  } catch (const std::logic_error& error) {  // JSON too deep, or a number that is not whole
+  } catch (const std::logic_error& error) {  // not JSON, or a number that is not whole
     throw SceneError(
         fmt::format("{}: not the plan of a run ({})", plan_file(folder).string(), error.what()));
   }
@@ -117,7 +115,8 @@ std::vector<std::string> differences(const RunPlan& before, const RunPlan& now) 
     if (was != is) found.push_back(fmt::format("{} was {} and is {}", what, was, is));
   };
   compare("the version of ensonify", before.version, now.version);
-  const Json old_libraries = Json::parse(before.libraries), libraries = Json::parse(now.libraries);
+  const Json old_libraries = json_of<Json>(before.libraries),
+             libraries = json_of<Json>(now.libraries);
   for (const auto& [name, version] : libraries.items())
     compare("the version of " + name, old_libraries.value(name, "none"),
             version.get<std::string>());

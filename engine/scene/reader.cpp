@@ -21,6 +21,7 @@
 #include <ensonify/engine/scene/tables/strength_table_reader.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
+#include <ensonify/refine/printable.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/refine/standard_floats.h>
 #include <ensonify/scatter/kind_named.h>
@@ -69,7 +70,7 @@ class Reader {
 
   void apply(const std::string& override_text) {
     overrides_.push_back(override_text);
-    source_ = "-D " + override_text;
+    source_ = place_of_override(override_text);
     in_file_ = false;
     const toml::table table = parse(toml_override(override_text));
     require_no_recipe(table);
@@ -85,7 +86,7 @@ class Reader {
     DatasetOptions options;
     read_dataset(expect_table(*node, "dataset"), "dataset", options);
     for (const std::string& override_text : overrides) {
-      source_ = "-D " + override_text;
+      source_ = place_of_override(override_text);
       in_file_ = false;
       const toml::table changed = parse(toml_override(override_text));
       if (const toml::node* changes = changed.get("dataset"))
@@ -142,7 +143,7 @@ class Reader {
 
   toml::table parse(std::string_view text) const {
     try {
-      return toml::parse(text);
+      return parse_toml(text);
     } catch (const toml::parse_error& error) {
       throw SceneError(fmt::format("{}: {}", place(error.source()), error.description()));
     }
@@ -247,7 +248,7 @@ class Reader {
       if (owner == owners.end()) {  // only an override can name one that the file does not have
         const std::vector<std::string> names = names_of(owners);
         throw fault(
-            name, fmt::format("the scene has no {} {}", kind, printable(name.str())) +
+            name, fmt::format("the scene has no {} {}", kind, quoted_toml(name.str())) +
                       (names.empty() ? fmt::format("; define it in the file, as [{}.NAME]", kind)
                                      : fmt::format(", expected one of {}{}", fmt::join(names, ", "),
                                                    scatter::suggestion(name.str(), names))));
@@ -323,7 +324,7 @@ class Reader {
             list.empty()
                 ? fmt::format("the scene has no [[{}]]; add one to the file", section.name)
                 : fmt::format("the scene has no {} {}; it has {}, numbered from 0",
-                              list_item(section.name), printable(number.str()), list.size()));
+                              list_item(section.name), quoted_toml(number.str()), list.size()));
       const std::string path = fmt::format("{}.{}", section.name, *i);
       read_keys(section, list[*i], expect_table(table, path), path);
     }
@@ -406,7 +407,7 @@ class Reader {
         hint = fmt::format("; expected one of {}{}", fmt::join(here, ", "), hint);
     }
     return fault(
-        key, fmt::format("unknown key {}{}{}", printable(key.str()),
+        key, fmt::format("unknown key {}{}{}", quoted_toml(key.str()),
                          section_name.empty() ? "" : fmt::format(" in [{}]", section_name), hint));
   }
 
@@ -463,8 +464,8 @@ std::string read_scene_text(const fs::path& file) {
 
 std::string toml_override(const std::string& override_text) {
   const auto refuse = [&] {
-    return SceneError(
-        fmt::format("-D {}: expected key=value, as in -D sea.temperature_c=12", override_text));
+    return SceneError(fmt::format("{}: expected key=value, as in -D sea.temperature_c=12",
+                                  place_of_override(override_text)));
   };
   const std::size_t equals = override_text.find('=');
   if (equals == std::string::npos || equals == 0) throw refuse();
@@ -472,7 +473,7 @@ std::string toml_override(const std::string& override_text) {
     throw SceneError("-D: expected one line of text without control characters");
   const auto is_toml = [&](const std::string& text) {
     try {
-      if (toml::parse(text).empty()) throw refuse();
+      if (parse_toml(text).empty()) throw refuse();
       return true;
     } catch (const toml::parse_error&) {
       return false;
@@ -482,10 +483,14 @@ std::string toml_override(const std::string& override_text) {
   return override_text.substr(0, equals + 1) + toml_string(override_text.substr(equals + 1));
 }
 
+std::string place_of_override(std::string_view override_text) {
+  return "-D " + refine::shortened(override_text, 200);
+}
+
 std::string with_overrides(std::span<const std::string> overrides) {
   std::string text;
   for (const std::string& one : overrides)
-    text += fmt::format("{} -D {}", text.empty() ? "; with" : "", one);
+    text += fmt::format("{} {}", text.empty() ? "; with" : "", place_of_override(one));
   return text;
 }
 

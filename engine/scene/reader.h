@@ -31,6 +31,9 @@ Scene parse_scene(std::string_view text, std::string_view name,
 /// is not key=value.
 std::string toml_override(const std::string& override_text);
 
+/// An override as the place of a fault, "-D key=value", shortened.
+std::string place_of_override(std::string_view override_text);
+
 /// "; with -D key=value -D ...", for a message about keys that overrides may have changed; empty
 /// without overrides.
 std::string with_overrides(std::span<const std::string> overrides);

@@ -19,7 +19,7 @@ ScenePaths scene_paths(const fs::path& file, const fs::path& data_folder) {
 
 fs::path resolve(std::string_view key, const std::string& text, const ScenePaths& paths) {
   const auto refuse = [&](std::string_view why) {
-    return SceneError(fmt::format("'{}' names {}: {}", key, printable(text), why));
+    return SceneError(fmt::format("'{}' names {}: {}", key, quoted_toml(text), why));
   };
   const bool in_data = text.starts_with(data_prefix);
   if (in_data && paths.data_folder.empty())

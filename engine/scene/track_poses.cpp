@@ -95,20 +95,20 @@ class TrackBuilder {
           "if that is slow navigation, smooth it with track.smooth_s",
           name, repeated, log.t_s.size()));
     if (log.origin) flight_.middle = log.origin;
-    recorded_.emplace(log, track_.smooth_s);
+    const RecordedTrack& recorded = recorded_.emplace(log, track_.smooth_s);
     if (interval_s_ == 0.0) {
       check_pings(scene_, static_cast<double>(log.t_s.size()), name);
       for (const double t_s : log.t_s) {
-        flight_.poses.push_back(recorded_->at(t_s));
+        flight_.poses.push_back(recorded.at(t_s));
         check_stop();
       }
       return;
     }
     const double steps =
-        std::floor((recorded_->end_s() - recorded_->begin_s()) / interval_s_ * (1.0 + 1e-12));
+        std::floor((recorded.end_s() - recorded.begin_s()) / interval_s_ * (1.0 + 1e-12));
     check_pings(scene_, steps + 1.0, name);
     for (double step = 0.0; step <= steps; ++step) {
-      flight_.poses.push_back(recorded_->at(recorded_->begin_s() + step * interval_s_));
+      flight_.poses.push_back(recorded.at(recorded.begin_s() + step * interval_s_));
       check_stop();
     }
     warn_of_pauses(log.t_s, name);

@@ -76,10 +76,10 @@ std::string about(const Seafloor& seafloor) {
   return json_text(json);
 }
 
-/// Reads that text. Throws Json::exception, or std::out_of_range for numbers that contradict one
+/// Reads that text. Throws std::invalid_argument or Json::exception, or std::out_of_range for numbers that contradict one
 /// another.
 void take(std::string_view text, Seafloor& seafloor) {
-  const Json json = Json::parse(text);
+  const Json json = json_of<Json>(text);
   whole_numbers(json.at("vertices")).get_to(seafloor.vertices);
   whole_numbers(json.at("faces")).get_to(seafloor.faces);
   whole_numbers(json.at("bed_faces")).get_to(seafloor.bed_faces);

@@ -148,6 +148,17 @@ class OnATerminal(unittest.TestCase):
                 if columns >= 80:
                     self.assertTrue(all(bar.startswith("[") for bar in whole), bars)
 
+    def test_control_characters_of_data_do_nothing_to_it_and_stay_in_files(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "recipe.toml").write_text(
+                scene + '[dataset]\nsamples = 1\n[[objects]]\nshape = "box"\nclass = "größe\\u009b31m"\n')
+            dry_run = ["generate", "recipe.toml", "--dry-run", "-o", "dataset"]
+            code, text = shown(dry_run, 80, "stdout", folder)
+            self.assertEqual(code, 0)
+            self.assertIn('"größe\\xC2\\x9B31m"', text)
+            data = subprocess.run([program, *dry_run], cwd=folder, capture_output=True, check=True).stdout
+            self.assertIn('"größe\u009b31m"', data.decode())
+
     def test_help_stays_within_the_terminal_and_within_80_columns_elsewhere(self):
         def run(*arguments):
             return subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout

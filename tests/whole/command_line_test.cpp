@@ -17,11 +17,13 @@
 #include "support/files.h"
 #include "support/program.h"
 #include "support/small_recording.h"
+#include "support/tiny_recipe.h"
 #include "support/tiny_scene.h"
 #include "support/tree.h"
 
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/scene/dump.h>
+#include <ensonify/refine/printable.h>
 
 using namespace ensonify;
 using namespace ensonify::tests;
@@ -403,6 +405,60 @@ TEST_CASE("A path that the system refuses, or an empty one, is named in the prog
                 "circle/manifest.json: Too many levels of symbolic links; correct the path");
   check_refused(run_program(folder.path(), {"compare", "a.xtf", "b.xtf", "--html", ""}), 2,
                 "--html: the path is empty");
+}
+
+TEST_CASE("Text from outside does nothing to the terminal on which a message repeats it") {
+  const TemporaryFolder folder;
+  const std::string name = "größe\x1b[31m\n\x7f\xc2\x9b\xe9";
+  const std::string shown = "größe\\x1B[31m\\x0A\\x7F\\xC2\\x9B\\xE9";
+  write_text(folder / (name + ".toml"), "version = 1\n\"größe\\u001b[31m\\u009b\" = 1\n");
+  write_text(folder / (name + ".obj"), "v 0 0 größe\x1b[31m\n");
+  write_text(folder / "tiny.toml", tiny_scene);
+  const auto check = [&](const std::vector<std::string>& arguments, const std::string& message) {
+    const Outcome outcome = run_program(folder.path(), arguments);
+    CAPTURE(arguments, outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.find(message) != std::string::npos);
+    CHECK(refine::printable(outcome.err, "\n") == outcome.err);
+    CHECK(std::ranges::count(outcome.err, '\n') == 1);
+  };
+  check({"run", name, "-o", "out"}, "ensonify: " + shown + ": there is no such file");
+  check({"run", name + ".toml", "-o", "out"}, shown + ".toml:2:1: unknown key \"größe\\u001B[31m");
+  check({"run", "tiny.toml", "-o", "out", "--" + name}, shown);
+  check({"run", "tiny.toml", "-o", "out", "-D", "track.pings=größe"}, "\"größe\"");
+  check({"run", "tiny.toml", "-o", "out", "-D", "track.pings=\xe9"}, "-D track.pings=\\xE9: ");
+  check({name}, shown);
+  check({"mesh-info", name + ".obj"}, shown + ".obj:1: found \"größe\\x1B[31m\"");
+  check({"merge", name}, "ensonify: " + shown + ": there is no such folder");
+  check({"recording-info", name + ".obj"}, shown);
+}
+
+TEST_CASE("Text that is deep in itself is refused by every command that reads it") {
+  const TemporaryFolder folder;
+  std::string key = "a";
+  for (int i = 1; i < 31000; ++i) key += ".a";
+  write_text(folder / "tiny.toml", tiny_scene);
+  write_text(folder / "recipe.toml", tiny_recipe);
+  write_text(folder / "key.toml", "version = 1\n" + key + " = 1\n");
+  write_text(folder / "table.toml", "version = 1\n[" + key + "]\n");
+  for (const char* scene : {"key.toml", "table.toml"})
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"run", scene, "-o", "out"},
+          {"generate", scene, "-o", "out"},
+          {"stream", scene}})
+      check_refused(run_program(folder.path(), arguments), 2, "more than 64 deep in each other");
+  for (const auto& [command, file] :
+       {std::pair{"run", "tiny.toml"}, {"generate", "recipe.toml"}, {"stream", "tiny.toml"}}) {
+    std::vector<std::string> arguments{command, file, "-D", key + "=1"};
+    if (command != std::string("stream")) arguments.insert(arguments.end(), {"-o", "out"});
+    check_refused(run_program(folder.path(), arguments), 2,
+                  "...: keys, tables and lists are more than 64 deep in each other");
+  }
+  fs::create_directory(folder / "dataset");
+  const std::string deep = std::string(200000, '[') + std::string(200000, ']');
+  write_text(folder / "dataset/dataset.json", "{\"a\": " + deep + "}");
+  check_refused(run_program(folder.path(), {"merge", "dataset"}), 2,
+                "this JSON has lists or objects more than 64 levels deep, from byte 70 on");
 }
 
 TEST_CASE("A survey is found under --data and ENSONIFY_DATA") {

@@ -474,6 +474,42 @@ TEST_CASE("a folder with another dataset is refused and not changed") {
   }
 }
 
+TEST_CASE("generate names a folder's file that is no description of a dataset, in its own words") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  fs::create_directory(folder / "dataset");
+  const std::string deep = std::string(200000, '[') + std::string(200000, ']');
+  for (const std::string& content :
+       {std::string("{"), std::string("[]"), std::string(R"({"recipe": 5})"), deep,
+        Json{{"recipe", tiny_recipe}, {"overrides", 1}}.dump(),
+        Json{{"recipe", tiny_recipe}, {"assets", 1}}.dump()}) {
+    write_text(folder / "dataset/dataset.json", content);
+    const Outcome outcome = generate(folder.path(), "dataset");
+    CAPTURE(content.substr(0, 40), outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.starts_with(
+        "ensonify: dataset/dataset.json: the folder holds another dataset: "));
+    CHECK(outcome.err.find("json.exception") == std::string::npos);
+    const Outcome merged = run_program(folder.path(), {"merge", "dataset"});
+    CHECK(merged.code == 2);
+    CHECK(merged.err.starts_with("ensonify: dataset/dataset.json: not a dataset's description"));
+    CHECK(merged.err.find("json.exception") == std::string::npos);
+  }
+}
+
+TEST_CASE("a file of the data folder whose name is not UTF-8 is named, and has to be renamed") {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "data");
+  write_text(folder / "data/m\xe9sh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  write_text(folder / "recipe.toml",
+             tiny_recipe + "[[objects]]\nmesh = \"data:*.obj\"\nmaterial = \"plain\"\n");
+  const Outcome outcome = generate(folder.path(), "dataset", {"--data", "data"});
+  CAPTURE(outcome.err);
+  CHECK(outcome.code == 2);
+  CHECK(outcome.err.find("matches m\\xE9sh.obj, a name that is not UTF-8 as TOML is: rename it") !=
+        std::string::npos);
+}
+
 TEST_CASE("a file-size limit is reported with the path, and finished samples stay complete") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);

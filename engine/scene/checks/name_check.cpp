@@ -18,7 +18,7 @@ std::optional<std::string> fault_of_name(std::string_view kind, std::string_view
   if (!name.empty() && name.size() <= longest && std::ranges::all_of(name, is_name_character))
     return std::nullopt;
   return fmt::format("the {}'s name is {}, expected 1 to {} letters, digits, _ and -", kind,
-                     printable(name), longest);
+                     quoted_toml(name), longest);
 }
 
 std::optional<std::string> fault_of_file_names(std::string_view name,
@@ -26,7 +26,7 @@ std::optional<std::string> fault_of_file_names(std::string_view name,
   const auto fault = [&](std::string_view whose) {
     return fmt::format(
         "a sonar named {} would have files of the same name as {}; give it another name",
-        printable(name), whose);
+        quoted_toml(name), whose);
   };
   const auto named = [&](std::string_view other) {
     return std::ranges::count(sonars, other, &Sonar::name);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/units.h>
+#include <ensonify/refine/printable.h>
 
 namespace ensonify::engine {
 namespace {
@@ -126,9 +127,6 @@ std::string toml_string(std::string_view text) {
   return out + '"';
 }
 
-std::string printable(std::string_view text) {
-  return toml_string(text.size() <= 60 ? std::string(text)
-                                       : std::string(text.substr(0, 57)) + "...");
-}
+std::string quoted_toml(std::string_view text) { return toml_string(refine::shortened(text, 60)); }
 
 }  // namespace ensonify::engine

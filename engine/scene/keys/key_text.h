@@ -49,6 +49,6 @@ std::optional<std::string> option_text(const Key<Owner>& key, const Owner& owner
 /// A string as TOML.
 std::string toml_string(std::string_view text);
 /// The same of its first characters, for a message.
-std::string printable(std::string_view text);
+std::string quoted_toml(std::string_view text);
 
 }  // namespace ensonify::engine

@@ -14,6 +14,7 @@
 
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/engine/untrusted.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/nearest_names.h>
 
@@ -38,7 +39,7 @@ std::vector<double> numbers(const Range& range, const toml::node& node, const Re
   if (!array) throw refuse("");
   std::vector<double> numbers;
   for (const toml::node& element : *array) {
-    numbers.push_back(element.is_number() ? *element.value<double>() : std::nan(""));
+    numbers.push_back(number_of(element).value_or(std::nan("")));
     if (!(numbers.back() >= range.low && numbers.back() <= range.high))
       throw refuse(fmt::format("; number {} is not", numbers.size()));
   }
@@ -57,8 +58,7 @@ std::vector<Eigen::Vector2d> points(const Range& range, const toml::node& node,
     if (!pair || pair->size() != 2) throw refuse(place);
     Eigen::Vector2d& point = points.emplace_back();
     for (int axis = 0; axis < 2; ++axis) {
-      const toml::node& number = (*pair)[static_cast<std::size_t>(axis)];
-      point[axis] = number.is_number() ? *number.value<double>() : std::nan("");
+      point[axis] = number_of((*pair)[static_cast<std::size_t>(axis)]).value_or(std::nan(""));
       if (!(point[axis] >= range.low && point[axis] <= range.high)) throw refuse(place);
     }
   }
@@ -67,8 +67,24 @@ std::vector<Eigen::Vector2d> points(const Range& range, const toml::node& node,
 
 }  // namespace
 
+toml::table parse_toml(std::string_view text) {
+  if (const std::optional byte = too_deep_in_toml(text)) {
+    const std::string_view before = text.substr(0, *byte);
+    const std::size_t line_begin = before.rfind('\n') + 1;  // 0 on the first line
+    const toml::source_position place{
+        static_cast<toml::source_index>(std::ranges::count(before, '\n') + 1),
+        static_cast<toml::source_index>(*byte - line_begin + 1)};
+    throw toml::parse_error(
+        fmt::format("keys, tables and lists are more than {} deep in each other here; remove some",
+                    most_levels)
+            .c_str(),
+        place);
+  }
+  return toml::parse(text);
+}
+
 std::string description(const toml::node& node) {
-  if (const auto* value = node.as_string()) return "the string " + printable(value->get());
+  if (const auto* value = node.as_string()) return "the string " + quoted_toml(value->get());
   if (const auto* value = node.as_integer()) return fmt::format("{}", value->get());
   if (const auto* value = node.as_floating_point()) {
     const std::string text = fmt::format("{}", value->get());
@@ -77,6 +93,12 @@ std::string description(const toml::node& node) {
   if (const auto* value = node.as_boolean()) return value->get() ? "true" : "false";
   if (node.is_table()) return "a table";
   return node.is_array() ? "an array" : "a date or a time";
+}
+
+std::optional<double> number_of(const toml::node& node) {
+  if (const auto* real = node.as_floating_point()) return real->get();
+  if (const auto* whole = node.as_integer()) return static_cast<double>(whole->get());
+  return std::nullopt;
 }
 
 void set_option(const Option& option, const toml::node& node, const ExpectedValue& expected,
@@ -89,11 +111,10 @@ void set_option(const Option& option, const toml::node& node, const ExpectedValu
     return value->get();
   };
   const auto number = [&]() -> double {
-    if (!node.is_number()) throw refuse("");
-    const double value = *node.value<double>();
-    if (!(value >= expected.range.low && value <= expected.range.high))
+    const std::optional value = number_of(node);
+    if (!value || !(*value >= expected.range.low && *value <= expected.range.high))
       throw refuse("");  // nor NaN
-    return expected.in_degrees ? value * degree : value;
+    return expected.in_degrees ? *value * degree : *value;
   };
   const auto word = [&]() -> std::string {
     if (node.is_date_time()) {  // a time without quotes

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -9,12 +10,22 @@
 
 namespace toml::inline v3 {
 class node;
-}
+class table;
+}  // namespace toml::inline v3
 
 namespace ensonify::engine {
 
+/// The tables of a TOML text: the only way in which the engine parses it. Throws toml::parse_error,
+/// also for a statement with more than `most_levels` (untrusted.h).
+toml::table parse_toml(std::string_view text);
+
 /// What a TOML value is, for a message: "the string \"a\"", "3.0", "a table".
 std::string description(const toml::node& node);
+
+/// The number that a TOML value is, if it is one. A whole number without a double of its own (most
+/// above 2^53) becomes the nearest one, as the same number with a decimal point does. (toml++'s
+/// value<double>() has no value for it.)
+std::optional<double> number_of(const toml::node& node);
 
 /// What a key accepts, as in Key.
 struct ExpectedValue {

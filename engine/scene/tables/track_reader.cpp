@@ -74,15 +74,16 @@ std::optional<double> middle_value(const PingColumn& column, const RecordedPing&
   return *from + 0.5 * (is_angle ? std::remainder(*to - *from, 360.0) : *to - *from);
 }
 
-/// The outermost beams of one ping; the same one if it has one packet.
+/// The time and the outermost beams of one ping; the same beam twice if it has one packet.
 struct PingBeams {
+  double t_s;
   const RecordedPing *rear, *front;
 };
 
 /// A column of the pings; NaN where they do not state it.
 std::vector<double> recorded_values(const PingColumn& column, std::span<const PingBeams> pings) {
   std::vector<double> values;
-  for (const auto& [rear, front] : pings)
+  for (const auto& [t_s, rear, front] : pings)
     values.push_back(
         middle_value(column, *rear, *front).value_or(std::numeric_limits<double>::quiet_NaN()));
   return values;
@@ -94,9 +95,7 @@ void fill_gaps(std::vector<double>& values, std::span<const PingBeams> pings, bo
   const auto begin = values.begin();
   auto last = std::ranges::find_if_not(values, [](double value) { return std::isnan(value); });
   std::fill(begin, last, *last);
-  const auto time_s = [&](auto at) {
-    return *pings[static_cast<std::size_t>(at - begin)].front->t_s;
-  };
+  const auto time_s = [&](auto at) { return pings[static_cast<std::size_t>(at - begin)].t_s; };
   for (auto next = last + 1; next != values.end(); ++next) {
     if (std::isnan(*next)) continue;
     const double change = is_angle_deg ? std::remainder(*next - *last, 360.0) : *next - *last;
@@ -131,15 +130,15 @@ CsvTable navigation_table(const std::filesystem::path& file, Vertical vertical,
       ++nowhere;
       continue;
     }
-    if (!pings.empty() && !(*ping.t_s > *pings.back().front->t_s)) {
+    if (!pings.empty() && !(*ping.t_s > pings.back().t_s)) {
       RecordedPing const*& front = pings.back().front;
-      if (*ping.t_s == *front->t_s && ping.beam > front->beam)
+      if (*ping.t_s == pings.back().t_s && ping.beam > front->beam)
         front = &ping;
       else
         ++not_after;
       continue;
     }
-    pings.push_back({&ping, &ping});
+    pings.push_back({*ping.t_s, &ping, &ping});
     numbers.push_back(static_cast<int>(i + 1));
   }
   if (not_after > 0)
@@ -363,9 +362,10 @@ class TrackReader {
     std::vector<double> off_first_deg;  // from -180 to 180, also over the meridian of 180 degrees
     for (const double longitude : longitude_deg)
       off_first_deg.push_back(std::remainder(longitude - longitude_deg.front(), 360.0));
-    log_.origin = {middle_rad(latitude_deg),
-                   longitude_deg.front() * degree + middle_rad(off_first_deg)};
-    return tangent_plane(*log_.origin);
+    const GeographicPlace middle{middle_rad(latitude_deg),
+                                 longitude_deg.front() * degree + middle_rad(off_first_deg)};
+    log_.origin = middle;
+    return tangent_plane(middle);
   }
 
   static std::function<MapPlace(const GeographicPlace&)> tangent_plane(

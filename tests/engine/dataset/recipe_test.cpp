@@ -445,6 +445,50 @@ TEST_CASE("a table's entry is that of the value, then of a pattern, then the def
   CHECK_FALSE(matches("x/y/a.stl", "x/*.stl"));
   CHECK_FALSE(matches("x/a.stl2", "x/*.stl"));
   CHECK(matches("abcbc", "a*bc"));
+  CHECK(matches("a", "*a**"));
+  CHECK_FALSE(matches("ab/c", "a*c"));
+  CHECK_FALSE(matches("x/y", "*y"));
+  // Neither stack nor time for each way in which many stars can match.
+  CHECK_FALSE(matches(std::string(1000, 'a'), std::string(1000000, '*') + "b"));
+  std::string stars;
+  for (int i = 0; i < 30; ++i) stars += "*a";
+  CHECK_FALSE(matches(std::string(1000, 'a'), stars + "b"));
+}
+
+TEST_CASE(
+    "a recipe's keys may be neither deep in each other nor depend on each other in long chains") {
+  std::string key = "a";
+  for (int i = 1; i < 31000; ++i) key += ".a";
+  check_refused("[dataset]\nsamples = 2\n[draw]\n" + key + " = 1\n", "more than 64 deep");
+  const auto chain = [](int keys) {
+    std::string text = "[dataset]\nsamples = 2\n[draw]\nk0 = { uniform = [1, 2] }\n";
+    for (int i = 1; i < keys; ++i)
+      text += fmt::format("k{} = {{ times = \"draw.k{}\" }}\n", i, i - 1);
+    return text + fmt::format("[track]\naltitude_m = {{ times = \"draw.k{}\" }}\n", keys - 1);
+  };
+  const double altitude_m = recipe_of(chain(63)).sample(0).scene.track.altitude_m;
+  CHECK((altitude_m >= 1.0 && altitude_m <= 2.0));
+  check_refused(chain(20000), "more than 64 keys depend on each other one after the other");
+}
+
+TEST_CASE("a whole number above 2^53 is the nearest double in a recipe, and none is drawn") {
+  const auto drawn = [](const std::string& distribution) {
+    return recipe_of("[dataset]\nsamples = 2\n[draw]\na = " + distribution + "\n")
+        .sample(0)
+        .drawn.at("draw.a");
+  };
+  CHECK(drawn("{ uniform = [9007199254740993, 9007199254740993] }") == "9007199254740992");
+  CHECK(drawn("{ normal = [9007199254740993, 0], between = [1, 9223372036854775807] }") ==
+        "9007199254740992");
+  CHECK(drawn("{ choice = [1, 2], weights = [0, 9007199254740993] }") == "2");
+  CHECK(drawn("{ choice = [9007199254740993] }") == "9007199254740993");  // perhaps a seed
+  for (const char* ends : {"[1, 9007199254740993]", "[-9223372036854775807, 1]"}) {
+    CAPTURE(ends);
+    check_refused(fmt::format("[dataset]\nsamples = 2\n[draw]\na = {{ int = {} }}\n", ends),
+                  "expected whole numbers from -9007199254740991 to 9007199254740991");
+  }
+  check_refused("[dataset]\nsamples = 2\n[track]\nheading_deg = { choice = [9007199254740993] }\n",
+                "'track.heading_deg' is 9007199254740993, expected a number from -360 to 360");
 }
 
 TEST_CASE("overrides change values and distributions, also of keys that the recipe does not have") {

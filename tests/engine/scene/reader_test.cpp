@@ -12,6 +12,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <toml++/toml.h>
 
 #include "support/catch.h"
 #include "support/files.h"
@@ -19,6 +20,8 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/keys/toml_value.h>
+#include <ensonify/engine/session_keys.h>
 #include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;
@@ -141,6 +144,57 @@ TEST_CASE("Integers stand for floats, and a byte-order mark and CRLF do not matt
   CHECK(scene.track.speed_mps == 3.0);
   CHECK(
       error_of("\xef\xbb\xbfversion = 1\r\n[track]\r\nspeed = 3\r\n").starts_with("s.toml:3:1: "));
+}
+
+TEST_CASE("A whole number for a real key is the nearest double, at any size") {
+  for (const auto& [text, value] : {std::pair{"3", 3.0},
+                                    {"9007199254740993", 0x1p53},
+                                    {"9007199254740995", 0x1p53 + 4.0},
+                                    {"-9007199254740993", -0x1p53},
+                                    {"9223372036854775807", 0x1p63}}) {
+    CAPTURE(text);
+    const toml::table table =
+        parse_toml(std::string("whole = ") + text + "\nreal = " + text + ".0");
+    CHECK(number_of(*table.get("whole")) == value);
+    CHECK(number_of(*table.get("real")) == value);
+  }
+  const toml::table others = parse_toml("a = true\nb = \"1\"\nc = [1]\nd = 1979-05-27");
+  for (const auto& [key, node] : others) CHECK(!number_of(node));
+}
+
+TEST_CASE("A whole number above 2^53 is refused like any other out of range, through each door") {
+  const std::string number = "9007199254740993";
+  const std::string message =
+      "'track.heading_deg' is " + number + ", expected a number from -360 to 360 degrees";
+  CHECK(error_of(head + "[track]\nheading_deg = " + number) == "s.toml:3:15: " + message);
+  const std::string override_text = "track.heading_deg=" + number;
+  CHECK(error_of(head, {override_text}) == "-D " + override_text + ": " + message);
+  CHECK(error_of([&] {  // that of the stream and of Python
+          SessionScene(head, "s.toml", {}, {})
+              .with(std::vector<KeyValue>{{"track.heading_deg", number}});
+        }) == override_text + ": " + message);
+  CHECK(
+      error_of(head + "[sonar.a]\nfocus_zones_m = [5, " + number + "]").find("; number 2 is not") !=
+      std::string::npos);
+  CHECK(error_of(head + "[[objects]]\nshape = \"cable\"\npath = [[0, 0], [1, " + number + "]]")
+            .find("; point 2 is not") != std::string::npos);
+}
+
+TEST_CASE("Keys, tables and values that are deep in each other are refused with the place") {
+  std::string key = "a";
+  for (int i = 1; i < 31000; ++i) key += ".a";
+  const std::string message =
+      "keys, tables and lists are more than 64 deep in each other here; remove some";
+  for (const std::string& line : {key + " = 1", "[" + key + "]", "[[" + key + "]]",
+                                  "b = {" + key + " = 1}", "b = " + std::string(31000, '[')}) {
+    CAPTURE(line.substr(0, 20));
+    const std::string error = error_of(head + line);
+    CHECK(error.starts_with("s.toml:2:"));
+    CHECK(error.ends_with(message));
+  }
+  const std::string of_override = error_of(head, {key + "=1"});
+  CHECK(of_override.starts_with("-D a.a.a."));
+  CHECK(of_override.ends_with("...: " + message));
 }
 
 TEST_CASE("Objects keep their order and their numbers, from the file, an override and a dump") {
