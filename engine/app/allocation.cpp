@@ -1,7 +1,10 @@
 // How the program allocates memory; a library leaves that to the program that uses it. Large arrays
 // lie in large pages (2 MB on x86), which the system is asked for: their first use then enters the
-// kernel once per large page and not every 4 KB.
+// kernel once per large page and not every 4 KB. When they are freed, they go back to the system.
+// By itself the C library keeps arrays of up to 32 MB in its heap after the first such array was
+// freed. There they leave gaps, so that a run in parts took more memory with every part.
 
+#include <malloc.h>
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -11,7 +14,11 @@
 
 namespace {
 
-constexpr std::size_t large_page_bytes = 2 << 20;
+constexpr int large_page_bytes = 2 << 20;
+
+#ifdef M_MMAP_THRESHOLD
+const int large_arrays_go_back = ::mallopt(M_MMAP_THRESHOLD, large_page_bytes);
+#endif
 
 /// Memory for an array of at least a large page, from the beginning of one; null if there is none.
 void* large_block(std::size_t bytes) {
