@@ -1,8 +1,6 @@
 // How the program allocates memory; a library leaves that to the program that uses it. Large arrays
 // lie in large pages (2 MB on x86), which the system is asked for: their first use then enters the
-// kernel once per large page and not every 4 KB. When they are freed, they go back to the system.
-// By itself the C library keeps arrays of up to 32 MB in its heap after the first such array was
-// freed. There they leave gaps, so that a run in parts took more memory with every part.
+// kernel once per large page and not every 4 KB.
 
 #include <malloc.h>
 #include <sys/mman.h>
@@ -14,10 +12,13 @@
 
 namespace {
 
-constexpr int large_page_bytes = 2 << 20;
+constexpr std::size_t large_page_bytes = 2 << 20;
 
 #ifdef M_MMAP_THRESHOLD
-const int large_arrays_go_back = ::mallopt(M_MMAP_THRESHOLD, large_page_bytes);
+// Arrays of 128 KB or more go back to the system when they are freed. That is how the C library
+// begins, but it moves the limit up to 32 MB as it frees larger arrays. These then leave gaps in
+// its heap, so that a run in parts took more memory with every part.
+[[maybe_unused]] const int set = ::mallopt(M_MMAP_THRESHOLD, 128 << 10);
 #endif
 
 /// Memory for an array of at least a large page, from the beginning of one; null if there is none.

@@ -32,6 +32,7 @@ constexpr std::array rooms{"clock",
                            "quantile",
                            "work_control",
                            "calls_at_fork",
+                           "made_once",
                            "simd",
                            "trace",
                            "trace/exact",
@@ -127,7 +128,7 @@ std::string wrong_include(const fs::path& file, const std::string& name, bool qu
   return "";
 }
 
-std::string wrong_call(const fs::path& file, const std::string& line) {
+std::string wrong_line(const fs::path& file, const std::string& line) {
   static const std::regex text(R"("([^"\\]|\\.)*"|//.*)");
   static const std::regex call(
       R"(\b(cout|cerr|clog|fmt::print|(f?printf|f?puts|_?exit|quick_exit|abort|terminate)\s*\())");
@@ -135,6 +136,10 @@ std::string wrong_call(const fs::path& file, const std::string& line) {
   const std::string code = std::regex_replace(line, text, "");
   if (Place(file).is_library() && std::regex_search(code, found, call))
     return "a library prints or ends the program: " + found.str(1);
+  // GDAL has locks of its own, which a fork() leaves as they are, too.
+  static const std::regex constant(R"(^ +static (const|auto) (?!bool registered)[^(]*(=|\{))");
+  if (Place(file).is_library() && std::regex_search(code, constant))
+    return "a constant whose making a child of fork() may wait for: use made_once()";
   return "";
 }
 
@@ -153,7 +158,7 @@ std::vector<std::string> breaches(const fs::path& tree) {
         std::smatch found;
         const std::string what = std::regex_match(line, found, include)
                                      ? wrong_include(file, found[2], found[1] == "\"")
-                                     : wrong_call(file, line);
+                                     : wrong_line(file, line);
         if (!what.empty())
           all.push_back(file.string() + ":" + std::to_string(number) + ": " + what);
       }
@@ -203,6 +208,8 @@ TEST_CASE("the floors hold: planted breaches are found") {
        "a library prints or ends the program: printf("},
       {"engine/simulate.cpp", "  if (bad) std::abort();",
        "a library prints or ends the program: abort("},
+      {"refine/c.cpp", "  static const std::vector<int> all = {1};",
+       "a constant whose making a child of fork() may wait for: use made_once()"},
 
       {"engine/run.h", "#include <ensonify/engine/simulate.h>", ""},
       {"engine/trace/back_ends.cpp", "#include <ensonify/engine/trace/exact/b.h>", ""},
@@ -213,6 +220,7 @@ TEST_CASE("the floors hold: planted breaches are found") {
       {"engine/trace/embree/d-inl.h", "#include <embree3/rtcore.h>", ""},
       {"engine/app/c.cpp", "#include \"arguments.h\"", ""},
       {"engine/app/d.cpp", "  std::cout << 1;", ""},
+      {"refine/d.cpp", "  static constexpr int one = 1;", ""},
       {"bench/a.cpp", "#include <ensonify/engine/trace/ray.h>", ""},
       {"scatter/c.cpp", "  std::snprintf(text, 9, \"exit(1)\");  // std::cout, abort()", ""},
   };
