@@ -157,8 +157,10 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
 /// Prepares the faces of the announced pings, where the current faces do not cover them.
 void Simulator::look_ahead(refine::SpareThreads& spare) {
   try {
-    for (const Pose& pose : own_->announced) {
-      aim(pose, own_->aim_ahead);
+    const auto& [poses, pings] = own_->announced;
+    for (const std::size_t ping : pings) {
+      if (ping >= poses.size()) continue;
+      aim(poses[ping], own_->aim_ahead);
       if (!own_->face_source.announce(own_->aim_ahead.fans, spare)) return;
     }
   } catch (const std::exception&) {

@@ -13,6 +13,7 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/refine/parallel_for.h>
@@ -61,20 +62,20 @@ struct Look {
   Array3d colour;  // linear light
   double opacity;
 };
-const Look& look_of(Finish finish) {
-  static const std::array<Look, 11> looks{{{rgb(104, 136, 150), 1.0},
-                                           {rgb(232, 176, 92), 1.0},
-                                           {rgb(120, 160, 120), 1.0},
-                                           {rgb(232, 110, 84), 1.0},
-                                           {rgb(250, 214, 64), 1.0},
-                                           {rgb(110, 220, 240), 0.14},
-                                           {rgb(170, 240, 250), 0.85},
-                                           {rgb(190, 245, 255), 0.6},
-                                           {rgb(255, 255, 255), 0.8},
-                                           {rgb(255, 255, 255), 0.3},
-                                           {rgb(255, 255, 255), 0.5}}};
-  return looks[finish];
+std::array<Look, 11> made_looks() {
+  return {{{rgb(104, 136, 150), 1.0},
+           {rgb(232, 176, 92), 1.0},
+           {rgb(120, 160, 120), 1.0},
+           {rgb(232, 110, 84), 1.0},
+           {rgb(250, 214, 64), 1.0},
+           {rgb(110, 220, 240), 0.14},
+           {rgb(170, 240, 250), 0.85},
+           {rgb(190, 245, 255), 0.6},
+           {rgb(255, 255, 255), 0.8},
+           {rgb(255, 255, 255), 0.3},
+           {rgb(255, 255, 255), 0.5}}};
 }
+const Look& look_of(Finish finish) { return made_once<made_looks>()[finish]; }
 const Array3d edge_colour = rgb(14, 28, 46);
 const Array3d sky_top = rgb(6, 14, 30), sky_bottom = rgb(24, 52, 82);
 constexpr double edge_px = 1.0, line_px = 2.0;

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/made_once.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -27,11 +29,15 @@ Words fractions_of_roots(double (*root)(double)) {
   return words;
 }
 
+Words round_constants() {
+  return fractions_of_roots([](double n) { return std::cbrt(n); });
+}
+
 class Sha256 {
  public:
   /// Adds a block of 64 bytes (6.2.2).
   void add(const unsigned char* block) {
-    static const Words k = fractions_of_roots([](double n) { return std::cbrt(n); });
+    const Words& k = made_once<round_constants>();
     Words w{};
     for (std::size_t t = 0; t < 16; ++t)
       for (std::size_t i = 0; i < 4; ++i) w[t] = w[t] << 8 | block[4 * t + i];

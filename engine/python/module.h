@@ -64,6 +64,14 @@ struct Line {
   std::string_view side() const { return name_of(line.side); }
 };
 
+/// Whether Python has objects of the class. True for each class of this module.
+template <class T>
+constexpr bool is_class_of_module = false;
+template <>
+constexpr bool is_class_of_module<Pose> = true;
+template <>
+constexpr bool is_class_of_module<Line> = true;
+
 /// Refuses to pickle and to copy objects of a class. (pybind11 ends the program if it is asked for
 /// the oldest of pickle's protocols.)
 template <class T>
@@ -84,3 +92,19 @@ void add_recordings(py::module_& module);
 void add_simulator(py::module_& module);
 
 }  // namespace ensonify::python
+
+/// How pybind11 finds the C++ object of a Python object. By itself it gives an object that
+/// `Class.__new__(Class)` made memory without a value. Here such an object raises TypeError.
+template <class T>
+class pybind11::detail::type_caster<T, std::enable_if_t<ensonify::python::is_class_of_module<T>>>
+    : public type_caster_base<T> {
+ public:
+  bool load(handle object, bool convert) {
+    if (isinstance<T>(object) &&
+        !reinterpret_cast<instance*>(object.ptr())->get_value_and_holder().holder_constructed())
+      throw type_error("this object was made without " +
+                       str(type::of(object).attr("__name__")).cast<std::string>() +
+                       "(...), so it has no value");
+    return type_caster_base<T>::load(object, convert);
+  }
+};

@@ -8,6 +8,8 @@
 #include <ensonify/engine/recording/recording_reader.h>
 
 namespace ensonify::python {
+template <>
+constexpr bool is_class_of_module<RecordedLine> = true;
 namespace {
 
 /// A side's samples over the line's own memory; None without them.

@@ -49,6 +49,11 @@ struct Image {
   std::vector<std::string> classes, materials;
 };
 
+}  // namespace
+template <>
+constexpr bool is_class_of_module<Image> = true;
+namespace {
+
 py::array layer_of_image(const py::object& self, const std::string& name) {
   const Waterfall& image = self.cast<const Image&>().waterfall;
   return layer_of(

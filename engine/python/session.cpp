@@ -159,6 +159,11 @@ class Session {
   std::atomic<std::thread::id> inside_{};  // the thread that has mutex_
 };
 
+}  // namespace
+template <>
+constexpr bool is_class_of_module<Session> = true;
+namespace {
+
 std::vector<std::string> copied(std::span<const std::string> names) {
   return {names.begin(), names.end()};
 }

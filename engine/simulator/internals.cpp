@@ -51,8 +51,8 @@ NumberedMesh mesh_near(const Seafloor& seafloor, const Eigen::Vector3d& vehicle,
 }  // namespace
 
 void SimulatorInternals::announce(Simulator& simulator, std::span<const Pose> poses,
-                                  refine::SpareThreads& spare) {
-  simulator.own_->announced = poses;
+                                  std::span<const std::size_t> pings, refine::SpareThreads& spare) {
+  simulator.own_->announced = {poses, pings};
   simulator.own_->spare = &spare;
 }
 

@@ -27,11 +27,12 @@ struct Refraction;
 /// What a run, the live view, `check` and the benchmark need of a Simulator. Not installed:
 /// programs that link the library do not need it. The Simulator's thread rule holds for all of it.
 struct SimulatorInternals {
-  /// Announces the poses of the pings after the next one. While the next ping is traced, a spare
-  /// thread prepares the faces for them. Keep `poses` and `spare` alive until the end of the next
-  /// ping. The pings that follow need not have these poses.
+  /// Announces the pings after the next one: `pings` are their places in `poses`; those that lie
+  /// beyond its end are left out. While the next ping is traced, a spare thread prepares the faces
+  /// for them. Keep `poses`, `pings` and `spare` alive until the end of the next ping. The pings
+  /// that follow need not have these poses.
   static void announce(Simulator& simulator, std::span<const Pose> poses,
-                       refine::SpareThreads& spare);
+                       std::span<const std::size_t> pings, refine::SpareThreads& spare);
 
   /// Makes the face source forget earlier pings. That changes no ping; a run calls it before each
   /// block of pings, so that memory and speed do not depend on earlier blocks either.

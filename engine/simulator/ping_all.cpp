@@ -21,6 +21,7 @@ namespace ensonify::engine {
 
 TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
     : artefacts_(scene.artefacts),
+      navigation_(scene.navigation),
       seed_(scene.seed),
       block_pings_(static_cast<std::size_t>(scene.run.block_pings)) {
   TrackPoses track_poses = SimulatorInternals::track_poses(simulator);
@@ -36,13 +37,8 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
     warnings_.push_back(std::move(*warning));
   if (auto warning = short_range_warning(simulator, poses_))
     warnings_.push_back(std::move(*warning));
-  reported_ = reported_poses(scene.navigation, scene.seed, poses_);
-  hold_stale(scene.artefacts, scene.seed, reported_);
-  for (std::size_t ping = 0; ping < poses_.size(); ++ping) {
-    recorded_.push_back(recorded_at(ping));
-    if (recorded_.back() != none) sent_.push_back(poses_[recorded_.back()]);
-    sent_until_.push_back(sent_.size());
-  }
+  recorded_.resize(poses_.size());
+  for (std::size_t ping = 0; ping < poses_.size(); ++ping) recorded_[ping] = recorded_at(ping);
 }
 
 // A repeated ping repeats what was recorded last, its truth layers included. The first ping that is
@@ -54,6 +50,14 @@ std::size_t TrackPings::recorded_at(std::size_t ping) const {
   while (then > 0 && (is_repeated(artefacts_, seed_, then) || (then != ping && lost(then)))) --then;
   while (lost(then)) ++then;
   return then;
+}
+
+// A stale report keeps its values, and gets the time of the ping.
+Pose TrackPings::reported_at(std::size_t ping) const {
+  Pose report =
+      reported_pose(navigation_, seed_, poses_, reporting_ping(artefacts_, seed_, poses_, ping));
+  report.t_s = poses_[ping].t_s;
+  return report;
 }
 
 // The shorter of the times to its neighbours, because a track may pause between its legs.
@@ -70,7 +74,7 @@ TrackPings::PingRecord TrackPings::record_ping(Simulator& simulator, std::size_t
                                                refine::SpareThreads* spare) const {
   const Pose& pose = poses_[ping];
   PingRecord record{.row = {.pose = pose,
-                            .reported = reported_[ping],
+                            .reported = reported_at(ping),
                             .altitude_m = simulator.altitude_m(pose.position),
                             .block = static_cast<int>(block_of(ping)),
                             .recorded = recorded_[ping] != none,
@@ -85,8 +89,8 @@ TrackPings::PingRecord TrackPings::record_ping(Simulator& simulator, std::size_t
   if (then == none) return record;  // its row stays empty
   if (spare) {
     const std::size_t last = std::min((block_of(ping) + 1) * block_pings_, poses_.size()) - 1;
-    SimulatorInternals::announce(
-        simulator, std::span(sent_).first(sent_until_[last]).subspan(sent_until_[ping]), *spare);
+    SimulatorInternals::announce(simulator, poses_,
+                                 std::span(recorded_).first(last + 1).subspan(ping + 1), *spare);
   }
   record.lines = simulator.ping_numbered(poses_[then], then);
   return record;

@@ -67,16 +67,17 @@ class TrackPings {
  private:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
   std::size_t recorded_at(std::size_t ping) const;
+  Pose reported_at(std::size_t ping) const;
   double interval_s(std::size_t ping) const;
 
+  // Of each ping no more than its pose and a number is kept, because a track may have millions.
   ArtefactOptions artefacts_;
+  NavigationOptions navigation_;
   std::uint64_t seed_;
   std::size_t block_pings_;
-  std::vector<Pose> poses_, reported_;
+  std::vector<Pose> poses_;
   std::vector<std::size_t> leg_starts_;
-  std::vector<std::size_t> recorded_;    // by ping: the ping whose echo is recorded, or none
-  std::vector<Pose> sent_;               // poses of the recorded echoes, in order
-  std::vector<std::size_t> sent_until_;  // by ping: the number of recorded echoes up to it
+  std::vector<std::size_t> recorded_;  // by ping: the ping whose echo is recorded, or none
   std::optional<GeographicPlace> middle_;
   std::vector<std::string> warnings_;
 };

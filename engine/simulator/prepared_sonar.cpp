@@ -232,7 +232,8 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
                                                    const Sonar& settings,
                                                    const std::vector<std::string>& materials,
                                                    std::span<const double> bed_shares,
-                                                   std::vector<std::string>& warnings) {
+                                                   std::vector<std::string>& warnings,
+                                                   const std::function<void()>& stop_check) {
   const auto made = std::make_shared<PreparedSonar>();
   made->settings = settings;
   Sonar& sonar = made->sonar;
@@ -249,6 +250,7 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
   made->sediments.push_back(std::nullopt);
   if (scene.arrivals.double_bounce) made->mirrors.push_back({});
   for (std::size_t i = 1; i < materials.size(); ++i) {
+    if (stop_check) stop_check();
     made->material_tables.push_back(
         table_of(materials[i], scene, sonar, water.bed_sound_speed_mps(), warnings));
     const Material material = material_named(materials[i], scene.materials);
@@ -258,8 +260,9 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
       made->mirrors.push_back(wall_mirror_of(material, scene.arrivals.wall_loss_db));
   }
   made->bed_table = bed_table(made->material_tables, bed_shares);
-  made->chain = std::make_unique<const SignalChain>(
-      sonar, chain_options(scene, usual, number, *made, materials));
+  ChainOptions options = chain_options(scene, usual, number, *made, materials);
+  options.stop_check = stop_check;
+  made->chain = std::make_unique<const SignalChain>(sonar, options);
   warn_of_speed(*made, usual.speed_mps, warnings);
   warn_of_noise(*made, warnings);
   made->calibration = calibration_of(*made, usual);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -45,13 +46,14 @@ struct UsualPing {
 /// `materials`: number 0 means no material, number 1 is the material of the bed. `bed_shares` are
 /// the shares of the bed's area that the first of them have. `number` is the sonar's index in the
 /// scene. Adds a warning for parameters of a material that are outside their
-/// valid range; the same warning is added once. Throws what read_vertical_pattern() and
-/// material_named() throw.
+/// valid range; the same warning is added once. stop_check is called often. Throws what it,
+/// read_vertical_pattern() and material_named() throw.
 std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const PreparedWater& water,
                                                    const UsualPing& usual, std::size_t number,
                                                    const Sonar& settings,
                                                    const std::vector<std::string>& materials,
                                                    std::span<const double> bed_shares,
-                                                   std::vector<std::string>& warnings);
+                                                   std::vector<std::string>& warnings,
+                                                   const std::function<void()>& stop_check = {});
 
 }  // namespace ensonify::engine

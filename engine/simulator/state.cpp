@@ -142,7 +142,8 @@ void Simulator::SharedState::find_buried() {
 std::shared_ptr<const PreparedSonar> Simulator::SharedState::prepare(
     std::size_t number, const Sonar& settings, const UsualPing& usual,
     const std::vector<std::string>& materials, std::vector<std::string>& its_warnings) const {
-  return prepare_sonar(scene, water, usual, number, settings, materials, bed_shares, its_warnings);
+  return prepare_sonar(scene, water, usual, number, settings, materials, bed_shares, its_warnings,
+                       parts.options.stop_check);
 }
 
 HeightRange Simulator::SharedState::heights(const SessionObjects& added) const {
@@ -175,7 +176,8 @@ std::vector<Simulator::ThreadState::BeamTracer> Simulator::ThreadState::beams_of
   std::vector<BeamTracer> all;
   for (std::size_t i = 0; i < of.size(); ++i) {
     const PreparedSonar& its = *of[i];
-    for (int beam = 0; beam < its.sonar.beams; ++beam)
+    for (int beam = 0; beam < its.sonar.beams; ++beam) {
+      shared.stop_check();  // a beam's tables may take a quarter of a second
       all.push_back({.sonar = i,
                      .mounting = its.sonar.mounting.ahead(its.sonar.beam_offset_m(beam)),
                      .tracer = {its.sonar, its.medium, shared.seafloor, its.material_tables,
@@ -187,6 +189,7 @@ std::vector<Simulator::ThreadState::BeamTracer> Simulator::ThreadState::beams_of
                                                .sediments = its.sediments,
                                                .mirrors = its.mirrors},
                                 beam}});
+    }
   }
   return all;
 }

@@ -120,7 +120,11 @@ struct Simulator::ThreadState {
   Aim aim, aim_ahead;                                  // of the ping; of an announced one
   SignalChain::Scratch chain_scratch;
   std::uint64_t next_ping = 0;
-  std::span<const Pose> announced;  // after the next ping
+  struct Announced {
+    std::span<const Pose> poses;
+    std::span<const std::size_t> pings;
+  };
+  Announced announced;  // after the next ping
   refine::SpareThreads* spare = nullptr;
   StageTimes times;
 };

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/trace/embree/embree.h>
 #include <ensonify/engine/trace/exact/brute_force.h>
 #include <ensonify/engine/trace/exact/pluecker.h>
@@ -82,8 +83,7 @@ std::vector<IntersectorKind> with_those_of_the_program() {
 [[gnu::weak]] std::span<const IntersectorKind> program_intersector_kinds() { return {}; }
 
 std::span<const IntersectorKind> intersector_kinds() {
-  static const std::vector<IntersectorKind> all = with_those_of_the_program();
-  return all;
+  return made_once<with_those_of_the_program>();
 }
 
 const IntersectorKind& intersector_kind(std::string_view name) {

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <new>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -113,6 +114,8 @@ TEST_CASE(
   scene.run.tree_pings = 1;
   Simulator simulator(scene);
   const std::vector<Pose> poses = simulator.track();
+  std::vector<std::size_t> places(poses.size());
+  std::iota(places.begin(), places.end(), std::size_t{0});
   tests::SpareThread spare;
   std::size_t before = 0;
   // In each round the two sets of faces have changed places: twice to warm up.
@@ -120,7 +123,8 @@ TEST_CASE(
     before = allocations;
     SimulatorInternals::reset(simulator);
     for (std::size_t i = 0; i < poses.size(); ++i) {
-      SimulatorInternals::announce(simulator, std::span(poses).subspan(i + 1), spare.threads);
+      SimulatorInternals::announce(simulator, poses, std::span(places).subspan(i + 1),
+                                   spare.threads);
       simulator.ping_numbered(poses[i], i);
       spare.settle();
     }

@@ -165,6 +165,21 @@ TEST_CASE("a child of fork() uses its parent's Simulator, unless a thread was in
   CHECK(numbers(simulator.ping_numbered(beside, 0)) == usual);
 }
 
+TEST_CASE("the stop check is called for each weight of the scatterers and for each beam") {
+  const auto calls_for = [](int beams) {
+    Scene scene = bare_scene();
+    scene.speckle = true;
+    scene.sonars.front().beams = beams;
+    scene.sonars.front().beam_spacing_m = 0.1;
+    int calls = 0;
+    const Simulator simulator(scene, {.stop_check = [&] { ++calls; }});
+    return calls;
+  };
+  const int one = calls_for(1), nine = calls_for(9);
+  CHECK(one > 128);  // half a beam of at least eight cells, in steps of a 32nd of a cell
+  CHECK(nine >= one + 8);
+}
+
 TEST_CASE("the stop check ends the making of a long track") {
   Scene scene = bare_scene();
   scene.track.pings = 20000;

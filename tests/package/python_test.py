@@ -676,6 +676,43 @@ class Sessions(unittest.TestCase):
             os._exit(0)
         self.assertEqual(os.waitpid(child, 0)[1], 0)
 
+    def test_a_simulator_made_after_a_fork_does_not_wait_for_the_first_ping_of_a_thread(self):
+        # Constants that are made in a first ping: each time another moment of it, in a process of its own.
+        program = """
+import os, signal, sys, threading, time, warnings
+import ensonify
+scene = {"seafloor": {"extent_east_m": 40, "extent_north_m": 20, "cell_m": 0.5}, "track": {"pings": 9, "speed_mps": 0.5},
+         "sonar": {"a": {"range_m": 15, "bins": 100, "elevations": 128}}}
+simulator = ensonify.Simulator(scene)
+threading.Thread(target=lambda: [simulator.ping(ensonify.Pose(0, 0, -12)) for _ in range(20)], daemon=True).start()
+time.sleep(float(sys.argv[1]))
+warnings.simplefilter("ignore")  # Python 3.12 warns of a fork with threads
+child = os.fork()
+if child == 0:
+    signal.alarm(20)  # a child that hangs
+    ensonify.Simulator(scene).ping(ensonify.Pose(0, 0, -12))
+    os._exit(0)
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) != 0)
+"""
+        children = [subprocess.Popen([sys.executable, "-c", program, str(0.002 * i)]) for i in range(8)]
+        self.assertEqual([child.wait() for child in children], [0] * len(children))
+
+    def test_an_object_without_a_value_raises(self):
+        arguments = {"ping": (self.pose,), "altitude_m": (self.pose,), "set": ({},), "move": (0, self.pose), "remove": (0,),
+                     "add": ({"shape": "barrel"}, self.pose), "add_mesh": ([], [], self.pose), "track": ()}
+        for kind in (ensonify.Simulator, ensonify.Image, ensonify.EchoLine, ensonify.RecordedLine, ensonify.Pose):
+            empty = kind.__new__(kind)
+            for name in (name for name in dir(kind) if not name.startswith("_")):
+                with self.subTest(kind=kind.__name__, name=name), self.assertRaisesRegex(TypeError, "has no value"):
+                    attribute = getattr(empty, name)
+                    attribute(*arguments[name])
+        for kind in (ensonify.Image, ensonify.EchoLine):
+            with self.assertRaisesRegex(TypeError, "has no value"):
+                kind.__new__(kind)["intensity"]
+        for use in (repr, copy.copy, lambda pose: pose == self.pose, ensonify.Simulator(scene).ping):
+            with self.assertRaisesRegex(TypeError, "has no value"):
+                use(ensonify.Pose.__new__(ensonify.Pose))
+
     def test_control_c_stops_the_making_of_a_long_track(self):
         simulator = ensonify.Simulator({**scene, "track": {"pings": 1000000, "speed_mps": 0, "ping_interval_s": 0.1}})
         ran_out = []

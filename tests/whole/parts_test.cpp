@@ -2,6 +2,7 @@
 // stopped, killed or shared by several processes.
 
 #include <sys/mount.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
@@ -166,6 +167,37 @@ ping_interval_s = 0.5
   const Outcome line = run_scene(folder.path(), "line", {"-D", "track.kind=\"line\""});
   CHECK(line.code == 2);
   CHECK(line.err.find("'output.file_per_leg' needs legs") != std::string::npos);
+}
+
+TEST_CASE("a run in parts takes no more memory for more pings", "[slow]") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", R"(version = 1
+[seafloor]
+extent_east_m = 108
+extent_north_m = 40
+cell_m = 0.5
+[track]
+speed_mps = 0.05
+[output]
+exr = false
+pings_per_file = 250
+[display]
+speed_correction = true
+[sonar.sidescan]
+preset = "edgetech-4125-400-900-low"
+range_m = 50
+bins = 1000
+planes = 4
+elevations = 64
+)");
+  const auto peak_kb = [&](const std::string& pings) {  // of all processes so far
+    run_whole(folder.path(), pings, {"-D", "track.pings=" + pings, "--threads", "2"});
+    rusage usage{};
+    getrusage(RUSAGE_CHILDREN, &usage);
+    return static_cast<double>(usage.ru_maxrss);
+  };
+  const double of_few_kb = peak_kb("1000");
+  CHECK(peak_kb("6000") < 1.1 * of_few_kb);
 }
 
 TEST_CASE("the parts of a run put together are the run of one part") {

@@ -22,9 +22,9 @@ struct Rule {
   std::string_view why;  ///< follows "has no effect"
 };
 
-const std::vector<Rule<Scene>>& scene_rules() {
+std::vector<Rule<Scene>> scene_rules() {
   using S = const Scene&;
-  static const std::vector<Rule<Scene>> rules = {
+  return {
       {{"sea.temperature_c"},
        [](S s) { return !s.sea.profile.empty(); },
        "with 'sea.profile', from whose sound speeds temperatures follow"},
@@ -135,7 +135,6 @@ const std::vector<Rule<Scene>>& scene_rules() {
        [](S s) { return !s.output.xtf && !s.output.jsf; },
        "without 'output.xtf' or 'output.jsf'"},
   };
-  return rules;
 }
 
 /// The keys of the vehicle's random movements.
@@ -162,9 +161,9 @@ std::vector<Rule<Scene>> motion_rules() {
   return rules;
 }
 
-const std::vector<Rule<Sonar>>& sonar_rules() {
+std::vector<Rule<Sonar>> sonar_rules() {
   using S = const Sonar&;
-  static const std::vector<Rule<Sonar>> rules = {
+  return {
       {{"window"}, [](S s) { return s.pulse.kind == PulseKind::cw; }, "with pulse = \"cw\""},
       {{"bandwidth_hz"},
        [](S s) { return s.pulse.kind == PulseKind::cw && s.pulse.length_s > 0.0; },
@@ -200,12 +199,11 @@ const std::vector<Rule<Sonar>>& sonar_rules() {
        [](S s) { return s.receiver.curve != TransferCurve::logarithmic; },
        "without curve = \"logarithmic\""},
   };
-  return rules;
 }
 
-const std::vector<Rule<Material>>& material_rules() {
+std::vector<Rule<Material>> material_rules() {
   using M = const Material&;
-  static const std::vector<Rule<Material>> rules = {
+  return {
       {{"lambert_mu_db"}, [](M m) { return m.model != "lambert"; }, "without model = \"lambert\""},
       {{"diffuse_db", "specular", "lobe_width_deg"},
        [](M m) { return m.model != "solid"; },
@@ -222,13 +220,12 @@ const std::vector<Rule<Material>>& material_rules() {
        [](M m) { return m.model == "solid"; },
        "with model = \"solid\""},
   };
-  return rules;
 }
 
 /// The keys of materials in a scene whose ground has no texture.
-const std::vector<Rule<Material>>& even_material_rules() {
+std::vector<Rule<Material>> even_material_rules() {
   using M = const Material&;
-  static const std::vector<Rule<Material>> rules = {
+  return {
       {{"texture_patch_m", "texture_shape", "texture_exponent", "glint_share", "glints_per_m2",
         "variation_db", "variation_m"},
        [](M) { return true; },
@@ -237,12 +234,11 @@ const std::vector<Rule<Material>>& even_material_rules() {
        [](M m) { return m.model == "lambert" || m.model == "gsab" || m.model == "table"; },
        "with a model that is not a sediment's, without 'texture' and 'speckle'"},
   };
-  return rules;
 }
 
-const std::vector<Rule<ObjectOptions>>& object_rules() {
+std::vector<Rule<ObjectOptions>> object_rules() {
   using O = const ObjectOptions&;
-  static const std::vector<Rule<ObjectOptions>> rules = {
+  return {
       {{"current_deg"},
        [](O o) { return o.scour_ratio == 0.0 && o.tail_ratio == 0.0; },
        "without scour_ratio or tail_ratio"},
@@ -253,14 +249,13 @@ const std::vector<Rule<ObjectOptions>>& object_rules() {
        },
        "on an object without parts"},
   };
-  return rules;
 }
 
 /// Rules for a patch or a layer of relief.
 template <class Layer>
-const std::vector<Rule<Layer>>& area_rules() {
+std::vector<Rule<Layer>> area_rules() {
   using L = const Layer&;
-  static const std::vector<Rule<Layer>> rules = {
+  return {
       {{"middle_east_m", "middle_north_m"},
        [](L l) { return l.area.radius_m == 0.0; },
        "without radius_m"},
@@ -273,7 +268,6 @@ const std::vector<Rule<Layer>>& area_rules() {
        },
        "without polygon_m, outline, radius_m or image"},
   };
-  return rules;
 }
 
 /// Collects warnings of the keys that a scene gives.

@@ -1,11 +1,14 @@
 #include <ensonify/engine/scene/keys/dataset_options.h>
 
+#include <ensonify/engine/made_once.h>
+
 namespace ensonify::engine {
 
 // clang-format off
-const std::vector<Section<DatasetOptions>>& dataset_sections() {
+namespace {
+std::vector<Section<DatasetOptions>> made_dataset_sections() {
   using D = DatasetOptions;
-  static const std::vector<Section<DatasetOptions>> sections = {
+  return {
       {"dataset",
        "How many samples, and which files each has in addition to those of a run.",
        {
@@ -121,8 +124,9 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
             at(&D::chips, &ChipOptions::hard_negatives)},
        }},
   };
-  return sections;
 }
+}  // namespace
+const std::vector<Section<DatasetOptions>>& dataset_sections() { return made_once<made_dataset_sections>(); }
 // clang-format on
 
 }  // namespace ensonify::engine

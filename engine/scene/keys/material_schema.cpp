@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/solid_target.h>
@@ -29,17 +30,17 @@ std::string material_like_help() {
 }  // namespace
 
 // clang-format off
-const Section<Material>& material_section() {
-  static const std::string model_help = material_model_help(), like_help = material_like_help();
-  static const Section<Material> section = {
+namespace {
+Section<Material> made_material_section() {
+  return {
       "material.NAME",
       "A material that the scene defines: a known one, and what differs from it. seafloor.material "
       "and the objects' material refer to it by NAME (letters, digits, _ and -).",
       {
           {"model", "", {},
-           model_help, at(&Material::model), material_model_names()},
+           made_once<material_model_help>(), at(&Material::model), material_model_names()},
           {"like", "", {},
-           like_help, at(&Material::like)},
+           made_once<material_like_help>(), at(&Material::like)},
           {"mean_grain_size_phi", "phi", {-1, 9},
            "Mean grain size: it starts from the sediment of that size instead.",
            at(&Material::mean_grain_size_phi)},
@@ -111,8 +112,9 @@ const Section<Material>& material_section() {
            "Rms tilt of its roughness: half the width of the lobe; 0: smooth.",
            at(&Material::lobe_width_rad)},
       }};
-  return section;
 }
+}  // namespace
+const Section<Material>& material_section() { return made_once<made_material_section>(); }
 // clang-format on
 
 }  // namespace ensonify::engine

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/seafloor.h>
@@ -24,15 +25,19 @@ std::vector<std::string_view> variant_names() {
   return names;
 }
 
-}  // namespace
-
-// clang-format off
-const Section<ObjectOptions>& object_section() {
-  static const std::string material_help = fmt::format(
+std::string object_material_help() {
+  return fmt::format(
       "What it is made of: a solid ({}), or a name as for seafloor.material. Parts of some shapes "
       "have other materials, but not those of an object that a session adds.",
       scatter::solid_names());
-  static const Section<ObjectOptions> section = {
+}
+
+}  // namespace
+
+// clang-format off
+namespace {
+Section<ObjectOptions> made_object_section() {
+  return {
       "objects",
       "An object on the seabed, or over it; any number of them. It is a mesh or a shape, and "
       "stands where it first touches the bed. With `count` there are many, at random places.",
@@ -79,7 +84,7 @@ const Section<ObjectOptions>& object_section() {
            "relative to it, with height_m and burial from its lowest point.",
            at(&ObjectOptions::assembly)},
           {"material", "", {},
-           material_help,
+           made_once<object_material_help>(),
            at(&ObjectOptions::material)},
           {"east_m", "m", {-1e6, 1e6},
            "Its middle, east of the seabed's; the points of its path are relative to it.",
@@ -157,8 +162,9 @@ const Section<ObjectOptions>& object_section() {
            at(&ObjectOptions::scale_min)},
           {"scale_max", "", {1e-3, 1e3}, "See scale_min.", at(&ObjectOptions::scale_max)},
       }};
-  return section;
 }
+}  // namespace
+const Section<ObjectOptions>& object_section() { return made_once<made_object_section>(); }
 // clang-format on
 
 }  // namespace ensonify::engine

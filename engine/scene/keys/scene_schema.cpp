@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/scene/output_formats.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/trace/face_source.h>
@@ -92,16 +93,20 @@ std::vector<Key<Scene>> output_keys() {
   return keys;
 }
 
-}  // namespace
-
-// One row per key.
-const std::vector<Section<Scene>>& scene_sections() {
-  using scatter::SeaWater;
-  static const std::string material_help = fmt::format(
+std::string bed_material_help() {
+  return fmt::format(
       "What it is made of: a sediment (`ensonify sediments` lists them), a cover ({}), a solid (as "
       "for objects.material) or a [material.NAME].",
       cover_names());
-  static const std::vector<Section<Scene>> sections = {
+}
+
+}  // namespace
+
+// One row per key.
+namespace {
+std::vector<Section<Scene>> made_scene_sections() {
+  using scatter::SeaWater;
+  return {
       {"",
        "The whole run.",
        {
@@ -215,7 +220,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             "Height of the sea surface in the survey's or the mesh's own heights.",
             at(&Scene::seafloor, &SeafloorOptions::water_level_m)},
            {"material", "", {},
-            material_help,
+            made_once<bed_material_help>(),
             at(&Scene::seafloor, &SeafloorOptions::material)},
            {"penetration_m", "m", {0, 100},
             "Thickness of the bed's uppermost layer, where it is a sediment: sound enters it, and "
@@ -590,8 +595,9 @@ const std::vector<Section<Scene>>& scene_sections() {
        "Which files a run writes in addition to NAME.png, NAME_pings.csv and manifest.json.",
        output_keys()},
   };
-  return sections;
 }
+}  // namespace
+const std::vector<Section<Scene>>& scene_sections() { return made_once<made_scene_sections>(); }
 // clang-format on
 
 }  // namespace ensonify::engine

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/scene/keys/key.h>
 #include <ensonify/engine/scene/scene.h>
 
@@ -33,37 +34,42 @@ void append_keys(std::vector<Key<Owner>>& keys, const std::vector<Key<Part>>& pa
     keys.push_back({key.name, key.unit, key.range, key.help, {key.option, part}, key.choices});
 }
 
+template <class Layer>
+std::string made_relief_name() {
+  return "seafloor." + std::string(kind_of(Layer{}.relief).list);
+}
+template <class Layer>
+Section<Layer> made_relief_section() {
+  const auto& kind = kind_of(Layer{}.relief);
+  Section<Layer> made{made_once<made_relief_name<Layer>>(), kind.help, {}};
+  for (const auto& value : kind.values)
+    std::visit(
+        [&](auto member) {
+          made.keys.push_back({value.key,
+                               value.unit,
+                               {value.low, value.high},
+                               value.help,
+                               at(&Layer::relief, member)});
+        },
+        value.member);
+  made.keys.push_back({"class",
+                       "",
+                       {},
+                       "What it is called in the labels; empty: as the bed it lies on.",
+                       at(&Layer::class_name)});
+  made.keys.push_back({"material",
+                       "",
+                       {},
+                       "What it is made of, a name as for seafloor.material; empty: as the bed.",
+                       at(&Layer::material)});
+  append_keys(made.keys, area_keys(), &Layer::area);
+  return made;
+}
+
 /// The keys of each layer of one kind of relief, from its ReliefKind.
 template <class Layer>
 const Section<Layer>& relief_section() {
-  static const auto& kind = kind_of(Layer{}.relief);
-  static const std::string name = "seafloor." + std::string(kind.list);
-  static const Section<Layer> section = [] {
-    Section<Layer> made{name, kind.help, {}};
-    for (const auto& value : kind.values)
-      std::visit(
-          [&](auto member) {
-            made.keys.push_back({value.key,
-                                 value.unit,
-                                 {value.low, value.high},
-                                 value.help,
-                                 at(&Layer::relief, member)});
-          },
-          value.member);
-    made.keys.push_back({"class",
-                         "",
-                         {},
-                         "What it is called in the labels; empty: as the bed it lies on.",
-                         at(&Layer::class_name)});
-    made.keys.push_back({"material",
-                         "",
-                         {},
-                         "What it is made of, a name as for seafloor.material; empty: as the bed.",
-                         at(&Layer::material)});
-    append_keys(made.keys, area_keys(), &Layer::area);
-    return made;
-  }();
-  return section;
+  return made_once<made_relief_section<Layer>>();
 }
 
 /// Calls f(section, list) for each list of tables that a scene can have. `scene` is a Scene, const

@@ -1,10 +1,13 @@
 #include <ensonify/engine/scene/keys/schema.h>
 
+#include <ensonify/engine/made_once.h>
+
 namespace ensonify::engine {
 
 // clang-format off
-const std::vector<Key<Area>>& area_keys() {
-  static const std::vector<Key<Area>> keys = {
+namespace {
+std::vector<Key<Area>> made_area_keys() {
+  return {
       {"polygon_m", "m", {-1e6, 1e6},
        "Only within this polygon: points east and north of the seabed's middle.",
        at(&Area::polygon_m)},
@@ -51,28 +54,29 @@ const std::vector<Key<Area>>& area_keys() {
        "stay the same when other layers are added or removed.",
        at(&Area::number)},
   };
-  return keys;
 }
+}  // namespace
+const std::vector<Key<Area>>& area_keys() { return made_once<made_area_keys>(); }
 
-const Section<Patch>& patch_section() {
-  static const Section<Patch> section = [] {
-    Section<Patch> patch{
-        "seafloor.patches",
-        "Another sediment, or a cover, on a part of the seabed, any number of them; a later patch "
-        "covers an earlier one. Where: all limits that are given hold at once.",
-        {
-            {"material", "", {}, "What it is made of, a name as for seafloor.material.",
-             at(&Patch::material)},
-            {"class", "", {}, "What it is called in the labels.", at(&Patch::class_name)},
-            {"rise_m", "m", {-100, 100},
-             "How far its surface lies over the bed around it, as a meadow's canopy does.",
-             at(&Patch::rise_m)},
-        }};
-    append_keys(patch.keys, area_keys(), &Patch::area);
-    return patch;
-  }();
-  return section;
+namespace {
+Section<Patch> made_patch_section() {
+  Section<Patch> patch{
+      "seafloor.patches",
+      "Another sediment, or a cover, on a part of the seabed, any number of them; a later patch "
+      "covers an earlier one. Where: all limits that are given hold at once.",
+      {
+          {"material", "", {}, "What it is made of, a name as for seafloor.material.",
+           at(&Patch::material)},
+          {"class", "", {}, "What it is called in the labels.", at(&Patch::class_name)},
+          {"rise_m", "m", {-100, 100},
+           "How far its surface lies over the bed around it, as a meadow's canopy does.",
+           at(&Patch::rise_m)},
+      }};
+  append_keys(patch.keys, area_keys(), &Patch::area);
+  return patch;
 }
+}  // namespace
+const Section<Patch>& patch_section() { return made_once<made_patch_section>(); }
 // clang-format on
 
 }  // namespace ensonify::engine

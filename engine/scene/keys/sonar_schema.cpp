@@ -1,11 +1,13 @@
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
 
 namespace ensonify::engine {
 
 // clang-format off
-const Section<Sonar>& sonar_section() {
-  static const Section<Sonar> section = {
+namespace {
+Section<Sonar> made_sonar_section() {
+  return {
       "sonar.NAME",
       "One instrument, looking to port and starboard; any number of them, which all ping together. "
       "Its files are named by NAME (letters, digits, _ and -).",
@@ -203,8 +205,9 @@ const Section<Sonar>& sonar_section() {
           {"bits", "", {1, 24}, "Bits of a sample; full scale is 2^bits - 1.",
            at(&Sonar::receiver, &ReceiverOptions::bits)},
       }};
-  return section;
 }
+}  // namespace
+const Section<Sonar>& sonar_section() { return made_once<made_sonar_section>(); }
 // clang-format on
 
 }  // namespace ensonify::engine

@@ -1,5 +1,7 @@
 #include <ensonify/engine/seafloor/bed/grid_transform.h>
 
+#include <pthread.h>
+
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -12,11 +14,11 @@
 namespace ensonify::engine {
 namespace {
 
-// Only fftw_execute may run in two threads at once.
-std::mutex& planner() {
-  static std::mutex mutex;
-  return mutex;
-}
+// Only fftw_execute may run in two threads at once. A fork() waits for the lock, so that the child
+// does not have it locked by a thread that it does not have.
+std::mutex planner;
+const int at_fork =
+    pthread_atfork([] { planner.lock(); }, [] { planner.unlock(); }, [] { planner.unlock(); });
 
 // FFTW's vectors are not longer. The memory is not FFTW's own, so that a program's operator new can
 // take large pages for it.
@@ -31,7 +33,7 @@ GridTransform::Values values_of(std::size_t numbers) {
 struct GridTransform::Plans {
   fftw_plan forward = nullptr, backward = nullptr;
   ~Plans() {
-    const std::lock_guard lock(planner());
+    const std::lock_guard lock(planner);
     if (forward) fftw_destroy_plan(forward);
     if (backward) fftw_destroy_plan(backward);
   }
@@ -47,7 +49,7 @@ GridTransform::GridTransform(int rows, int columns, Ways ways)
   const Values example = values_of(16);
   double* const values = example.get();
   auto* const spectrum = reinterpret_cast<fftw_complex*>(values);
-  const std::lock_guard lock(planner());
+  const std::lock_guard lock(planner);
   if (ways == Ways::both) {
     plans_->forward = fftw_plan_dft_r2c_2d(rows, columns, values, spectrum, FFTW_ESTIMATE);
     if (!plans_->forward) throw std::bad_alloc();

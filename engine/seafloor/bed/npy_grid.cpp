@@ -43,7 +43,7 @@ std::string vrt_of_npy(const std::filesystem::path& file, double cell_m) {
   std::string header(std::min(header_size, longest), '\0');
   in.seekg(static_cast<std::streamoff>(header_begin));
   in.read(header.data(), static_cast<std::streamsize>(header.size()));
-  static const std::regex type_item(R"('descr': *'([<>|=])(\w+)')"),
+  const std::regex type_item(R"('descr': *'([<>|=])(\w+)')"),
       order_item(R"('fortran_order': *(True|False))"),
       shape_item(R"('shape': *\((\d{1,10}), *(\d{1,10})\))");
   std::smatch type, order, shape;

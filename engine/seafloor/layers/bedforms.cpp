@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/seafloor/bed/catmull_rom.h>
 #include <ensonify/engine/seafloor/bed/interpolated.h>
 #include <ensonify/engine/seafloor/bed/points_near.h>
@@ -237,8 +238,9 @@ void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& 
   field.z_m = std::move(z_m);
 }
 
-const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
-  static const ReliefKind<Bedforms> kind{
+namespace {
+ReliefKind<Bedforms> bedform_kind() {
+  return {
       .list = "crests",
       .help =
           "A layer of crests that bend, end and fork but do not fade: ripples (typically 0.1 to "
@@ -276,7 +278,8 @@ const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
           {"forks", "", 0, 25, "How many crests begin and end in a square of 10 x 10 wavelengths.",
            &Bedforms::forks},
       }};
-  return kind;
 }
+}  // namespace
+const ReliefKind<Bedforms>& kind_of(const Bedforms&) { return made_once<bedform_kind>(); }
 
 }  // namespace ensonify::engine

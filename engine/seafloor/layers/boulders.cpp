@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/seafloor/bed/points_near.h>
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
 
@@ -190,8 +191,9 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
   for (std::size_t i = 0; i < stones.size(); ++i) field.z_m[i] += stones[i];
 }
 
-const ReliefKind<BoulderField>& kind_of(const BoulderField&) {
-  static const ReliefKind<BoulderField> kind{
+namespace {
+ReliefKind<BoulderField> boulder_kind() {
+  return {
       .list = "boulders",
       .help =
           "A layer of many boulders with moats and tails; give the seabed four cells or more "
@@ -220,7 +222,8 @@ const ReliefKind<BoulderField>& kind_of(const BoulderField&) {
           {"current_deg", "degrees", -360, 360,
            "Heading that the current, and so the tails, go to.", &BoulderField::current_rad},
       }};
-  return kind;
 }
+}  // namespace
+const ReliefKind<BoulderField>& kind_of(const BoulderField&) { return made_once<boulder_kind>(); }
 
 }  // namespace ensonify::engine

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/seafloor/bed/fractal.h>
 #include <ensonify/engine/seafloor/bed/points_near.h>
 
@@ -233,8 +234,9 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
   }
 }
 
-const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
-  static const ReliefKind<OutcropRelief> kind{
+namespace {
+ReliefKind<OutcropRelief> outcrop_kind() {
+  return {
       .list = "outcrops",
       .help =
           "A layer of tilted beds of rock that stand out of the sediment in ledges. Joints part "
@@ -263,7 +265,8 @@ const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
            &OutcropRelief::roughness_at_1m_m},
           {"hurst", "", 0.01, 0.99, "Hurst exponent of this roughness.", &OutcropRelief::hurst},
       }};
-  return kind;
 }
+}  // namespace
+const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) { return made_once<outcrop_kind>(); }
 
 }  // namespace ensonify::engine

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/seafloor/bed/points_near.h>
 
 namespace ensonify::engine {
@@ -90,8 +91,9 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
   for (std::size_t i = 0; i < floor_m.size(); ++i) field.z_m[i] += floor_m[i] + rim_m[i];
 }
 
-const ReliefKind<PitRelief>& kind_of(const PitRelief&) {
-  static const ReliefKind<PitRelief> kind{
+namespace {
+ReliefKind<PitRelief> pit_kind() {
+  return {
       .list = "pits",
       .help = "A layer of scattered hollows: pockmarks, scours.",
       .purpose = Purpose::pit_layer,
@@ -113,7 +115,8 @@ const ReliefKind<PitRelief>& kind_of(const PitRelief&) {
            "Heading of the long axis, from the steep end to the shallow one.",
            &PitRelief::heading_rad},
       }};
-  return kind;
 }
+}  // namespace
+const ReliefKind<PitRelief>& kind_of(const PitRelief&) { return made_once<pit_kind>(); }
 
 }  // namespace ensonify::engine

@@ -1,5 +1,6 @@
 #include <ensonify/engine/seafloor/layers/roughness.h>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/seafloor/layers/roughness_in_windows.h>
 
 namespace ensonify::engine {
@@ -15,21 +16,24 @@ void add_roughness(Heightfield& field, const FractalRelief& relief, const LayerD
 
 }  // namespace
 
+namespace {
+ReliefKind<FractalRelief> roughness_kind() {
+  return {.list = "roughness",
+          .help = "A layer of fractal relief, as [seafloor.fractal] is.",
+          .purpose = Purpose::roughness_layer,
+          .add = &add_roughness,
+          .values = {
+              {"height_at_1m_m", "m", 0, 100, "Rms height difference of points 1 m apart.",
+               &FractalRelief::height_at_1m_m},
+              {"hurst", "", 0.01, 0.99, "Hurst exponent: small is jagged, large is rolling.",
+               &FractalRelief::hurst},
+              {"longest_m", "m", 0, 1e6, "Waves longer than this add no more height; 0: they do.",
+               &FractalRelief::longest_m},
+          }};
+}
+}  // namespace
 const ReliefKind<FractalRelief>& kind_of(const FractalRelief&) {
-  static const ReliefKind<FractalRelief> kind{
-      .list = "roughness",
-      .help = "A layer of fractal relief, as [seafloor.fractal] is.",
-      .purpose = Purpose::roughness_layer,
-      .add = &add_roughness,
-      .values = {
-          {"height_at_1m_m", "m", 0, 100, "Rms height difference of points 1 m apart.",
-           &FractalRelief::height_at_1m_m},
-          {"hurst", "", 0.01, 0.99, "Hurst exponent: small is jagged, large is rolling.",
-           &FractalRelief::hurst},
-          {"longest_m", "m", 0, 1e6, "Waves longer than this add no more height; 0: they do.",
-           &FractalRelief::longest_m},
-      }};
-  return kind;
+  return made_once<roughness_kind>();
 }
 
 }  // namespace ensonify::engine

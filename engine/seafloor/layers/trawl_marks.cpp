@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/seafloor/bed/catmull_rom.h>
 
 namespace ensonify::engine {
@@ -214,8 +215,9 @@ void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDra
   }
 }
 
-const ReliefKind<TrawlMarks>& kind_of(const TrawlMarks&) {
-  static const ReliefKind<TrawlMarks> kind{
+namespace {
+ReliefKind<TrawlMarks> trawl_mark_kind() {
+  return {
       .list = "trawl_marks",
       .help = "A layer of paired furrows with berms, left by the doors of otter trawls.",
       .purpose = Purpose::furrow_layer,
@@ -243,7 +245,8 @@ const ReliefKind<TrawlMarks>& kind_of(const TrawlMarks&) {
           {"wander_m", "m", 0, 1000, "How far, rms, a tow strays from a straight line.",
            &TrawlMarks::wander_m},
       }};
-  return kind;
 }
+}  // namespace
+const ReliefKind<TrawlMarks>& kind_of(const TrawlMarks&) { return made_once<trawl_mark_kind>(); }
 
 }  // namespace ensonify::engine

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/seafloor/objects/shape_family.h>
 #include <ensonify/scatter/kind_named.h>
 
@@ -30,8 +31,9 @@ constexpr double follows = 0.0;
 }  // namespace
 
 // Where no source is named, the usual sizes are typical values, rounded.
-const std::vector<ShapeKind>& shape_kinds() {
-  static const std::vector<ShapeKind> kinds = {
+namespace {
+std::vector<ShapeKind> made_shape_kinds() {
+  return {
       {"cylinder",
        "lying, as a bottom mine of torpedo calibre",
        false,
@@ -166,18 +168,21 @@ const std::vector<ShapeKind>& shape_kinds() {
       {"rope", "along a path", true, {diameter(0.05)}},
       {"chain", "of open links along a path; rod_m is the links' thickness", true, {rod(0.05)}},
   };
-  return kinds;
 }
+}  // namespace
+const std::vector<ShapeKind>& shape_kinds() { return made_once<made_shape_kinds>(); }
 
 const ShapeKind& shape_named(std::string_view name) {
   return scatter::kind_named(shape_kinds(), "shape", name);
 }
 
-std::span<const Dimension> all_dimensions() {
-  static const std::array<Dimension, 6> all{length(0),   width(0),        tall(0),
-                                            diameter(0), top_diameter(0), rod(0)};
-  return all;
+namespace {
+std::array<Dimension, 6> made_dimensions() {
+  return {length(0), width(0), tall(0), diameter(0), top_diameter(0), rod(0)};
 }
+}  // namespace
+
+std::span<const Dimension> all_dimensions() { return made_once<made_dimensions>(); }
 
 double ShapeKind::size_m(const ShapeSize& given, std::optional<double> ShapeSize::*which) const {
   const auto found = std::ranges::find(dimensions, which, &Dimension::size);

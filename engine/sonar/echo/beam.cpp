@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include <ensonify/engine/made_once.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -60,20 +62,21 @@ std::vector<float> row_of(const Shading& shading, double nearness, double step,
   return row;
 }
 
-/// The table of most sonars (no shading, no side lobes) is made once: its 33,000
+/// The table of most sonars: no shading, no side lobes, no beams far from the middle. Its 33,000
 /// integrals take as long as several pings.
+std::shared_ptr<const ArrayTable> usual_array_table() {
+  return std::make_shared<const ArrayTable>(0, Shading(), 1);
+}
+
 std::shared_ptr<const ArrayTable> array_table(const Sonar& sonar, const Shading& shading,
                                               double lobe_rad) {
   // What an outer beam needs beyond a tenth of the range.
   const double aside_rad = sonar.beam_offset_m(sonar.beams - 1) / (0.1 * sonar.range_m);
   const int lobes = static_cast<int>(
       std::clamp(std::ceil(aside_rad / lobe_rad), 1.0, double(sonar.lobes_beyond())));
-  const auto made = [&] {
+  if (sonar.side_lobes > 0 || lobes > 1 || shading != Shading())
     return std::make_shared<const ArrayTable>(sonar.side_lobes, shading, lobes);
-  };
-  if (sonar.side_lobes > 0 || lobes > 1 || shading != Shading()) return made();
-  static const auto usual = made();
-  return usual;
+  return made_once<usual_array_table>();
 }
 
 /// A measure of a direction's angle that grows from -2 to 2 over a turn and takes no arc tangent.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/sea_water.h>
@@ -118,16 +119,15 @@ Preset preset_of(const PresetRow& row) {
   return preset;
 }
 
+std::vector<Preset> made_presets() {
+  std::vector<Preset> made;
+  for (const PresetRow& row : rows) made.push_back(preset_of(row));
+  return made;
+}
+
 }  // namespace
 
-std::span<const Preset> presets() {
-  static const std::vector<Preset> all = [] {
-    std::vector<Preset> made;
-    for (const PresetRow& row : rows) made.push_back(preset_of(row));
-    return made;
-  }();
-  return all;
-}
+std::span<const Preset> presets() { return made_once<made_presets>(); }
 
 std::vector<std::string_view> preset_names() {
   std::vector<std::string_view> names;

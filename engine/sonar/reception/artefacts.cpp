@@ -1,5 +1,6 @@
 #include <ensonify/engine/sonar/reception/artefacts.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -43,13 +44,17 @@ double reported_since_s(const ArtefactOptions& options, std::uint64_t seed, doub
   return since_s;
 }
 
-void hold_stale(const ArtefactOptions& options, std::uint64_t seed, std::span<Pose> reports) {
-  for (std::size_t i = 1; i < reports.size(); ++i) {
-    const double t_s = reports[i].t_s;
-    if (reported_since_s(options, seed, t_s) == t_s) continue;
-    reports[i] = reports[i - 1];
-    reports[i].t_s = t_s;
+std::size_t reporting_ping(const ArtefactOptions& options, std::uint64_t seed,
+                           std::span<const Pose> poses, std::size_t ping) {
+  while (ping > 0) {
+    const double since_s = reported_since_s(options, seed, poses[ping].t_s);
+    if (since_s == poses[ping].t_s) break;
+    const auto first = std::ranges::lower_bound(poses, since_s, {}, &Pose::t_s);
+    if (first->t_s == since_s || first == poses.begin())
+      return static_cast<std::size_t>(first - poses.begin());
+    ping = static_cast<std::size_t>(first - poses.begin()) - 1;
   }
+  return ping;
 }
 
 }  // namespace ensonify::engine

@@ -48,8 +48,9 @@ bool is_lost(const ArtefactOptions& options, std::uint64_t seed, std::uint64_t p
 bool is_repeated(const ArtefactOptions& options, std::uint64_t seed, std::uint64_t ping);
 /// If the navigation is stale at this time, the time at which that began; otherwise t_s.
 double reported_since_s(const ArtefactOptions& options, std::uint64_t seed, double t_s);
-/// Replaces stale reports by the last one before; `reports` are ordered by time. The first report
-/// is kept.
-void hold_stale(const ArtefactOptions& options, std::uint64_t seed, std::span<Pose> reports);
+/// The ping whose report the navigation gives at a ping: an earlier one if it is stale, at most the
+/// first. `poses` are the pings', ordered by time.
+std::size_t reporting_ping(const ArtefactOptions& options, std::uint64_t seed,
+                           std::span<const Pose> poses, std::size_t ping);
 
 }  // namespace ensonify::engine

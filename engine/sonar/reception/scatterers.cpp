@@ -73,7 +73,8 @@ long number_of_heading(double heading_rad) {
 
 Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
                        double reference_heading_rad,
-                       const std::vector<scatter::GroundTexture>& by_material, double farthest_m)
+                       const std::vector<scatter::GroundTexture>& by_material, double farthest_m,
+                       const std::function<void()>& stop_check)
     : cell_m_(bin_share * sonar.bin_m()),
       nearest_m_(0.5 * (sonar.array_length_m + sonar.receive_length_m())),
       ground_(by_material, ground_per_bin_m(sonar, sound_speed_mps), seed),
@@ -89,13 +90,13 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
     const double range_m = std::max((bin + 0.5) * sonar.bin_m(), nearest_m_);
     const auto row = static_cast<std::size_t>(rows_per_octave * std::log2(range_m / nearest_m_));
     while (rows_.size() <= row) {
-      rows_.push_back(make_row(sonar, arrays, middle_m(rows_.size())));
+      rows_.push_back(make_row(sonar, arrays, middle_m(rows_.size()), stop_check));
       levels = std::max(levels, static_cast<std::size_t>(rows_.back().level) + 1);
     }
     row_of_bin_.push_back(static_cast<std::uint16_t>(row));
   }
   do {  // for the widths beyond the middle of the last bin's row
-    rows_.push_back(make_row(sonar, arrays, middle_m(rows_.size())));
+    rows_.push_back(make_row(sonar, arrays, middle_m(rows_.size()), stop_check));
   } while (middle_m(rows_.size() - 1) < farthest_m);
   for (int bin = 0; bin < sonar.bins; ++bin)
     width_of_bin_m_.push_back(width_m_at((bin + 0.5) * sonar.bin_m()));
@@ -127,7 +128,7 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
 }
 
 Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays,
-                                     double range_m) {
+                                     double range_m, const std::function<void()>& stop_check) {
   const std::array defocus{sonar.transmit_defocus(range_m), sonar.defocus(range_m)};
   const bool same = arrays[0] == arrays[1] && defocus[0] == defocus[1];
   double reach_m = 1e300;
@@ -155,6 +156,7 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArr
   const double step_m = cell_m / columns_per_cell;
   const int columns = static_cast<int>(std::ceil(row.reach * columns_per_cell));
   for (int column = 0; column < columns; ++column) {
+    if (stop_check) stop_check();  // far inside the near field of a long array each takes long
     const double y_m = (column + 0.5) * step_m;
     const std::complex<double> sent = one_way(arrays[0], y_m, range_m, defocus[0]);
     const std::complex<double> weight =

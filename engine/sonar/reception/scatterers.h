@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -48,9 +49,11 @@ struct ArrayFrame {
 class Scatterers {
  public:
   /// reference_heading_rad: of most pings. farthest_m: of width_m_at(); at least the sonar's range.
+  /// stop_check is called often; what it throws ends the constructor.
   Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
              double reference_heading_rad,
-             const std::vector<scatter::GroundTexture>& by_material = {}, double farthest_m = 0.0);
+             const std::vector<scatter::GroundTexture>& by_material = {}, double farthest_m = 0.0,
+             const std::function<void()>& stop_check = {});
 
   /// One thread's working memory for gather(), reused from ping to ping.
   struct Scratch {
@@ -91,7 +94,8 @@ class Scatterers {
   const Frame& frame_of(const ArrayFrame& array_frame) const;
   void place_patches(const Frame& frame, const BinLayers& bins, Scratch& scratch) const;
   void place_side_lobes(const BinLayers& bins, Scratch& scratch) const;
-  Row make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays, double range_m);
+  Row make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays, double range_m,
+               const std::function<void()>& stop_check);
   double middle_m(std::size_t row) const;
 
   double cell_m_, turns_per_cell_;

@@ -116,7 +116,8 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
       scatterers_(
           sonar, options.sound_speed_mps, options.seed, options.heading_rad, options.textures,
           options.arrivals.second_time_around ? farthest_earlier_m(sonar, ping_m(sonar, options))
-                                              : 0.0),
+                                              : 0.0,
+          options.stop_check),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
       moved_shares_(by_bin(law_, beam_share(options, law_))),
       sea_noise_{sea_noise_power(sonar, law_, options.sea, Side::port),

@@ -44,6 +44,7 @@ struct ChainOptions {
   SeaState sea;
   OtherPathsOptions arrivals;
   ArtefactOptions artefacts;
+  std::function<void()> stop_check = {};  ///< called often in the constructor; may throw to end it
 };
 
 /// From the expected echo to the recorded samples, for both sides of a sonar together.

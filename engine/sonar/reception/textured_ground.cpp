@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
 
@@ -108,12 +109,12 @@ class LnMeanExp {
   std::array<float, highest * per_unit + 2> at_step_;
 };
 
+GammaTable made_quantiles() { return {}; }
+LnMeanExp made_ln_mean_exp() { return {}; }
+
 }  // namespace
 
-const GammaTable& TexturedGround::quantiles() {
-  static const GammaTable table;
-  return table;
-}
+const GammaTable& TexturedGround::quantiles() { return made_once<made_quantiles>(); }
 
 float TexturedGround::rows_of(double length_m) {
   return static_cast<float>(GammaTable::rows_per_octave * std::log2(length_m));
@@ -189,7 +190,7 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
 /// sediment are; its numbers do not depend on theirs, so the mean stays. Its lattice is turned
 /// against theirs, so that no direction of a lattice shows.
 float TexturedGround::variation(const Kind& kind, double x_m, double y_m, float grazing_rad) const {
-  static const LnMeanExp ln_mean_exp;
+  const LnMeanExp& ln_mean_exp = made_once<made_ln_mean_exp>();
   const float share = at_angle(kind, grazing_rad).variation;
   constexpr double longer = 2.1;  // of the forms along a current, and as much narrower
   constexpr double shift = 0.35;  // of a finer cell, per standard deviation of its octave

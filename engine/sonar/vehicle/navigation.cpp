@@ -25,36 +25,32 @@ Pose pose_at(std::span<const Pose> poses, double t_s) {
 
 }  // namespace
 
-std::vector<Pose> reported_poses(const NavigationOptions& options, std::uint64_t seed,
-                                 std::span<const Pose> poses) {
+Pose reported_pose(const NavigationOptions& options, std::uint64_t seed,
+                   std::span<const Pose> poses, std::size_t ping) {
   std::array<double, 6> bias, noise;
   RandomStream(seed, Purpose::navigation, {bias_stream, 0, 0}).normal(bias);
-  std::vector<Pose> reports;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    double measured_s = poses[i].t_s - options.delay_s;
-    auto message = static_cast<std::int64_t>(i);
-    if (options.update_interval_s >= shortest_interval_s) {
-      message = static_cast<std::int64_t>(std::floor(measured_s / options.update_interval_s));
-      measured_s = static_cast<double>(message) * options.update_interval_s;
-    }
-    Pose report = measured_s == poses[i].t_s ? poses[i] : pose_at(poses, measured_s);
-    report.t_s = poses[i].t_s;
-    RandomStream(seed, Purpose::navigation,
-                 {message_stream, static_cast<std::uint64_t>(message), 0})
-        .normal(noise);
-    const auto add_error = [&](double& value, const ReportError& error, std::size_t number) {
-      value += error.bias_rms * bias[number] + error.rms * noise[number];
-      if (error.step > 0.0) value = std::round(value / error.step) * error.step;
-    };
-    add_error(report.position.x(), options.position, 0);
-    add_error(report.position.y(), options.position, 1);
-    add_error(report.position.z(), options.height, 2);
-    add_error(report.roll_rad, options.attitude, 3);
-    add_error(report.pitch_rad, options.attitude, 4);
-    add_error(report.heading_rad, options.heading, 5);
-    reports.push_back(report);
+  const double t_s = poses[ping].t_s;
+  double measured_s = t_s - options.delay_s;
+  auto message = static_cast<std::int64_t>(ping);
+  if (options.update_interval_s >= shortest_interval_s) {
+    message = static_cast<std::int64_t>(std::floor(measured_s / options.update_interval_s));
+    measured_s = static_cast<double>(message) * options.update_interval_s;
   }
-  return reports;
+  Pose report = measured_s == t_s ? poses[ping] : pose_at(poses, measured_s);
+  report.t_s = t_s;
+  RandomStream(seed, Purpose::navigation, {message_stream, static_cast<std::uint64_t>(message), 0})
+      .normal(noise);
+  const auto add_error = [&](double& value, const ReportError& error, std::size_t number) {
+    value += error.bias_rms * bias[number] + error.rms * noise[number];
+    if (error.step > 0.0) value = std::round(value / error.step) * error.step;
+  };
+  add_error(report.position.x(), options.position, 0);
+  add_error(report.position.y(), options.position, 1);
+  add_error(report.position.z(), options.height, 2);
+  add_error(report.roll_rad, options.attitude, 3);
+  add_error(report.pitch_rad, options.attitude, 4);
+  add_error(report.heading_rad, options.heading, 5);
+  return report;
 }
 
 }  // namespace ensonify::engine

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include <ensonify/engine/sonar/vehicle/track.h>
 
@@ -25,9 +25,9 @@ struct NavigationOptions {
   double update_interval_s = 0.0;
 };
 
-/// The reported pose at each ping, numbered from 0. True poses between pings are extrapolated from
-/// the nearest ping at its rates. Depends only on the options, the seed and the true poses.
-std::vector<Pose> reported_poses(const NavigationOptions& options, std::uint64_t seed,
-                                 std::span<const Pose> poses);
+/// The reported pose at a ping of these true poses, numbered from 0. True poses between pings are
+/// extrapolated from the nearest ping at its rates. Depends only on the arguments.
+Pose reported_pose(const NavigationOptions& options, std::uint64_t seed,
+                   std::span<const Pose> poses, std::size_t ping);
 
 }  // namespace ensonify::engine

@@ -1,6 +1,8 @@
 #include <ensonify/engine/sonar/vehicle/navigation.h>
 
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "support/catch.h"
 
@@ -17,6 +19,14 @@ std::vector<Pose> straight(std::size_t pings) {
     poses[i].heading_rad = 1.5;
   }
   return poses;
+}
+
+std::vector<Pose> reported_poses(const NavigationOptions& options, std::uint64_t seed,
+                                 std::span<const Pose> poses) {
+  std::vector<Pose> reported;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    reported.push_back(reported_pose(options, seed, poses, i));
+  return reported;
 }
 
 }  // namespace
