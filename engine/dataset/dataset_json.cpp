@@ -12,6 +12,7 @@
 #include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/masks.h>
+#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -94,7 +95,7 @@ std::string hash_in(const std::string& dataset_json) {
 }
 
 void require_same_dataset(const fs::path& file, const std::string& content) {
-  const std::string written = refine::read_file(file);
+  const std::string written = refine::read_file(file, most_json_bytes);
   if (written == content) return;
   const Json old = Json::parse(written, nullptr, /* exceptions: */ false);
   throw SceneError(fmt::format(
@@ -147,7 +148,7 @@ bool is_whole_sample(const fs::path& folder, std::size_t number,
   std::set<std::string> names{"sample.json"};
   bool whole = true;
   try {
-    const Json json = Json::parse(refine::read_file(folder / "sample.json"));
+    const Json json = Json::parse(refine::read_file(folder / "sample.json", most_json_bytes));
     if (json.at("dataset_xxh128") != dataset_xxh128 || json.at("sample") != number)
       refuse(folder, "a sample of another dataset or number");
     for (const Json& file : json.at("files")) {

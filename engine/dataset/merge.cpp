@@ -54,7 +54,7 @@ class Merge {
           fs::is_directory(folder) ? "there is no dataset.json in it" : "there is no such folder"));
     std::string dataset_xxh128;
     try {
-      const Json dataset = Json::parse(refine::read_file(folder / "dataset.json"));
+      const Json dataset = Json::parse(refine::read_file(folder / "dataset.json", most_json_bytes));
       if (!fits_its_hash(dataset))
         throw std::runtime_error("its content has changed since it was written");
       dataset_xxh128 = dataset.at("xxh128").get<std::string>();

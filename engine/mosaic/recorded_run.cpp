@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -16,6 +15,7 @@
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/engine/untrusted.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -61,8 +61,9 @@ ManifestContent read_manifest(const fs::path& folder) {
                  ? "this is a file; give the folder of a finished `ensonify run` (of a "
                    "recording, `ensonify imitate` makes a scene that can be run)"
                  : "there is no manifest.json; give the folder of a finished `ensonify run`");
-  std::ifstream stream(file, std::ios::binary);
-  const auto manifest = nlohmann::json::parse(stream, nullptr, /* exceptions: */ false);
+  const auto manifest =
+      nlohmann::json::parse(refine::read_user_file<SceneError>(file, most_json_bytes), nullptr,
+                            /* exceptions: */ false);
   const char* const damaged = "this is not the manifest of a run; make the run again";
   if (!manifest.is_object() || !manifest.contains("scene") || !manifest["scene"].is_string() ||
       !manifest.contains("files") || !manifest["files"].is_array())

@@ -241,7 +241,7 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
   for (std::size_t part = 0; part < parts.count(); ++part) {
     const fs::path file = folder / parts.file(part, sonar, "_targets.json");
     try {
-      const std::string text = refine::read_file(file);
+      const std::string text = refine::read_file(file, most_json_bytes);
       require_shallow_json(text);
       const Json json = Json::parse(text);
       const auto columns = whole_numbers(json.at("picture").at("columns")).get<std::size_t>();

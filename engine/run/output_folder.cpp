@@ -1,6 +1,5 @@
 #include <ensonify/engine/run/output_folder.h>
 
-#include <fstream>
 #include <system_error>
 #include <utility>
 
@@ -9,6 +8,8 @@
 
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/untrusted.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 
@@ -21,8 +22,8 @@ constexpr const char* earlier_name = "earlier";  // a folder in the staging fold
 
 nlohmann::json manifest_in(const fs::path& folder) {
   if (!fs::is_regular_file(folder / manifest_name)) return {};
-  std::ifstream stream(folder / manifest_name, std::ios::binary);
-  return nlohmann::json::parse(stream, nullptr, /* exceptions: */ false);
+  const std::string text = refine::read_file(folder / manifest_name, most_json_bytes);
+  return nlohmann::json::parse(text, nullptr, /* exceptions: */ false);
 }
 
 /// The files of a folder that its manifest lists, if they have the listed size; none if the

@@ -139,7 +139,7 @@ std::string part_json(const PartRecord& record) {
 
 PartRecord read_part_json(const std::filesystem::path& file) {
   try {
-    const Json json = Json::parse(refine::read_file(file));
+    const Json json = Json::parse(refine::read_file(file, most_json_bytes));
     PartRecord record;
     record.pings = {whole_numbers(json.at("first_ping")).get<std::size_t>(),
                     whole_numbers(json.at("pings")).get<std::size_t>()};

@@ -88,7 +88,7 @@ std::string hash_of(const RunPlan& plan) { return xxh128(plan_json(plan)); }
 
 RunPlan read_plan(const std::filesystem::path& folder) {
   try {
-    const std::string text = refine::read_file(plan_file(folder));
+    const std::string text = refine::read_file(plan_file(folder), most_json_bytes);
     require_shallow_json(text);
     const Json json = Json::parse(text);
     return {.scene_toml = json.at("scene").get<std::string>(),

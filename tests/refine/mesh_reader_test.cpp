@@ -422,6 +422,21 @@ TEST_CASE("A name in an OBJ that ends in a backslash does not swallow the next s
   CHECK(faces("# C:\\meshes\\\n") == 4);
 }
 
+TEST_CASE("A mesh in UTF-16 or in another format is named as what it is") {
+  std::string little = "\xff\xfe", big = "\xfe\xff";
+  for (const char c : text_obj) {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  for (const MeshFormat format : {Mesh::ply, Mesh::obj, Mesh::stl, Mesh::off})
+    for (const std::string& bytes : {little, big})
+      CHECK_THROWS_WITH(parse_mesh(bytes, format, "m"),
+                        "m: byte 0: the file is in UTF-16, expected UTF-8; save it so");
+  for (const std::string name : {"a.dae", "a.GLB", "a.gltf", "a.fbx", "a.step"})
+    CHECK_THROWS_WITH(read_mesh(name), Catch::StartsWith(name + ": is a mesh or a solid in a") &&
+                                           Catch::Contains("save it as PLY, OBJ, STL or OFF"));
+}
+
 TEST_CASE("A file's extension decides its format, in any case") {
   CHECK(mesh_format("a.ply") == Mesh::ply);
   CHECK(mesh_format("dir.ply/a.OBJ") == Mesh::obj);
