@@ -142,10 +142,9 @@ struct ImageReader::Open {
 };
 
 ImageReader::ImageReader(const std::filesystem::path& file) : file_(file) {
-  // Before it is opened: a named pipe would wait for ever.
   std::error_code unknown;
-  if (!std::filesystem::is_regular_file(file, unknown)) fail(file, "the file is missing");
-  check_sizes(file);
+  if (!std::filesystem::exists(file, unknown)) fail(file, "the file is missing");
+  check_sizes(file);  // before OpenEXR opens it: it would wait for a named pipe without end
   try {
     open_ = std::make_unique<Open>(file);
     const Imf::Header& header = open_->header();
