@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include <ensonify/refine/error.h>
+#include <ensonify/refine/fail_to_read.h>
 
 namespace ensonify::refine {
 
@@ -144,20 +145,14 @@ void FileReader::seek(std::uint64_t place) {
   if (::lseek(descriptor_, static_cast<off_t>(place), SEEK_SET) < 0) fail_to_read(file_, errno);
 }
 
-void fail_to_read(const fs::path& file, int error) {
-  const bool forbidden = error == EACCES || error == EPERM;
-  const bool too_many = error == EMFILE || error == ENFILE;
-  throw std::system_error(error != 0 ? error : EIO, std::generic_category(),
-                          fmt::format("{}: cannot be read; {}", file.string(),
-                                      forbidden  ? "check its permissions"
-                                      : too_many ? "allow more open files (ulimit -n)"
-                                                 : "check the disk, then run the command again"));
+void FileReader::require_open() const {
+  if (error_ != 0) fail_to_read(file_, error_);
+  if (!fault_.empty()) throw Error(file_.string() + ": " + fault_);
 }
 
 std::string read_file(const fs::path& file, std::uintmax_t max_bytes) {
   FileReader reader(file, max_bytes);
-  if (reader.error() != 0) fail_to_read(file, reader.error());
-  if (!reader.fault().empty()) throw Error(file.string() + ": " + reader.fault());
+  reader.require_open();
   return reader.rest();
 }
 
@@ -165,6 +160,9 @@ std::string fault_of_file(const fs::path& file) { return FileReader(file).fault(
 
 std::string begin_of_file(const fs::path& file, std::size_t bytes) {
   FileReader reader(file);
+  constexpr std::array by_user{0, ENOENT, ENOTDIR, EACCES, EPERM, ELOOP, ENAMETOOLONG};
+  if (std::ranges::find(by_user, reader.error()) == by_user.end())
+    fail_to_read(file, reader.error());
   if (!reader.fault().empty()) return {};
   std::string begin(bytes, '\0');
   begin.resize(reader.read(std::as_writable_bytes(std::span(begin))));

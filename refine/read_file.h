@@ -30,6 +30,9 @@ class FileReader {
   const std::string& fault() const { return fault_; }
   /// The system's reason for that, as errno; 0 if it has none.
   int error() const { return error_; }
+  /// Throws as fail_to_read() if the system has a reason, and Error with the file's name for
+  /// another fault.
+  void require_open() const;
   std::uintmax_t bytes() const { return bytes_; }
   /// For libraries that read by descriptor; this object closes it.
   int descriptor() const { return descriptor_; }
@@ -56,12 +59,8 @@ class FileReader {
   std::size_t place_in_block_ = 0;
 };
 
-/// Throws std::system_error for a file that cannot be opened or read to its end, with its name and
-/// what to do. `error` is errno's value; 0 if it is not known.
-[[noreturn]] void fail_to_read(const std::filesystem::path& file, int error);
-
-/// The content of a file that this program wrote. Throws as fail_to_read() if not all of it can be
-/// read, and Error, with the file's name, if it is not a regular file or has more than `max_bytes`.
+/// The content of a file that this program wrote. Throws as FileReader::require_open(), and as
+/// fail_to_read() if not all of it can be read.
 std::string read_file(const std::filesystem::path& file,
                       std::uintmax_t max_bytes = std::numeric_limits<std::uintmax_t>::max());
 
@@ -90,8 +89,8 @@ std::string read_user_file(const std::filesystem::path& file,
   }
 }
 
-/// The first bytes of a file; fewer if it has fewer, none if it has a fault_of_file(). Throws as
-/// fail_to_read() if they cannot be read in spite of that.
+/// The first bytes of a file; fewer if it has fewer, none if the user has to mend its path or its
+/// permissions. Throws as fail_to_read() if they cannot be read for another reason.
 std::string begin_of_file(const std::filesystem::path& file, std::size_t bytes);
 bool begins_with(const std::filesystem::path& file, std::string_view begin);
 

@@ -40,7 +40,7 @@ class CheckedSamples {
   /// The sample's folder, or its tar.
   std::filesystem::path place(std::size_t sample) const;
   /// Reads and checks every file of a sample. None if one is damaged; `damage` then names the file
-  /// and the damage.
+  /// and the damage. Throws std::system_error if the disk refuses to read it.
   std::optional<SampleRecord> read(std::size_t sample, std::string& damage);
   /// The size of a file of the sample that was read last; none if it is not one of its files.
   std::optional<std::uint64_t> size_bytes(std::size_t sample, const std::string& name) const;

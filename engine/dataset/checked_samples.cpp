@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -123,7 +124,11 @@ std::optional<SampleRecord> CheckedSamples::read(std::size_t sample, std::string
           record.images[name] = std::move(image);
     }
     return record;
-  } catch (const fs::filesystem_error& error) {
+  } catch (const std::system_error& error) {
+    // What the disk refuses may be whole.
+    if (error.code() != std::errc::no_such_file_or_directory &&
+        error.code() != std::errc::not_a_directory)
+      throw;
     damage = fmt::format("{}: {}", place(sample).string(), error.code().message());
     return std::nullopt;
   } catch (const std::exception& error) {

@@ -118,10 +118,10 @@ std::string sample_json(std::size_t number, const SampleScene& sample,
     if (entry.is_regular_file()) names.push_back(entry.path().lexically_relative(folder).string());
   std::ranges::sort(names);
   Json files = Json::array();
-  for (const std::string& name : names)
-    files.push_back({{"name", name},
-                     {"size_bytes", fs::file_size(folder / name)},
-                     {"xxh128", xxh128_of_file(folder / name)}});
+  for (const std::string& name : names) {
+    const FileRecord record = record_of(folder, name);
+    files.push_back({{"name", name}, {"size_bytes", record.size_bytes}, {"xxh128", record.xxh128}});
+  }
   Json drawn = Json::object();
   for (const auto& [key, value] : sample.drawn)
     drawn[key] = value.empty()         ? Json(nullptr)
@@ -152,9 +152,8 @@ bool is_whole_sample(const fs::path& folder, std::size_t number,
     if (json.at("dataset_xxh128") != dataset_xxh128 || json.at("sample") != number)
       refuse(folder, "a sample of another dataset or number");
     for (const Json& file : json.at("files")) {
-      std::error_code missing;
       const std::string& name = *names.insert(file.at("name").get_ref<const std::string&>()).first;
-      whole &= fs::file_size(folder / name, missing) == file.at("size_bytes");
+      whole &= fs::exists(folder / name) && fs::file_size(folder / name) == file.at("size_bytes");
     }
   } catch (const nlohmann::json::exception&) {
     refuse(folder, "a sample without a readable sample.json");

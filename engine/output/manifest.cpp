@@ -1,8 +1,6 @@
 #include <ensonify/engine/output/manifest.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
 #include <memory>
 #include <new>
 #include <string_view>
@@ -90,21 +88,19 @@ std::string xxh128(std::span<const std::byte> bytes) {
 std::string xxh128(std::string_view text) { return xxh128(std::as_bytes(std::span(text))); }
 
 std::string xxh128_of_file(const std::filesystem::path& file) {
-  errno = 0;
-  std::ifstream stream(file, std::ios::binary);
-  std::string hash = hash_of_blocks([&](std::span<std::byte> block) {
-    stream.read(reinterpret_cast<char*>(block.data()), std::ssize(block));
-    return static_cast<std::size_t>(stream.gcount());
-  });
-  // Faults of the file itself are reported where its content is used.
-  if (stream.is_open() ? stream.bad() && errno != EISDIR
-                       : errno == ENOMEM || errno == EMFILE || errno == ENFILE || errno == EIO)
-    throw std::system_error(errno, std::generic_category(), file.string() + ": cannot be read");
-  return hash;
+  return record_of(file.parent_path(), file.filename().string()).xxh128;
 }
 
 FileRecord record_of(const std::filesystem::path& folder, const std::string& name) {
-  return {name, std::filesystem::file_size(folder / name), xxh128_of_file(folder / name)};
+  refine::FileReader reader(folder / name);
+  reader.require_open();
+  FileRecord record{.name = name, .size_bytes = 0, .xxh128 = {}};
+  record.xxh128 = hash_of_blocks([&](std::span<std::byte> block) {
+    const std::size_t bytes = reader.read(block);
+    record.size_bytes += bytes;
+    return bytes;
+  });
+  return record;
 }
 
 FileRecord record_of(const std::string& name, const refine::ReadAt& read_at) {

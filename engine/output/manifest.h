@@ -42,11 +42,11 @@ struct Manifest {
 /// The hash of bytes, 32 hexadecimal digits.
 std::string xxh128(std::span<const std::byte> bytes);
 std::string xxh128(std::string_view text);
-/// The hash of a file's content; of an empty content if there is no such file or it may not be
-/// read. Throws std::system_error if descriptors or memory run out or the disk fails.
+/// The hash of a file's content. Throws std::system_error, with the file's name, if the file cannot
+/// be opened or read to its end.
 std::string xxh128_of_file(const std::filesystem::path& file);
-/// The record of a file in a folder. Throws as xxh128_of_file(), and
-/// std::filesystem::filesystem_error if there is no such file.
+/// The record of a file in a folder; size and hash are of the same bytes. Throws as
+/// xxh128_of_file().
 FileRecord record_of(const std::filesystem::path& folder, const std::string& name);
 /// The record of a file from `read_at`, with which refine::write_file() and write_staged() read a
 /// file back. So it describes the bytes that this process wrote, whatever others do in the folder.

@@ -31,9 +31,11 @@ void TarFile::finish() {
 }
 
 bool is_whole_tar(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return false;
   std::array<std::byte, 1024> end{};  // two blocks
   refine::FileReader in(file);
-  if (!in.fault().empty() || in.bytes() < end.size()) return false;
+  in.require_open();
+  if (in.bytes() < end.size()) return false;
   in.seek(in.bytes() - end.size());
   return in.read(end) == end.size() &&
          std::ranges::all_of(end, [](std::byte byte) { return byte == std::byte{0}; });
@@ -52,7 +54,7 @@ void read_tar(const std::filesystem::path& file,
   };
   check(archive_read_support_format_tar(tar.get()) == ARCHIVE_OK);
   const refine::FileReader reader(file);
-  if (!reader.fault().empty()) throw std::runtime_error(file.string() + ": " + reader.fault());
+  reader.require_open();
   check(archive_read_open_fd(tar.get(), reader.descriptor(), 1 << 16) == ARCHIVE_OK);
   const std::uintmax_t whole = reader.bytes();
   archive_entry* entry = nullptr;

@@ -27,6 +27,7 @@ class TarFile {
 };
 
 /// Whether the file exists and ends with the zeros that end a tar. One that was cut short does not.
+/// Throws std::system_error if that cannot be read.
 bool is_whole_tar(const std::filesystem::path& file);
 
 /// Calls f for each member, in order. Throws std::runtime_error, with the file's name, if the file

@@ -132,12 +132,13 @@ RunMergeReport merge_run(const fs::path& folder,
     const PartRecord record = read_part_json(place / "part.json");
     if (record.run_xxh128 != hash_of(plan))
       report.damaged.push_back(fmt::format("{}: it is a part of another run", place.string()));
-    for (const FileRecord& file : record.files)
-      if (FileRecord there{file.name, 0, xxh128_of_file(place / file.name)};
-          there.xxh128 != file.xxh128)
-        report.damaged.push_back(fmt::format(
-            "{}: {}", (place / file.name).string(),
-            fs::exists(place / file.name) ? "its content has changed" : "the file is missing"));
+    for (const FileRecord& file : record.files) {
+      const fs::path there = place / file.name;
+      if (!fs::exists(there))
+        report.damaged.push_back(fmt::format("{}: the file is missing", there.string()));
+      else if (xxh128_of_file(there) != file.xxh128)
+        report.damaged.push_back(fmt::format("{}: its content has changed", there.string()));
+    }
   }
   if (!report.missing.empty() || !report.damaged.empty()) return report;
   report.warnings = finish_run(folder, plan, [&] {

@@ -21,6 +21,8 @@
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/progressive_mesh_file.h>
+#include <ensonify/refine/read_file.h>
+#include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
@@ -34,9 +36,9 @@ constexpr std::array cached_extensions{cached_extension, tiles_extension, cluste
 constexpr std::uintmax_t most_hashed_bytes = std::uintmax_t{1} << 28;
 
 std::string identity_of(const fs::path& file) {
-  std::error_code unreadable;  // xxh128_of_file() reports it
-  const std::uintmax_t bytes = fs::file_size(file, unreadable);
-  if (unreadable || bytes <= most_hashed_bytes) return xxh128_of_file(file);
+  refine::require_file<refine::MeshError>(file);
+  const std::uintmax_t bytes = fs::file_size(file);
+  if (bytes <= most_hashed_bytes) return xxh128_of_file(file);
   return fmt::format("{} bytes of {}", bytes, fs::last_write_time(file).time_since_epoch().count());
 }
 

@@ -14,6 +14,7 @@
 #include <ensonify/engine/dataset/merge.h>
 #include <ensonify/engine/mosaic/image_reader.h>
 #include <ensonify/engine/mosaic/recorded_run.h>
+#include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/tar.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run/output_folder.h>
@@ -89,7 +90,8 @@ TEST_CASE(
     fs::remove(file);
   }
   REQUIRE(mkfifo((folder / "000.tar").c_str(), 0600) == 0);
-  CHECK(!is_whole_tar(folder / "000.tar"));
+  CHECK_THROWS_WITH(is_whole_tar(folder / "000.tar"), Catch::Contains("is not a regular file"));
+  CHECK_THROWS_WITH(xxh128_of_file(folder / "000.tar"), Catch::Contains("is not a regular file"));
   write_text(folder / "manifest.json", "");
   fs::resize_file(folder / "manifest.json", 300'000'000);
   CHECK_THAT(message_of([&] { files_of_run(folder.path()); }),

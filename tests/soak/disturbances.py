@@ -1,6 +1,7 @@
 """Attacks on commands that write: signals, failing calls, little memory or disk, company."""
 
 import contextlib
+import errno
 import os
 import resource
 import shutil
@@ -45,9 +46,21 @@ class Terminations(Row):
 
 
 class FailingCalls(Row):
-    title = "the k-th call of open, write, fsync, rename, mmap or malloc fails"
-    errors = {"open": (13, 28, 24), "write": (28, 5), "fsync": (5, 28), "rename": (5, 28, 13),
-              "mmap": (12,), "malloc": (12,)}
+    title = "the k-th call of open, read, write, fsync, rename, mmap or malloc fails, with any of its errors"
+    # What Linux documents for them, and what a network disk adds. Left out: errors that say what
+    # lies at a place (ENOTEMPTY, EISDIR ...), because the program acts on that.
+    network = "EIO ESTALE ETIMEDOUT"
+    opening = f"EACCES EINTR ELOOP EMFILE ENFILE ENODEV ENOMEM ENXIO EOVERFLOW EPERM {network}"
+    errors = {
+        "open": f"EBUSY EDQUOT ENOSPC EROFS ETXTBSY {opening}",
+        "open_read": opening,
+        "read": f"EAGAIN EINTR {network}",
+        "write": f"EAGAIN EDQUOT EFBIG EINTR ENOSPC EPERM {network}",
+        "fsync": f"EDQUOT EINTR ENOSPC EROFS {network}",
+        "rename": f"EACCES EBUSY EDQUOT EINVAL ELOOP EMLINK ENOMEM ENOSPC EPERM EROFS EXDEV {network}",
+        "mmap": "EACCES EAGAIN EINVAL ENFILE ENODEV ENOMEM EOVERFLOW EPERM",
+        "malloc": "ENOMEM",
+    }
 
     def __init__(self, *args):
         super().__init__(*args)
@@ -66,7 +79,8 @@ class FailingCalls(Row):
     def trial(self, draw):
         job = draw.choice(self.jobs)
         call = draw.choice([c for c in self.errors if self.count(job, c)])
-        at, error = draw.randint(1, self.count(job, call)), draw.choice(self.errors[call])
+        at = draw.randint(1, self.count(job, call))
+        error = getattr(errno, draw.choice(self.errors[call].split()))
         job.clear()
         try:
             job.attempt(fail={"FAIL_CALL": call, "FAIL_AT": at, "FAIL_ERRNO": error})

@@ -1,12 +1,13 @@
 // Loaded before the C library (LD_PRELOAD), so that one call of the program fails, or its clock
 // jumps. Settings come from the environment:
-//   ENSONIFY_FAIL_CALL   the function: open, write, fsync, rename, mmap or malloc
+//   ENSONIFY_FAIL_CALL   the function: open, open_read, read, write, fsync, rename, mmap or malloc
 //   ENSONIFY_FAIL_AT     which of its calls fails, from 1
 //   ENSONIFY_FAIL_ERRNO  the error's number
 //   ENSONIFY_CALLS_FILE  written at the end of the program: how many calls there were
 //   ENSONIFY_CLOCK_JUMP  seconds by which the time of day jumps to and fro
 // Calls count from the program's main() on: before, libraries initialise themselves.
-// A call counts as `open` only if it opens a file for writing, as `mmap` only if it maps a file.
+// A call counts as `open` if it opens a file for writing, as `open_read` if it opens one for
+// reading that is not the system's, as `mmap` only if it maps a file.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -23,7 +24,19 @@
 
 namespace {
 
-enum Call { none_call, open_call, write_call, fsync_call, rename_call, mmap_call, malloc_call };
+constexpr const char* call_names[]{"open",  "open_read", "read", "write",
+                                   "fsync", "rename",    "mmap", "malloc"};
+enum Call {
+  open_call,
+  open_read_call,
+  read_call,
+  write_call,
+  fsync_call,
+  rename_call,
+  mmap_call,
+  malloc_call,
+  none_call
+};
 
 // Plain globals: allocations come before any constructor.
 std::atomic<long> calls{0};
@@ -44,10 +57,9 @@ __attribute__((constructor)) void read_settings() {
   fail_errno = static_cast<int>(number("ENSONIFY_FAIL_ERRNO"));
   clock_jump_s = static_cast<int>(number("ENSONIFY_CLOCK_JUMP"));
   calls_file = std::getenv("ENSONIFY_CALLS_FILE");
-  const char* const names[]{"", "open", "write", "fsync", "rename", "mmap", "malloc"};
   if (const char* call = std::getenv("ENSONIFY_FAIL_CALL"))
-    for (int k = open_call; k <= malloc_call; ++k)
-      if (std::strcmp(call, names[k]) == 0) fail_call = static_cast<Call>(k);
+    for (int k = 0; k < none_call; ++k)
+      if (std::strcmp(call, call_names[k]) == 0) fail_call = static_cast<Call>(k);
 }
 
 __attribute__((destructor)) void write_count() {
@@ -81,17 +93,25 @@ F* real(const char* name) {
   return reinterpret_cast<F*>(dlsym(RTLD_NEXT, name));
 }
 
+/// Whether opening a file fails. Libraries look for the system's files in several places.
+bool opening_fails(const char* path, bool to_write) {
+  if (to_write) return fails(open_call);
+  for (const char* system : {"/dev/", "/etc/", "/lib", "/proc/", "/sys/", "/usr/"})
+    if (std::strncmp(path, system, std::strlen(system)) == 0) return false;
+  return fails(open_read_call);
+}
+
 bool to_write(int flags) { return (flags & (O_WRONLY | O_RDWR)) != 0; }
 bool to_write(const char* mode) { return std::strpbrk(mode, "wa+") != nullptr; }
 
 int open_as(const char* name, int folder, const char* path, int flags, va_list rest) {
   const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) ? va_arg(rest, mode_t) : 0;
-  if (to_write(flags) && fails(open_call)) return -1;
+  if (opening_fails(path, to_write(flags))) return -1;
   return real<int(int, const char*, int, ...)>(name)(folder, path, flags, mode);
 }
 
 FILE* fopen_as(const char* name, const char* path, const char* mode) {
-  if (to_write(mode) && fails(open_call)) return nullptr;
+  if (opening_fails(path, to_write(mode))) return nullptr;
   return real<FILE*(const char*, const char*)>(name)(path, mode);
 }
 
@@ -137,6 +157,19 @@ int open64(const char* path, int flags, ...) {
 FILE* fopen(const char* path, const char* mode) { return fopen_as("fopen", path, mode); }
 FILE* fopen64(const char* path, const char* mode) { return fopen_as("fopen64", path, mode); }
 
+ssize_t read(int file, void* bytes, size_t size) {
+  if (file > STDERR_FILENO && fails(read_call)) return -1;
+  return real<ssize_t(int, void*, size_t)>("read")(file, bytes, size);
+}
+ssize_t pread(int file, void* bytes, size_t size, off_t at) {
+  if (fails(read_call)) return -1;
+  return real<ssize_t(int, void*, size_t, off_t)>("pread")(file, bytes, size, at);
+}
+ssize_t pread64(int file, void* bytes, size_t size, off64_t at) {
+  if (fails(read_call)) return -1;
+  return real<ssize_t(int, void*, size_t, off64_t)>("pread64")(file, bytes, size, at);
+}
+
 ssize_t write(int file, const void* bytes, size_t size) {
   if (file > STDERR_FILENO && fails(write_call)) return -1;
   return real<ssize_t(int, const void*, size_t)>("write")(file, bytes, size);
@@ -156,6 +189,7 @@ ssize_t pwrite64(int file, const void* bytes, size_t size, off64_t at) {
 
 int fsync(int file) { return fails(fsync_call) ? -1 : real<int(int)>("fsync")(file); }
 int fdatasync(int file) { return fails(fsync_call) ? -1 : real<int(int)>("fdatasync")(file); }
+int syncfs(int file) { return fails(fsync_call) ? -1 : real<int(int)>("syncfs")(file); }
 int rename(const char* from, const char* to) {
   return fails(rename_call) ? -1 : real<int(const char*, const char*)>("rename")(from, to);
 }
