@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/seafloor/bed/hdf5_handle.h>
+#include <ensonify/engine/seafloor/bed/hdf5_handle-inl.h>
 
 namespace ensonify::engine {
 namespace {

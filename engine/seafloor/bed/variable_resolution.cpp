@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <hdf5.h>
 
-#include <ensonify/engine/seafloor/bed/hdf5_handle.h>
+#include <ensonify/engine/seafloor/bed/hdf5_handle-inl.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
