@@ -74,8 +74,7 @@ class CsvReader {
   }
 
   CsvTable read() {
-    if (text_.starts_with("\xff\xfe") || text_.starts_with("\xfe\xff"))
-      fail("the file is in UTF-16, expected UTF-8; save it so");
+    if (refine::is_utf16(text_)) fail(refine::utf16_fault);
     std::string_view line;
     do {
       if (!next_line(line))

@@ -1,9 +1,18 @@
 #include <ensonify/engine/untrusted.h>
 
 #include <algorithm>
+#include <stdexcept>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace ensonify::engine {
+
+bool lies_below(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  const std::filesystem::path inner = std::filesystem::canonical(path),
+                              outer = std::filesystem::canonical(folder);
+  return std::ranges::mismatch(outer, inner).in1 == outer.end();
+}
 
 bool stays_inside(const std::filesystem::path& path) {
   return !path.empty() && path.is_relative() && *path.lexically_normal().begin() != "..";

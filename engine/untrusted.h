@@ -12,6 +12,13 @@ namespace ensonify::engine {
 
 // Checks of the content of files and requests that are not trusted.
 
+/// The most bytes of JSON that are read from a file of a folder: some 50,000 targets. In memory
+/// they take about ten times as many.
+inline constexpr std::uintmax_t most_json_bytes = std::uintmax_t{1} << 27;
+
+/// Whether a path, with its links followed, is in a folder or below it. Both must exist.
+bool lies_below(const std::filesystem::path& path, const std::filesystem::path& folder);
+
 /// Whether a path stays inside the folder that it is relative to.
 bool stays_inside(const std::filesystem::path& path);
 

@@ -123,8 +123,9 @@ HeightTiles::HeightTiles(std::vector<float> x_m, std::vector<float> y_m,
 }
 
 HeightTiles::HeightTiles(const std::filesystem::path& file) : name_(file.string()) {
-  require_file<MeshError>(file);
-  descriptor_ = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  const FileReader reader(file);
+  if (!reader.fault().empty()) throw MeshError(name_ + ": " + reader.fault());
+  descriptor_ = ::fcntl(reader.descriptor(), F_DUPFD_CLOEXEC, 0);
   if (descriptor_ < 0)
     throw MeshError(
         fmt::format("{}: cannot be opened: {}", name_, std::generic_category().message(errno)));

@@ -19,6 +19,12 @@ constexpr std::array ignored{"vt",     "vn",       "vp",         "g",        "o"
 constexpr std::array free_form{"cstype", "deg", "bmat", "step", "parm", "trim",  "hole",  "scrv",
                                "sp",     "end", "con",  "curv", "surf", "curv2", "ctech", "stech"};
 
+bool is_among(const auto& statements, std::string_view word) {
+  return std::ranges::find(statements, word) != statements.end();
+}
+
+bool begins_number(std::string_view word) { return word.find_first_of("0123456789+-.") == 0; }
+
 class ObjParser {
  public:
   ObjParser(std::string_view bytes, std::string_view name)
@@ -31,9 +37,9 @@ class ObjParser {
         vertex();
       else if (statement == "f" || statement == "fo")
         face();
-      else if (std::ranges::find(ignored, statement) != ignored.end())
-        text_.skip_line();
-      else if (std::ranges::find(free_form, statement) != free_form.end())
+      else if (is_among(ignored, statement))
+        skip_statement();
+      else if (is_among(free_form, statement))
         text_.fail(
             fmt::format("\"{}\" belongs to a free-form surface, which cannot be read; write "
                         "the file again as polygons",
@@ -51,6 +57,22 @@ class ObjParser {
   }
 
  private:
+  /// A name may end in a backslash, which joins the next line to this one only if that line is no
+  /// vertex and no face.
+  void skip_statement() {
+    for (;;) {
+      const MeshText before = text_;
+      const std::string_view word = text_.word();
+      if (word.empty()) return;
+      MeshText ahead = text_;
+      if (text_.line() != before.line() && (word == "v" || word == "f" || word == "fo") &&
+          begins_number(ahead.word())) {
+        text_ = before;
+        return;
+      }
+    }
+  }
+
   void vertex() {
     Eigen::Vector3d& position = mesh_.positions.emplace_back();
     int numbers = 0;

@@ -24,6 +24,19 @@ static_assert(std::endian::native == std::endian::little, "bytes are copied as t
 
 constexpr std::array<std::string_view, 4> extensions{".ply", ".obj", ".stl", ".off"};
 
+/// Formats of meshes and solids that are not read.
+constexpr std::array<std::string_view, 24> other_extensions{
+    ".dae", ".glb",  ".gltf", ".fbx",  ".3ds",  ".3mf",  ".blend", ".x3d",
+    ".wrl", ".vrml", ".usd",  ".usda", ".usdc", ".usdz", ".stp",   ".step",
+    ".igs", ".iges", ".dxf",  ".dwg",  ".skp",  ".max",  ".lwo",   ".ctm"};
+
+std::string extension_of(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 'a' - 'A');
+  return extension;
+}
+
 FileMesh parse(std::string_view bytes, MeshFormat format, std::string_view name) {
   switch (format) {
     case MeshFormat::ply: return parse_ply(bytes, name);
@@ -53,15 +66,22 @@ void append(std::string& bytes, T value) {
 }  // namespace
 
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 'a' - 'A');
-  const auto found = std::ranges::find(extensions, extension);
+  const auto found = std::ranges::find(extensions, extension_of(file));
   if (found == extensions.end()) return std::nullopt;
   return static_cast<MeshFormat>(found - extensions.begin());
 }
 
+std::string fault_of_other_mesh(const std::filesystem::path& file) {
+  const std::string extension = extension_of(file);
+  if (std::ranges::find(other_extensions, extension) == other_extensions.end()) return {};
+  return fmt::format(
+      "is a mesh or a solid in a format that is not read ({}); save it as PLY, OBJ, STL or OFF with "
+      "the program that made it, with Blender or with MeshLab",
+      extension);
+}
+
 TriangleMesh parse_mesh(std::string_view bytes, MeshFormat format, std::string_view name) {
+  if (is_utf16(bytes)) fail_at_byte(name, 0, std::string(utf16_fault));
   FileMesh in = parse(bytes, format, name);
   if (in.positions.size() > std::numeric_limits<std::uint32_t>::max())
     throw MeshError(fmt::format("{}: has {} vertices, more than 32 bits can number; split it", name,
@@ -76,12 +96,15 @@ TriangleMesh parse_mesh(std::string_view bytes, MeshFormat format, std::string_v
   return mesh;
 }
 
-TriangleMesh read_mesh(const std::filesystem::path& file) {
+TriangleMesh read_mesh(const std::filesystem::path& file, const std::function<void()>& stop_check) {
+  constexpr std::uintmax_t most = std::numeric_limits<std::uintmax_t>::max();
   const std::optional<MeshFormat> format = mesh_format(file);
+  if (const std::string fault = fault_of_other_mesh(file); !fault.empty())
+    throw MeshError(file.string() + ": " + fault);
   if (!format)
     throw MeshError(fmt::format("{}: is not named like a mesh; meshes are .ply, .obj, .stl or .off",
                                 file.string()));
-  return parse_mesh(read_user_file<MeshError>(file), *format, file.string());
+  return parse_mesh(read_user_file<MeshError>(file, most, stop_check), *format, file.string());
 }
 
 void write_ply(const std::filesystem::path& file, const TriangleMesh& mesh) {

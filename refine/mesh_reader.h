@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include <ensonify/refine/triangle_mesh.h>
@@ -12,6 +14,10 @@ enum class MeshFormat { ply, obj, stl, off };
 
 /// The format by a file name's extension: .ply, .obj, .stl or .off in any case; none for others.
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& file);
+
+/// What is wrong with a file that is named like a mesh or a solid of another format, and what to
+/// do; empty for others.
+std::string fault_of_other_mesh(const std::filesystem::path& file);
 
 /// Reads a mesh file in the format of its extension: PLY (ASCII, both binary orders), OBJ, STL
 /// (ASCII and binary), OFF (text). Vertices and faces keep the file's order; equal corners of an
@@ -25,8 +31,10 @@ std::optional<MeshFormat> mesh_format(const std::filesystem::path& file);
 /// every polygon has at least three corners, and only blank lines follow the end. Texture, colours,
 /// normals, materials, groups, lines and points are ignored; triangle strips, free-form surfaces
 /// and binary OFF are refused by name. Throws MeshError with the line (or byte) of the fault, for a
-/// mesh without faces, and for a file that cannot be read.
-TriangleMesh read_mesh(const std::filesystem::path& file);
+/// mesh without faces, and for a file that cannot be read. `stop_check` is called while the file is
+/// read; what it throws ends that.
+TriangleMesh read_mesh(const std::filesystem::path& file,
+                       const std::function<void()>& stop_check = {});
 
 /// The same from bytes; `name` is the file's name for messages.
 TriangleMesh parse_mesh(std::string_view bytes, MeshFormat format, std::string_view name);

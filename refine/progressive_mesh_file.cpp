@@ -17,7 +17,6 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -305,22 +304,15 @@ namespace {
 class Mapping {
  public:
   explicit Mapping(const std::filesystem::path& file) {
-    require_file<MeshError>(file);
-    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    struct stat status {};
-    int error = descriptor >= 0 && ::fstat(descriptor, &status) == 0 ? 0 : errno;
-    if (error == 0 && status.st_size > 0) {
-      size_ = static_cast<std::size_t>(status.st_size);
-      void* const at = ::mmap(nullptr, size_, PROT_READ, MAP_SHARED, descriptor, 0);
-      if (at == MAP_FAILED)
-        error = errno;
-      else
-        data_ = static_cast<const std::byte*>(at);
-    }
-    ::close(descriptor);
-    if (error != 0)
+    const FileReader reader(file);
+    if (!reader.fault().empty()) throw MeshError(file.string() + ": " + reader.fault());
+    size_ = static_cast<std::size_t>(reader.bytes());
+    if (size_ == 0) return;
+    void* const at = ::mmap(nullptr, size_, PROT_READ, MAP_SHARED, reader.descriptor(), 0);
+    if (at == MAP_FAILED)
       throw MeshError(fmt::format("{}: cannot be opened: {}", file.string(),
-                                  std::generic_category().message(error)));
+                                  std::generic_category().message(errno)));
+    data_ = static_cast<const std::byte*>(at);
   }
   ~Mapping() {
     if (data_) ::munmap(const_cast<std::byte*>(data_), size_);

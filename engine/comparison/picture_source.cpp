@@ -13,6 +13,8 @@
 
 #include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/seafloor/bed/files_beside.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -24,6 +26,8 @@ constexpr double max_pixels = 268435456.0;  // 2^28, of all pictures
 /// The rows of a picture from the bottom up, oldest ping first, each split at its middle.
 void add_picture(const fs::path& file, RecordedLine& line) {
   [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
+  refine::require_file<RecordingError>(file);
+  const FilesBeside checked(file);
   constexpr std::array<const char*, 3> drivers = {"PNG", "JPEG", nullptr};
   const std::unique_ptr<GDALDataset> picture(GDALDataset::Open(fs::absolute(file).c_str(),
                                                                GDAL_OF_RASTER | GDAL_OF_READONLY,

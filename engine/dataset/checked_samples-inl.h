@@ -59,7 +59,6 @@ class CheckedSamples {
  private:
   /// A file's size and hash, and the text of a JSON file.
   struct FileSeen {
-    FileSeen(const std::string& name, std::span<const std::byte> content);
     std::pair<std::uint64_t, std::string> size_and_hash;
     std::string text;
   };

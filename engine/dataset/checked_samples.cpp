@@ -1,7 +1,9 @@
 #include <ensonify/engine/dataset/checked_samples-inl.h>
 
 #include <exception>
+#include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -24,11 +26,19 @@ nlohmann::ordered_json json_in(const std::string& name, const std::string& text)
   }
 }
 
-/// Passes the files below a folder to f, with their names relative to it.
+/// Passes the files below a sample's folder to f, with their names relative to it. Throws
+/// std::runtime_error for a link that leads out of the dataset: its content would get into what is
+/// merged.
 template <class F>
-void for_each_file_below(const fs::path& folder, const F& f) {
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file()) f(entry.path().lexically_relative(folder).string(), entry.path());
+void for_each_file_below(const fs::path& folder, const fs::path& dataset, const F& f) {
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    if (entry.is_symlink() && !lies_below(entry.path(), dataset))
+      throw std::runtime_error(
+          fmt::format("{} is a link that leads out of the dataset; copy the file there",
+                      entry.path().filename().string()));
+    f(entry.path().lexically_relative(folder).string(), entry.path());
+  }
 }
 
 }  // namespace
@@ -37,12 +47,6 @@ bool fits_its_hash(nlohmann::ordered_json json) {
   const std::string hash = json.at("xxh128").get<std::string>();
   json.erase("xxh128");
   return hash == xxh128(json.dump());
-}
-
-CheckedSamples::FileSeen::FileSeen(const std::string& name, std::span<const std::byte> content)
-    : size_and_hash(content.size(), xxh128(content)) {
-  if (name.ends_with(".json"))
-    text.assign(reinterpret_cast<const char*>(content.data()), content.size());
 }
 
 bool CheckedSamples::in_tar(std::size_t sample) const {
@@ -63,18 +67,30 @@ void CheckedSamples::see_files_of(std::size_t sample) {
   if (tar != none && tar == seen_tar_) return;
   seen_.clear();
   seen_tar_ = tar;
-  const auto see = [&](const std::string& name, std::span<const std::byte> content) {
-    seen_.emplace(name, FileSeen(name, content));
+  const auto see_json = [&](const std::string& name, std::string text) {
+    FileSeen& seen = seen_[name];
+    seen.size_and_hash = {text.size(), xxh128(text)};
+    seen.text = std::move(text);
   };
+  const auto is_json = [](const std::string& name) { return name.ends_with(".json"); };
   if (tar != none) {
-    read_tar(folders_.tar(tar),
-             [&](const std::string& name, std::vector<std::byte> content) { see(name, content); });
+    read_tar(folders_.tar(tar), [&](const std::string& name, std::vector<std::byte> content) {
+      if (!is_json(name))
+        seen_[name].size_and_hash = {content.size(), xxh128(content)};
+      else if (content.size() > most_json_bytes)
+        throw std::runtime_error(fmt::format("{} has {} bytes, expected at most {}", name,
+                                             content.size(), most_json_bytes));
+      else
+        see_json(name, {reinterpret_cast<const char*>(content.data()), content.size()});
+    });
     return;
   }
-  for_each_file_below(place(sample), [&](const std::string& name, const fs::path& file) {
-    const std::string content = refine::read_file(file);
-    see(name, std::as_bytes(std::span(content)));
-  });
+  const auto see = [&](const std::string& name, const fs::path& file) {
+    if (is_json(name)) return see_json(name, refine::read_file(file, most_json_bytes));
+    const FileRecord record = record_of(file.parent_path(), file.filename().string());
+    seen_[name].size_and_hash = {record.size_bytes, record.xxh128};
+  };
+  for_each_file_below(place(sample), folders_.dataset(), see);
 }
 
 std::optional<SampleRecord> CheckedSamples::read(std::size_t sample, std::string& damage) {
@@ -154,9 +170,10 @@ void CheckedSamples::for_each_file(const std::function<void(std::size_t, const s
       continue;
     }
     std::map<std::string, fs::path> files;
-    for_each_file_below(place(i), [&](const std::string& name, const fs::path& file) {
+    const auto take = [&](const std::string& name, const fs::path& file) {
       files[SampleFolders::name_in_tar(i, name)] = file;
-    });
+    };
+    for_each_file_below(place(i), folders_.dataset(), take);
     for (const auto& [name, file] : files) {
       const std::string content = refine::read_file(file);
       f(i, name, std::as_bytes(std::span(content)));

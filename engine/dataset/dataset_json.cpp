@@ -95,7 +95,7 @@ std::string hash_in(const std::string& dataset_json) {
 }
 
 void require_same_dataset(const fs::path& file, const std::string& content) {
-  const std::string written = refine::read_file(file);
+  const std::string written = refine::read_file(file, most_json_bytes);
   if (written == content) return;
   std::string why = "the file is damaged";
   try {
@@ -152,7 +152,7 @@ bool is_whole_sample(const fs::path& folder, std::size_t number,
   std::set<std::string> names{"sample.json"};
   bool whole = true;
   try {
-    const Json json = json_of<Json>(refine::read_file(folder / "sample.json"));
+    const Json json = json_of<Json>(refine::read_file(folder / "sample.json", most_json_bytes));
     if (json.at("dataset_xxh128") != dataset_xxh128 || json.at("sample") != number)
       refuse(folder, "a sample of another dataset or number");
     for (const Json& file : json.at("files")) {

@@ -95,7 +95,8 @@ class Merge {
                                     : "there is no such folder"));
     std::string dataset_xxh128;
     try {
-      const Json dataset = json_of<Json>(refine::read_file(folder_ / "dataset.json"));
+      const Json dataset =
+          json_of<Json>(refine::read_file(folder_ / "dataset.json", most_json_bytes));
       if (!fits_its_hash(dataset))
         throw std::runtime_error("its content has changed since it was written");
       dataset_xxh128 = dataset.at("xxh128").get<std::string>();

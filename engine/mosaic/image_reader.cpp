@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,6 +25,7 @@
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/untrusted.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -43,9 +43,16 @@ constexpr double small_block_bytes = 16 << 20;  // as much as any file may ask f
   throw SceneError(fmt::format("{}: {}; {}", file.string(), what, remedy));
 }
 
-std::uint32_t next_number(std::istream& stream) {
+/// Zeros at the file's end.
+std::string next_bytes(refine::FileReader& reader, std::size_t count) {
+  std::string bytes(count, '\0');
+  reader.read(std::as_writable_bytes(std::span(bytes)));
+  return bytes;
+}
+std::uint32_t next_number(refine::FileReader& reader) {
+  const std::string text = next_bytes(reader, 4);
   std::array<unsigned char, 4> bytes{};
-  stream.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
+  std::ranges::copy(text, bytes.begin());
   return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | std::uint32_t{bytes[3]} << 24;
 }
 
@@ -87,23 +94,23 @@ int block_rows(char compression) {
 /// reads on. Throws SceneError.
 void check_sizes(const std::filesystem::path& file) {
   constexpr std::uint32_t magic = 20000630, tiles_or_parts = 0x1a00;
-  const auto bytes = static_cast<double>(std::filesystem::file_size(file));
-  std::ifstream stream(file, std::ios::binary);
-  if (next_number(stream) != magic) fail(file, "this is not an OpenEXR file");
-  if (next_number(stream) & tiles_or_parts) fail(file, another_kind, other_remedy);
+  refine::FileReader reader(file);
+  if (!reader.fault().empty()) fail(file, reader.fault(), other_remedy);
+  const auto bytes = static_cast<double>(reader.bytes());
+  if (next_number(reader) != magic) fail(file, "this is not an OpenEXR file");
+  if (next_number(reader) & tiles_or_parts) fail(file, another_kind, other_remedy);
   std::array<std::int32_t, 4> window{};  // least x and y, greatest x and y
   double channels = 0.0, rows_of_block = 1.0;
   std::string name, type;
-  while (std::getline(stream, name, '\0') && !name.empty()) {
-    std::getline(stream, type, '\0');
-    const std::uint32_t size = next_number(stream);
+  while (reader.next_line(name, '\0') && !name.empty()) {
+    reader.next_line(type, '\0');
+    const std::uint32_t size = next_number(reader);
     if (size > bytes) fail(file, "the file is truncated");
     const auto* const known =
         std::ranges::find(attribute_types, type, [](const auto& one) { return one.first; });
     if (known == attribute_types.end() || (known->second != 0 && size != known->second))
       fail(file, another_kind, other_remedy);
-    std::string value(size, '\0');
-    stream.read(value.data(), size);
+    const std::string value = next_bytes(reader, size);
     if (name == "dataWindow" && size == sizeof window)
       std::memcpy(window.data(), value.data(), sizeof window);
     if (name == "compression" && size == 1) rows_of_block = block_rows(value[0]);
@@ -136,10 +143,9 @@ struct ImageReader::Open {
 };
 
 ImageReader::ImageReader(const std::filesystem::path& file) : file_(file) {
-  // Before it is opened: a named pipe would wait for ever.
   std::error_code unknown;
-  if (!std::filesystem::is_regular_file(file, unknown)) fail(file, "the file is missing");
-  check_sizes(file);
+  if (!std::filesystem::exists(file, unknown)) fail(file, "the file is missing");
+  check_sizes(file);  // before OpenEXR opens it: it would wait for a named pipe without end
   try {
     open_ = std::make_unique<Open>(file);
     const Imf::Header& header = open_->header();

@@ -61,7 +61,8 @@ ManifestContent read_manifest(const fs::path& folder) {
                  ? "this is a file; give the folder of a finished `ensonify run` (of a "
                    "recording, `ensonify imitate` makes a scene that can be run)"
                  : "there is no manifest.json; give the folder of a finished `ensonify run`");
-  const auto manifest = json_or_null<nlohmann::json>(refine::read_file(file));
+  const auto manifest =
+      json_or_null<nlohmann::json>(refine::read_user_file<SceneError>(file, most_json_bytes));
   const char* const damaged = "this is not the manifest of a run; make the run again";
   if (!manifest.is_object() || !manifest.contains("scene") || !manifest["scene"].is_string() ||
       !manifest.contains("files") || !manifest["files"].is_array())

@@ -1,8 +1,6 @@
 #include <ensonify/engine/output/manifest.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
 #include <memory>
 #include <new>
 #include <string_view>
@@ -31,7 +29,6 @@
 #endif
 
 #include <ensonify/engine/json_text.h>
-#include <ensonify/refine/fail_to_read.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -95,15 +92,11 @@ std::string xxh128_of_file(const std::filesystem::path& file) {
 }
 
 FileRecord record_of(const std::filesystem::path& folder, const std::string& name) {
-  const std::filesystem::path file = folder / name;
+  refine::FileReader reader(folder / name);
+  reader.require_open();
   FileRecord record{.name = name, .size_bytes = 0, .xxh128 = {}};
-  errno = 0;
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream.is_open()) refine::fail_to_read(file, errno);
   record.xxh128 = hash_of_blocks([&](std::span<std::byte> block) {
-    stream.read(reinterpret_cast<char*>(block.data()), std::ssize(block));
-    if (stream.bad()) refine::fail_to_read(file, errno);
-    const auto bytes = static_cast<std::size_t>(stream.gcount());
+    const std::size_t bytes = reader.read(block);
     record.size_bytes += bytes;
     return bytes;
   });

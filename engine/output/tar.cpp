@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <fstream>
 #include <iterator>
 #include <memory>
 #include <new>
@@ -14,7 +12,7 @@
 #include <archive_entry.h>
 #include <fmt/format.h>
 
-#include <ensonify/refine/fail_to_read.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 
@@ -34,13 +32,13 @@ void TarFile::finish() {
 
 bool is_whole_tar(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return false;
-  std::array<char, 1024> end{};  // two blocks
-  if (std::filesystem::file_size(file) < end.size()) return false;
-  errno = 0;
-  std::ifstream in(file, std::ios::binary);
-  if (!in.seekg(-std::ssize(end), std::ios::end) || !in.read(end.data(), std::ssize(end)))
-    refine::fail_to_read(file, errno);
-  return std::ranges::all_of(end, [](char byte) { return byte == 0; });
+  std::array<std::byte, 1024> end{};  // two blocks
+  refine::FileReader in(file);
+  in.require_open();
+  if (in.bytes() < end.size()) return false;
+  in.seek(in.bytes() - end.size());
+  return in.read(end) == end.size() &&
+         std::ranges::all_of(end, [](std::byte byte) { return byte == std::byte{0}; });
 }
 
 void read_tar(const std::filesystem::path& file,
@@ -55,8 +53,10 @@ void read_tar(const std::filesystem::path& file,
         fmt::format("{}: {}", file.string(), reason ? reason : "cannot be read"));
   };
   check(archive_read_support_format_tar(tar.get()) == ARCHIVE_OK);
-  check(archive_read_open_filename(tar.get(), file.c_str(), 1 << 16) == ARCHIVE_OK);
-  const std::uintmax_t whole = std::filesystem::file_size(file);
+  const refine::FileReader reader(file);
+  reader.require_open();
+  check(archive_read_open_fd(tar.get(), reader.descriptor(), 1 << 16) == ARCHIVE_OK);
+  const std::uintmax_t whole = reader.bytes();
   archive_entry* entry = nullptr;
   int result = ARCHIVE_OK;
   while ((result = archive_read_next_header(tar.get(), &entry)) == ARCHIVE_OK) {

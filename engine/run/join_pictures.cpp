@@ -18,9 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t max_rows = 30000;
+constexpr std::uintmax_t most_picture_bytes = std::uintmax_t{1} << 30;
 
 Picture picture_of(const fs::path& file) {
-  const std::string content = refine::read_file(file);
+  const std::string content = refine::read_file(file, most_picture_bytes);
   try {
     return decode_png(std::as_bytes(std::span(content)));
   } catch (const std::runtime_error& error) {

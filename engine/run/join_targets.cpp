@@ -241,7 +241,7 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
   for (std::size_t part = 0; part < parts.count(); ++part) {
     const fs::path file = folder / parts.file(part, sonar, "_targets.json");
     try {
-      const Json json = json_of<Json>(refine::read_file(file));
+      const Json json = json_of<Json>(refine::read_file(file, most_json_bytes));
       const auto columns = whole_numbers(json.at("picture").at("columns")).get<std::size_t>();
       if (columns > max_columns) throw std::out_of_range("more columns than any scene's");
       if (part == 0) {

@@ -22,7 +22,7 @@ constexpr const char* earlier_name = "earlier";  // a folder in the staging fold
 
 nlohmann::json manifest_in(const fs::path& folder) {
   if (!fs::is_regular_file(folder / manifest_name)) return {};
-  return json_or_null<nlohmann::json>(refine::read_file(folder / manifest_name));
+  return json_or_null<nlohmann::json>(refine::read_file(folder / manifest_name, most_json_bytes));
 }
 
 /// The files of a folder that its manifest lists, if they have the listed size; none if the

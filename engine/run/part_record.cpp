@@ -144,7 +144,7 @@ PartRecord read_part_json(const std::filesystem::path& file) {
                     file.string(), fault_in_json(error)));
   };
   try {
-    const Json json = json_of<Json>(refine::read_file(file));
+    const Json json = json_of<Json>(refine::read_file(file, most_json_bytes));
     PartRecord record;
     record.pings = {whole_numbers(json.at("first_ping")).get<std::size_t>(),
                     whole_numbers(json.at("pings")).get<std::size_t>()};

@@ -88,7 +88,7 @@ std::string hash_of(const RunPlan& plan) { return xxh128(plan_json(plan)); }
 
 RunPlan read_plan(const std::filesystem::path& folder) {
   try {
-    const Json json = json_of<Json>(refine::read_file(plan_file(folder)));
+    const Json json = json_of<Json>(refine::read_file(plan_file(folder), most_json_bytes));
     return {.scene_toml = json.at("scene").get<std::string>(),
             .seed = whole_numbers(json.at("seed")).get<std::uint64_t>(),
             .intersector = json.at("intersector").get<std::string>(),

@@ -459,7 +459,10 @@ std::string read_scene_text(const fs::path& file) {
         "{}: is a recording, expected {}; `ensonify imitate` makes a scene that looks like it, and "
         "a scene takes its track with kind = \"file\" and file = \"FILE\" in [track]",
         file.string(), wanted));
-  return refine::read_user_file<SceneError>(file, largest_file_bytes);
+  std::string text = refine::read_user_file<SceneError>(file, largest_file_bytes);
+  if (refine::is_utf16(text))
+    throw SceneError(fmt::format("{}: {}", file.string(), refine::utf16_fault));
+  return text;
 }
 
 std::string toml_override(const std::string& override_text) {

@@ -7,6 +7,7 @@
 
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/toml_value.h>
+#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -37,7 +38,7 @@ fs::path resolve(std::string_view key, const std::string& text, const ScenePaths
                              error.message()));
   fs::path file = fs::canonical(folder / inside, error);
   if (error) throw refuse(fmt::format("{} ({})", error.message(), (folder / inside).string()));
-  if (std::ranges::mismatch(folder, file).in1 != folder.end())
+  if (!lies_below(file, folder))
     throw refuse(fmt::format("a link leads out of {}", folder.string()));
   if (const std::string fault = refine::fault_of_file(file); !fault.empty()) throw refuse(fault);
   return file;

@@ -246,7 +246,18 @@ class TrackBuilder {
     const std::string_view remedy = has_own_height() && track_.vertical == Vertical::depth
                                         ? "set track.vertical = \"altitude\""
                                         : "change track.altitude_m";
-    if (const auto fault = out_of_water(p, ground_.bed_height_m(p.x(), p.y())))
+    const double bed_m = ground_.bed_height_m(p.x(), p.y());
+    const auto fault = out_of_water(p, bed_m);
+    if (fault && bed_m > 0.0)  // no altitude helps
+      throw SceneError(fmt::format(
+          "track: at ping {} {} is {}; the bed there rises {:.1f} m above the sea surface: move the "
+          "track to where there is water{}, or check seafloor.water_level_m",
+          ping, what, *fault, bed_m,
+          scene_.seafloor.kind == SeafloorKind::survey
+              ? ", or change the sign of the survey's heights if they are depths, which count "
+                "downwards (gdal_calc.py --calc=-A)"
+              : ""));
+    if (fault)
       throw SceneError(fmt::format(
           "track: at ping {} {} is {}; {}, or move the track{}, or check seafloor.water_level_m",
           ping, what, *fault, remedy, or_else));

@@ -91,8 +91,8 @@ SurveyScatter scatter_of(const SeafloorOptions& options, std::uint64_t seed) {
 
 Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed,
                         const WorkControl& control) {
-  Heightfield field =
-      read_survey(survey_of(options), options.water_level_m, scatter_of(options, seed));
+  Heightfield field = read_survey(survey_of(options), options.water_level_m,
+                                  scatter_of(options, seed), control.stop_check);
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   double points = 0.0, under_water = 0.0;
   for (const double z : field.z_m)

@@ -41,9 +41,10 @@ Ground make_ground(const SeafloorOptions& options, std::uint64_t seed, const Wor
 }
 
 refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloor,
-                               const MemoryPlan& plan) {
+                               const MemoryPlan& plan, const WorkControl& control) {
   const std::string remedy = "use a coarser mesh, or a part of it";
-  const refine::TriangleMesh read = read_mesh_to_repair(options.mesh.path, plan, remedy);
+  const refine::TriangleMesh read =
+      read_mesh_to_repair(options.mesh.path, plan, remedy, control.stop_check);
   for (const Eigen::Vector3f& p : read.positions)
     if (const double height_m = p.z() + read.world_origin.z();
         !(std::abs(height_m) <= max_height_m))
@@ -111,7 +112,7 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
   Seafloor seafloor;
   Ground ground;
   if (options.kind == SeafloorKind::mesh) {
-    seafloor.mesh = make_mesh(options, seafloor, plan);
+    seafloor.mesh = make_mesh(options, seafloor, plan, control);
     seafloor.vertices = seafloor.mesh.positions.size();
     seafloor.faces = seafloor.bed_faces = seafloor.mesh.faces.size();
     seafloor.mean_bed_m = mean_height_m(seafloor.mesh);

@@ -17,12 +17,13 @@ constexpr double built_bytes_per_face = 58.0, flat_parts_bytes_per_face = 410.0;
 }  // namespace
 
 refine::TriangleMesh read_mesh_to_repair(const std::filesystem::path& file, const MemoryPlan& plan,
-                                         std::string_view remedy) {
+                                         std::string_view remedy,
+                                         const std::function<void()>& stop_check) {
   std::error_code unreadable;  // read_mesh() reports it
   if (const auto bytes = std::filesystem::file_size(file, unreadable); !unreadable)
     plan.limit.require(static_cast<double>(bytes) + plan.more_bytes,
                        file.string() + " and what is read of it", remedy);
-  refine::TriangleMesh mesh = refine::read_mesh(file);
+  refine::TriangleMesh mesh = refine::read_mesh(file, stop_check);
   const auto faces = static_cast<double>(mesh.faces.size());
   plan.limit.require(repair_bytes_per_face * faces + plan.more_bytes,
                      fmt::format("{}: the repair of its {:.0f} faces", file.string(), faces),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -24,7 +25,8 @@ struct MemoryPlan {
 /// Reads a mesh of which refine::repair() will make another. Throws what refine::read_mesh()
 /// throws, and MemoryError, with the remedy, if they cannot fit.
 refine::TriangleMesh read_mesh_to_repair(const std::filesystem::path& file, const MemoryPlan& plan,
-                                         std::string_view remedy);
+                                         std::string_view remedy,
+                                         const std::function<void()>& stop_check = {});
 
 /// Throws MemoryError if an object with this number of faces cannot fit. faces_before: the faces of
 /// the objects before it; they exist already, but nothing is built over them yet. `what` names the

@@ -404,6 +404,39 @@ TEST_CASE("A locale with a decimal comma changes nothing") {
   CHECK(WorldBounds(parse_mesh(bytes, Mesh::off, "m")).high.x() == 2.5);
 }
 
+TEST_CASE("A name in an OBJ that ends in a backslash does not swallow the next statement") {
+  const auto faces = [](const std::string& statement) {
+    return parse_mesh("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n" + statement +
+                          "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
+                      Mesh::obj, "m")
+        .faces.size();
+  };
+  for (const std::string statement :
+       {"usemtl", "mtllib", "g", "o", "usemap", "maplib", "shadow_obj", "trace_obj", "vn 0 0", "s"})
+    for (const std::string end : {"\\\n", " \\\n", "\\ \r\n", "\\\r"}) {
+      CAPTURE(statement, end);
+      CHECK(faces(statement + " BMCD2AR3\\Solid_Materials_" + end) == 4);
+      CHECK(faces(statement + " a" + end + "\t") == 4);
+      CHECK(faces(statement + " a" + end + "b c" + end + "d\n") == 4);  // lines that are joined
+    }
+  CHECK(faces("# C:\\meshes\\\n") == 4);
+}
+
+TEST_CASE("A mesh in UTF-16 or in another format is named as what it is") {
+  std::string little = "\xff\xfe", big = "\xfe\xff";
+  for (const char c : text_obj) {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  for (const MeshFormat format : {Mesh::ply, Mesh::obj, Mesh::stl, Mesh::off})
+    for (const std::string& bytes : {little, big})
+      CHECK_THROWS_WITH(parse_mesh(bytes, format, "m"),
+                        "m: byte 0: the file is in UTF-16, expected UTF-8; save it so");
+  for (const std::string name : {"a.dae", "a.GLB", "a.gltf", "a.fbx", "a.step"})
+    CHECK_THROWS_WITH(read_mesh(name), Catch::StartsWith(name + ": is a mesh or a solid in a") &&
+                                           Catch::Contains("save it as PLY, OBJ, STL or OFF"));
+}
+
 TEST_CASE("A file's extension decides its format, in any case") {
   CHECK(mesh_format("a.ply") == Mesh::ply);
   CHECK(mesh_format("dir.ply/a.OBJ") == Mesh::obj);

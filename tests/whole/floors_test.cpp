@@ -291,6 +291,28 @@ TEST_CASE("the table of rooms in doc/architecture.md has the rooms in their orde
   CHECK(described == std::vector<std::string>(rooms.begin(), rooms.end()));
 }
 
+TEST_CASE("files are opened for reading by the one door, FileReader") {
+  // What these open was not named by a user and is not in a folder that is read back: files of the
+  // system, locks, and files that they write.
+  const std::set<std::string> others{
+      "engine/app/program.cpp", "engine/memory.cpp",       "engine/output/staging.cpp",
+      "refine/atomic_file.cpp", "refine/height_tiles.cpp", "refine/progressive_mesh_file.cpp",
+      "refine/read_file.cpp"};
+  static const std::regex opens(R"(\bifstream\b|\bfopen\(|(^|[^\w>])::open\(|read_open_filename)");
+  std::set<std::string> found;
+  const fs::path source = ensonify::tests::source_folder();
+  for (const char* const floor : {"scatter", "refine", "engine"})
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(source / floor)) {
+      const std::string extension = entry.path().extension().string();
+      if (extension != ".cpp" && extension != ".h") continue;
+      std::ifstream in(entry.path());
+      for (std::string line; std::getline(in, line);)
+        if (std::regex_search(line, opens))
+          found.insert(entry.path().lexically_relative(source).string());
+    }
+  CHECK(found == others);
+}
+
 TEST_CASE("no two types of a floor have one name") {
   for (const auto& [name, files] : types_of(ensonify::tests::source_folder())) {
     CAPTURE(name, files);

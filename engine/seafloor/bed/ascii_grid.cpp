@@ -4,11 +4,13 @@
 #include <cctype>
 #include <charconv>
 #include <cstddef>
-#include <fstream>
+#include <string>
 #include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
+
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -24,10 +26,10 @@ bool is_number(std::string_view word) {
 }  // namespace
 
 std::string fault_of_ascii_grid(const std::filesystem::path& file, int columns, int rows) {
-  std::ifstream in(file, std::ios::binary);
+  refine::FileReader in(file);
   const std::size_t promised = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   std::size_t found = 0, line_number = 0;
-  for (std::string line; std::getline(in, line);) {
+  for (std::string line; in.next_line(line);) {
     ++line_number;
     constexpr const char* blank = " \t\r\v\f";
     std::size_t begin = line.find_first_not_of(blank);
@@ -49,7 +51,6 @@ std::string fault_of_ascii_grid(const std::filesystem::path& file, int columns, 
       begin = end;
     }
   }
-  if (!in.eof()) return "cannot be read to its end";
   if (found == promised) return {};
   return fmt::format(
       "holds {} heights where its header promises {} x {} = {}; it is truncated or its header is "

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <memory>
 #include <regex>
 #include <string_view>
@@ -13,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
+#include <ensonify/refine/read_file.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -32,22 +32,21 @@ constexpr std::array number_types = {NumberType{"f8", "Float64", 8}, NumberType{
 
 std::string vrt_of_npy(const std::filesystem::path& file, double cell_m) {
   // Magic, version, length of the header in 2 bytes (from version 2 in 4), and a dictionary.
-  std::ifstream in(file, std::ios::binary);
-  std::array<unsigned char, 12> begin{};
-  in.read(reinterpret_cast<char*>(begin.data()), begin.size());
-  const std::size_t length_bytes = begin[6] == 1 ? 2 : 4, header_begin = 8 + length_bytes;
+  constexpr std::uint64_t longest = 4096;  // numpy's own is some 80
+  std::string header = refine::begin_of_file(file, 12 + longest);
+  const std::size_t found = header.size();
+  header.resize(12 + longest);
+  const std::size_t length_bytes = header[6] == 1 ? 2 : 4, header_begin = 8 + length_bytes;
   std::uint64_t header_size = 0;
   for (std::size_t i = 0; i < length_bytes; ++i)
-    header_size |= std::uint64_t{begin[8 + i]} << (8 * i);
-  constexpr std::uint64_t longest = 4096;  // numpy's own is some 80
-  std::string header(std::min(header_size, longest), '\0');
-  in.seekg(static_cast<std::streamoff>(header_begin));
-  in.read(header.data(), static_cast<std::streamsize>(header.size()));
+    header_size |= std::uint64_t{static_cast<unsigned char>(header[8 + i])} << (8 * i);
+  const bool is_whole = header_size <= longest && header_begin + header_size <= found;
+  header = header.substr(header_begin, is_whole ? header_size : 0);
   const std::regex type_item(R"('descr': *'([<>|=])(\w+)')"),
       order_item(R"('fortran_order': *(True|False))"),
       shape_item(R"('shape': *\((\d{1,10}), *(\d{1,10})\))");
   std::smatch type, order, shape;
-  if (!in || header_size > longest || !std::regex_search(header, order, order_item))
+  if (!is_whole || !std::regex_search(header, order, order_item))
     refuse_file(file,
                 "has no whole header of an .npy file; save the heights again with numpy.save()");
   if (!std::regex_search(header, shape, shape_item))

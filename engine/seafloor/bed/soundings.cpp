@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <fstream>
 #include <limits>
 #include <optional>
 #include <string>
@@ -19,6 +18,7 @@
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed/unit_of_length.h>
+#include <ensonify/refine/read_file.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -137,10 +137,10 @@ std::optional<Columns> columns_of(std::string_view header) {
 /// The lines that are neither empty nor comments, without a byte-order mark.
 class Lines {
  public:
-  explicit Lines(const std::filesystem::path& file) : in_(file, std::ios::binary) {}
+  explicit Lines(const std::filesystem::path& file) : in_(file) {}
 
   bool next() {
-    while (std::getline(in_, line_)) {
+    while (in_.next_line(line_)) {
       if (number_++ == 0 && line_.starts_with("\xEF\xBB\xBF")) line_.erase(0, 3);
       const std::size_t begin = line_.find_first_not_of(" \t\r");
       if (begin != line_.npos && line_[begin] != '#') return true;
@@ -149,10 +149,9 @@ class Lines {
   }
   const std::string& line() const { return line_; }
   std::size_t number() const { return number_; }
-  bool at_end() const { return in_.eof(); }
 
  private:
-  std::ifstream in_;
+  refine::FileReader in_;
   std::string line_;
   std::size_t number_ = 0;
 };
@@ -200,7 +199,6 @@ Soundings::Soundings(const std::filesystem::path& file, double cell_m)
                                lines.line().substr(0, 40)));
     }
   }
-  if (!lines.at_end()) refuse_file(file, "cannot be read to its end; check the disk");
   const auto [west, east] = std::ranges::minmax(x_m_);
   const auto [south, north] = std::ranges::minmax(y_m_);
   west_m = std::floor(west / cell_m) * cell_m;

@@ -27,7 +27,9 @@
 #include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/ascii_grid.h>
+#include <ensonify/engine/seafloor/bed/files_beside.h>
 #include <ensonify/engine/seafloor/bed/gdal_cache.h>
+#include <ensonify/engine/seafloor/bed/hdf5_parts.h>
 #include <ensonify/engine/seafloor/bed/npy_grid.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/soundings.h>
@@ -37,6 +39,7 @@
 #include <ensonify/engine/seafloor/bed/unmarked_grid.h>
 #include <ensonify/engine/seafloor/bed/variable_resolution.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -53,6 +56,7 @@ class SurveyReader {
         cell_m_(file.cell_m),
         water_level_m_(water_level_m),
         scatter_(scatter),
+        beside_(file_),
         may_use_hdf5_(is_hdf5(file_) || is_mosaic(file_)) {}
   ~SurveyReader() {
     const Quiet quiet(*this);
@@ -70,34 +74,15 @@ class SurveyReader {
     return files_of_mosaic(file_);
   }
 
-  /// The file and others that GDAL reads with it; none if it is no raster. A mosaic's sources must
-  /// have been checked.
-  std::vector<std::filesystem::path> files_of_raster() {
-    const Quiet quiet(*this);
-    GDALAllRegister();
-    // BAG and netCDF files have nothing beside them. An area's image may be a PNG.
-    constexpr std::array<const char*, 4> drivers = {"GTiff", "AAIGrid", "PNG", nullptr};
-    if (is_mosaic(file_))
-      open_as(std::filesystem::absolute(file_), vrt_driver.data());
-    else
-      open_file_by(drivers.data());
-    if (!dataset_) return {};
-    const CPLStringList names(dataset_->GetFileList());
-    std::vector<std::filesystem::path> files(names.List(), names.List() + names.Count());
-    if (unmarked_)
-      for (std::filesystem::path& file : files) file = unmarked_->original(file.string());
-    return files;
-  }
-
   Heightfield header() {
     const Quiet quiet(*this);
     return read_header();
   }
 
-  Heightfield read() {
+  Heightfield read(const std::function<void()>& stop_check) {
     const Quiet quiet(*this);
     prepare();
-    read_heights();
+    read_heights(stop_check);
     for (int row = 0; row + 1 < field_.rows; ++row)
       for (int column = 0; column + 1 < field_.columns; ++column)
         if (field_.whole(column, row)) return std::move(field_);
@@ -328,9 +313,11 @@ class SurveyReader {
     refine::require_file<refine::MeshError>(file_);
     bytes_ = static_cast<double>(std::filesystem::file_size(file_));
     if (bytes_ == 0.0) fail("the file is empty");
+    if (refine::is_utf16(refine::begin_of_file(file_, 4))) fail(std::string(refine::utf16_fault));
     // HDF5 would otherwise print, on this thread, for a damaged BAG.
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
+    if (is_hdf5(file_)) refuse(fault_of_hdf5(file_));
     if (refine::begins_with(file_, "\x93NUMPY")) {
       require_cell("an .npy file, which has no cell size");
       open_as(vrt_of_npy(file_, cell_m_), vrt_driver.data());
@@ -351,10 +338,13 @@ class SurveyReader {
     if (const std::optional found = seafloor_file(file_);
         !dataset_ && found && found->kind != "survey")
       throw refine::MeshError(fault_of_kind(file_, *found, "a survey grid"));
+    if (!dataset_) refuse(refine::fault_of_other_mesh(file_));
     if (!dataset_)
       fail_with_gdal(
           "cannot be read as GeoTIFF, BAG, ESRI ASCII grid, netCDF, VRT, .npy or lines of x y z; is "
           "it whole? gdal_translate makes a GeoTIFF of most other grids");
+    if (names_overviews(*dataset_))
+      fail("names another file with its overviews; write it again with gdal_translate");
     has_refinements_ = has_refinements(*dataset_);
     if (dataset_->GetRasterCount() < 1)
       fail("does not hold a single grid; extract one with gdal_translate (gdalinfo lists them)");
@@ -377,7 +367,7 @@ class SurveyReader {
     // Absolute, so that no name is taken for one of GDAL's prefixes ("NETCDF:...").
     open_as(std::filesystem::absolute(file_), drivers);
     if (dataset_ || !refine::begins_with(file_, "\xef\xbb\xbf")) return;
-    unmarked_ = std::make_unique<UnmarkedGrid>(file_);
+    unmarked_ = std::make_unique<UnmarkedGrid>(file_, beside_.read());
     gdal_error_.clear();
     open_as(unmarked_->name(), drivers);
   }
@@ -443,7 +433,7 @@ class SurveyReader {
     }
   }
 
-  void read_heights() {
+  void read_heights(const std::function<void()>& stop_check) {
     if (resolution_) {
       field_.z_m.resize(static_cast<std::size_t>(field_.columns) *
                         static_cast<std::size_t>(field_.rows));
@@ -453,6 +443,7 @@ class SurveyReader {
     const bool from_north = transform_[5] < 0.0;
     // Memory grows with the rows that were read, not with the size in the header.
     for (int line = 0; line < field_.rows; ++line) {
+      if (stop_check) stop_check();
       const std::size_t begin = field_.z_m.size();
       field_.z_m.resize(begin + static_cast<std::size_t>(field_.columns));
       read_raw({0, from_north ? field_.rows - 1 - line : line, field_.columns, 1},
@@ -498,15 +489,16 @@ class SurveyReader {
   inline static std::mutex use_of_hdf5;
 
   /// A thread's GDAL settings while a survey is read: messages go to the reader, not to stderr;
-  /// .aux.xml files are neither read nor written; a text grid keeps its fractions.
+  /// an .aux.xml file is read if it was checked; a text grid keeps its fractions.
   struct Quiet {
     explicit Quiet(SurveyReader& reader)
         : alone(reader.may_use_hdf5_ ? std::unique_lock(use_of_hdf5)
                                      : std::unique_lock<std::mutex>()),
-          handler(on_gdal_error, &reader) {}
+          handler(on_gdal_error, &reader),
+          metadata("GDAL_PAM_ENABLED", reader.beside_.reads_metadata(), false) {}
     std::unique_lock<std::mutex> alone;
     CPLErrorHandlerPusher handler;
-    CPLConfigOptionSetter no_sidecars{"GDAL_PAM_ENABLED", "NO", false};
+    CPLConfigOptionSetter metadata;
     CPLConfigOptionSetter fractions{"AAIGRID_DATATYPE", "Float64", false};
     // The only VRT that reads raw bytes is that of an .npy file; later releases of GDAL ask.
     CPLConfigOptionSetter npy{"GDAL_VRT_RAWRASTERBAND_ALLOWED_SOURCE", "ALL", false};
@@ -517,6 +509,7 @@ class SurveyReader {
   const double cell_m_;
   const double water_level_m_;
   SurveyScatter scatter_;
+  const FilesBeside beside_;
   std::optional<VariableResolution> resolution_;
   std::optional<Soundings> soundings_;
   std::mutex mutex_;  // of read_window()
@@ -543,16 +536,15 @@ std::vector<std::filesystem::path> files_behind(const std::filesystem::path& fil
   std::set<std::filesystem::path> files;
   const auto take = [&](const std::filesystem::path& named) {
     std::filesystem::path place = place_of(named);
-    // GDAL also finds metadata in folders above, which say nothing about the pixels.
+    // A mosaic may name a source by another way to its folder.
     if (place != its_place && std::ranges::mismatch(folder, place).in1 == folder.end())
       files.insert(std::move(place));
   };
-  SurveyReader reader(file, 0.0);
-  for (const std::filesystem::path& source : reader.sources()) {
+  for (const std::filesystem::path& source : SurveyReader(file, 0.0).sources()) {
     take(source);
     std::ranges::for_each(files_behind(source), take);
   }
-  std::ranges::for_each(reader.files_of_raster(), take);
+  std::ranges::for_each(FilesBeside(file).read(), take);
   return {files.begin(), files.end()};
 }
 
@@ -603,9 +595,9 @@ refine::HeightTiles::Heights survey_tiles(const SurveyFile& file, double water_l
   };
 }
 
-Heightfield read_survey(const SurveyFile& file, double water_level_m,
-                        const SurveyScatter& scatter) {
-  return SurveyReader(file, water_level_m, scatter).read();
+Heightfield read_survey(const SurveyFile& file, double water_level_m, const SurveyScatter& scatter,
+                        const std::function<void()>& stop_check) {
+  return SurveyReader(file, water_level_m, scatter).read(stop_check);
 }
 
 std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d& world_origin) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -44,9 +45,13 @@ struct SurveyFile {
 /// opened, is truncated, promises more cells than its size can hold, is rotated, is in degrees or
 /// in another unit than metres, has heights of 9999 m that no NODATA value explains, or has no
 /// whole cell; and, if heights scatter, for one without a band that is named uncertainty, deviation
-/// or error. Neither reads nor writes .aux.xml files.
+/// or error; and for a file beside it that FilesBeside refuses. GDAL's metadata in an .aux.xml file
+/// beside it count as its own: NODATA, reference system, place, scale, offset, unit. (Those beside
+/// a mosaic's sources do not: the mosaic has them.)
+/// `stop_check` is called for each row; what it throws ends the reading.
 Heightfield read_survey(const SurveyFile& file, double water_level_m,
-                        const SurveyScatter& scatter = {});
+                        const SurveyScatter& scatter = {},
+                        const std::function<void()>& stop_check = {});
 
 /// The reference system, as WKT, of a world with this middle: transverse Mercator about it on WGS
 /// 84, which agrees with tangent_place to 3 mm at 7 km.
@@ -69,9 +74,10 @@ struct SurveySample {
 SurveySample sample_survey(const SurveyFile& file, double water_level_m);
 
 /// The files that belong to a file of a scene and are read with it, sorted: the sources of a
-/// mosaic, and a world file, an external mask or a .prj beside a raster. All lie in the file's
-/// folder or below it. Empty for a file that is no raster or is missing. Throws refine::MeshError
-/// for a mosaic that read_survey() refuses because of its sources.
+/// mosaic, and those beside a raster (FilesBeside::read()). All lie in the file's folder or below
+/// it. Empty for a file that is no raster or is missing. Throws refine::MeshError for a mosaic that
+/// read_survey() refuses because of its sources, and for a file beside a raster that FilesBeside
+/// refuses.
 std::vector<std::filesystem::path> files_behind(const std::filesystem::path& file);
 
 /// The grid without heights, read from the file's header. Throws what read_survey() would throw for

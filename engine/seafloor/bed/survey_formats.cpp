@@ -51,6 +51,10 @@ bool has_refinements(GDALDataset& dataset) {
   return found && std::string_view(found) == "TRUE";
 }
 
+bool names_overviews(GDALDataset& dataset) {
+  return dataset.GetMetadataItem("OVERVIEW_FILE", "OVERVIEWS") != nullptr;
+}
+
 std::string wkt_of(const OGRSpatialReference& reference) {
   // WKT1 lacks some systems.
   constexpr std::array<const char*, 2> options = {"FORMAT=WKT2", nullptr};

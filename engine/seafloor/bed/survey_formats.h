@@ -22,6 +22,9 @@ bool is_hdf5(const std::filesystem::path& file);
 bool is_mosaic(const std::filesystem::path& file);
 /// Whether it is a BAG of variable resolution.
 bool has_refinements(GDALDataset& dataset);
+/// Whether a raster's own metadata name a file with its overviews. GDAL would open it, whatever and
+/// wherever it is.
+bool names_overviews(GDALDataset& dataset);
 /// A file that a scene can name as its seafloor.
 struct SeafloorFile {
   std::string_view is;    ///< "a mesh"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -11,18 +12,26 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
+#include <ensonify/engine/seafloor/bed/files_beside.h>
+#include <ensonify/engine/seafloor/bed/hdf5_parts.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
+#include <ensonify/engine/untrusted.h>
+#include <ensonify/refine/read_file.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 namespace {
 
+constexpr std::uintmax_t most_mosaic_bytes = 1 << 26;  // of some 100,000 files
+
 class SurveyMosaic {
  public:
   explicit SurveyMosaic(const std::filesystem::path& file) : file_(file) {
     const std::unique_ptr<CPLXMLNode, void (*)(CPLXMLNode*)> tree(
-        CPLParseXMLFile(std::filesystem::absolute(file).c_str()), CPLDestroyXMLNode);
+        CPLParseXMLString(
+            refine::read_user_file<refine::MeshError>(file, most_mosaic_bytes).c_str()),
+        CPLDestroyXMLNode);
     if (!tree) fail("is not a whole VRT file");
     const CPLXMLNode* const root = CPLGetXMLNode(tree.get(), "=VRTDataset");
     if (!root) fail("is not a whole VRT file");
@@ -61,28 +70,38 @@ class SurveyMosaic {
       fail(fmt::format("names '{}', which is no local file; only mosaics of local files are read",
                        named.string()));
     // A mosaic may only name files in its own folder or below, like a scene.
-    const std::filesystem::path folder =
-        std::filesystem::canonical(std::filesystem::absolute(file_).parent_path());
-    if (std::ranges::mismatch(folder, std::filesystem::canonical(place)).in1 != folder.end())
+    if (!lies_below(place, std::filesystem::absolute(file_).parent_path()))
       fail(
           fmt::format("names '{}', which does not lie in its own folder or below it; put the files "
                       "there",
                       named.string()));
+    if (const std::string fault = refine::fault_of_file(place); !fault.empty())
+      refuse_file(place, fault);
     if (!GDALIdentifyDriverEx(place.c_str(), GDAL_OF_RASTER, survey_drivers.data(), nullptr))
       fail(
           fmt::format("names '{}', which is no GeoTIFF, BAG, ESRI ASCII grid or netCDF file; only "
                       "mosaics of local files of these formats are read",
                       named.string()));
-    if (is_hdf5(place)) {
-      const std::unique_ptr<GDALDataset> source(
-          GDALDataset::Open(std::filesystem::absolute(place).c_str(), GDAL_OF_RASTER,
-                            survey_drivers.data(), nullptr, nullptr));
-      if (source && has_refinements(*source))
-        fail(
-            fmt::format("names '{}', a BAG of variable resolution, of which a mosaic has the "
-                        "overview alone; write it as a GeoTIFF with `ensonify seafloor`",
-                        named.string()));
-    }
+    if (const FilesBeside beside(place); !beside.erdas_file().empty())
+      refuse_file(beside.erdas_file(),
+                  fmt::format("is an ERDAS file beside a part of {}, and can name other files; "
+                              "remove it",
+                              file_.filename().string()));
+    if (is_hdf5(place))
+      if (const std::string fault = fault_of_hdf5(place); !fault.empty()) refuse_file(place, fault);
+    const std::unique_ptr<GDALDataset> source(
+        GDALDataset::Open(std::filesystem::absolute(place).c_str(), GDAL_OF_RASTER,
+                          survey_drivers.data(), nullptr, nullptr));
+    if (source && has_refinements(*source))
+      fail(
+          fmt::format("names '{}', a BAG of variable resolution, of which a mosaic has the "
+                      "overview alone; write it as a GeoTIFF with `ensonify seafloor`",
+                      named.string()));
+    if (source && names_overviews(*source))
+      fail(
+          fmt::format("names '{}', which names another file with its overviews; write it again "
+                      "with gdal_translate",
+                      named.string()));
     sources_.push_back(place);
   }
 

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <hdf5.h>
 
+#include <ensonify/engine/seafloor/bed/hdf5_handle-inl.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -19,32 +20,15 @@ constexpr hsize_t max_coarse_cells = 1u << 26;
 constexpr float missing = 1e6f;  // of heights and uncertainties
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// One of HDF5's handles, closed at the end of its scope.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  hid_t get() const { return id_; }
-  bool is_open() const { return id_ >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
 /// Opens a table of a file, if the file is open.
-hid_t open_table(const Handle& file, const char* name) {
+hid_t open_table(const Hdf5Handle& file, const char* name) {
   return file.is_open() ? H5Dopen2(file.get(), name, H5P_DEFAULT) : -1;
 }
 
 /// The size of a table with two dimensions; zeros if it has others.
-std::array<hsize_t, 2> size_of(const Handle& table) {
+std::array<hsize_t, 2> size_of(const Hdf5Handle& table) {
   std::array<hsize_t, 2> size{};
-  const Handle space(table.is_open() ? H5Dget_space(table.get()) : -1, H5Sclose);
+  const Hdf5Handle space(table.is_open() ? H5Dget_space(table.get()) : -1, H5Sclose);
   if (!space.is_open() || H5Sget_simple_extent_ndims(space.get()) != 2 ||
       H5Sget_simple_extent_dims(space.get(), size.data(), nullptr) != 2)
     return {0, 0};
@@ -59,7 +43,7 @@ struct VariableResolution::File {
         metadata(open_table(all, "/BAG_root/varres_metadata"), H5Dclose),
         points(open_table(all, "/BAG_root/varres_refinements"), H5Dclose),
         point_count(size_of(points)[0] == 1 ? size_of(points)[1] : 0) {}
-  Handle all, metadata, points;
+  Hdf5Handle all, metadata, points;
   hsize_t point_count;
 };
 
@@ -76,7 +60,7 @@ VariableResolution::VariableResolution(const std::filesystem::path& file, double
   coarse_rows_ = static_cast<int>(rows);
   coarse_columns_ = static_cast<int>(columns);
 
-  const Handle type(H5Tcreate(H5T_COMPOUND, sizeof(Refinement)), H5Tclose);
+  const Hdf5Handle type(H5Tcreate(H5T_COMPOUND, sizeof(Refinement)), H5Tclose);
   const auto insert = [&](const char* name, std::size_t place, hid_t as) {
     H5Tinsert(type.get(), name, place, as);
   };
@@ -149,11 +133,11 @@ const VariableResolution::Refinement& VariableResolution::refinement(int coarse_
 /// The values of a refinement, row by row from its south-west.
 std::vector<float> VariableResolution::points(What what, const Refinement& refinement) const {
   std::vector<float> values(std::size_t{refinement.across} * refinement.up);
-  const Handle type(H5Tcreate(H5T_COMPOUND, sizeof(float)), H5Tclose);
+  const Hdf5Handle type(H5Tcreate(H5T_COMPOUND, sizeof(float)), H5Tclose);
   H5Tinsert(type.get(), what == What::height ? "depth" : "depth_uncrt", 0, H5T_NATIVE_FLOAT);
   const std::array<hsize_t, 2> first{0, refinement.first}, count{1, values.size()};
-  const Handle from(H5Dget_space(file_->points.get()), H5Sclose);
-  const Handle to(H5Screate_simple(2, count.data(), nullptr), H5Sclose);
+  const Hdf5Handle from(H5Dget_space(file_->points.get()), H5Sclose);
+  const Hdf5Handle to(H5Screate_simple(2, count.data(), nullptr), H5Sclose);
   if (!from.is_open() || !to.is_open() ||
       H5Sselect_hyperslab(from.get(), H5S_SELECT_SET, first.data(), nullptr, count.data(),
                           nullptr) < 0 ||

@@ -14,6 +14,7 @@
 #include <gdal_priv.h>
 #include <ogrsf_frmts.h>
 
+#include <ensonify/engine/seafloor/bed/files_beside.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
@@ -25,11 +26,19 @@ namespace {
 
 constexpr double max_pixels = 268435456.0;  // 2^28
 constexpr std::size_t max_points = 100000;  // of all outlines
+constexpr std::uintmax_t most_outline_bytes = 1 << 26;
 
-/// Settings of this thread's GDAL while a file is read: no messages, no files next to it.
+/// Settings of this thread's GDAL while a file is read: no messages, and of the files beside it
+/// only those that were checked.
 class Quiet {
+ public:
+  explicit Quiet(const std::filesystem::path& file)
+      : beside_(file), metadata_("GDAL_PAM_ENABLED", beside_.reads_metadata(), false) {}
+
+ private:
+  FilesBeside beside_;
   CPLErrorHandlerPusher handler_{CPLQuietErrorHandler};
-  CPLConfigOptionSetter no_sidecars_{"GDAL_PAM_ENABLED", "NO", false};
+  CPLConfigOptionSetter metadata_;
 };
 
 std::unique_ptr<GDALDataset> open(const std::filesystem::path& file, unsigned kind,
@@ -112,7 +121,7 @@ bool AreaImage::holds(const Eigen::Vector2d& place_m) const {
 }
 
 AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& grid, int value) {
-  const Quiet quiet;
+  const Quiet quiet(file);
   constexpr std::array<const char*, 3> drivers = {"PNG", "GTiff", nullptr};
   const auto dataset = open(file, GDAL_OF_RASTER, drivers.data(), "PNG or GeoTIFF; is it whole?");
   AreaImage image;
@@ -153,7 +162,9 @@ AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& 
 
 std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
                                             const Heightfield& grid) {
-  const Quiet quiet;
+  const Quiet quiet(file);
+  if (const std::uintmax_t bytes = std::filesystem::file_size(file); bytes > most_outline_bytes)
+    refuse_file(file, fmt::format("has {} bytes, expected at most {}", bytes, most_outline_bytes));
   constexpr std::array<const char*, 2> drivers = {"GeoJSON", nullptr};
   const auto dataset = open(file, GDAL_OF_VECTOR, drivers.data(), "GeoJSON");
   std::vector<PolygonWithHoles> outlines;

@@ -177,6 +177,19 @@ TEST_CASE("an error for an impossible track tells the user what to do") {
   CHECK_THAT(refusal(scene), Contains("sonar sidescan is 0.5 m below the bed"));
   scene.sonars.front().mounting.down_m = 3.5;
   CHECK(refusal(scene) == "accepted");
+  // Depths that count downwards, with a part that falls dry.
+  Ground upside_down = step;
+  upside_down.bed_height_m = [](double, double y_m) { return y_m < 90.0 ? 12.0 : -1.0; };
+  scene = {};
+  scene.seafloor.kind = SeafloorKind::survey;
+  CHECK_THAT(
+      refusal(scene, upside_down),
+      Contains("the bed there rises 12.0 m above the sea surface: move the track to where") &&
+          Contains("change the sign of the survey's heights if they are depths"));
+  scene.seafloor.kind = SeafloorKind::mesh;
+  CHECK_THAT(refusal(scene, upside_down),
+             Contains("the bed there rises 12.0 m above") && !Contains("the survey's heights"));
+  scene = from_file(folder, "t_s,x_m,y_m,z_m\n0,0,0,-10\n");
   scene.track.ping_interval_s = 1e-9;
   scene.track.file.path = folder / "none.csv";
   CHECK_THAT(refusal(scene), Contains("none.csv"));

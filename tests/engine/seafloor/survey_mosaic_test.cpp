@@ -114,7 +114,6 @@ TEST_CASE("The files behind a file are those that change what is read, and no ot
   CHECK(names("bed.vrt") == Names{"bed.vrt.msk", "east.tif", "west.tif", "west.tif.msk"});
 
   write_text(folder / "grid.asc", text_grid(rows_4x3));
-  write_text(folder / "grid.asc.aux.xml", "<PAMDataset></PAMDataset>");  // is not read
   write_text(folder / "grid.xyz", "1 2 -3\n");
   CHECK(names("grid.asc").empty());
   write_text(folder / "grid.prj", "Projection UTM\nZone 32\nUnits METERS\n");

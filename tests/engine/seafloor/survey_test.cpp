@@ -248,17 +248,6 @@ TEST_CASE("Grids that are rotated, in degrees or in feet are refused with the re
   for (const char* const cell : {"0.01", "0.02", "0.05", "0.025"}) CHECK(with_cell(cell).empty());
 }
 
-TEST_CASE("A file next to a survey does not change it") {
-  const TemporaryFolder folder;
-  write_text(folder / "grid.asc", text_grid(rows_4x3));
-  write_text(folder / "grid.asc.aux.xml",
-             "<PAMDataset><GeoTransform>0,7,0,0,0,-7</GeoTransform><PAMRasterBand band=\"1\">"
-             "<NoDataValue>-6</NoDataValue></PAMRasterBand></PAMDataset>");
-  const Heightfield field = read_survey(folder / "grid.asc", 0.0);
-  CHECK(field.cell_east_m == 0.5);
-  CHECK(field.at(1, 1) == -6.0);
-}
-
 TEST_CASE("Real surveys have their known size, place, heights and holes") {
   struct Known {
     const char* name;

@@ -135,6 +135,24 @@ void write_bag(const fs::path& file, const Resolution& resolution,
   H5Fclose(open);
 }
 
+/// Puts another table in the place of one of a file's.
+void replace_table(const fs::path& file, const char* name,
+                   const std::function<void(hid_t made_with)>& describe) {
+  const hid_t open = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  REQUIRE(H5Ldelete(open, name, H5P_DEFAULT) >= 0);
+  const std::array<hsize_t, 2> size{coarse_rows, coarse_columns};
+  const hid_t space = H5Screate_simple(2, size.data(), nullptr);
+  const hid_t made_with = H5Pcreate(H5P_DATASET_CREATE);
+  describe(made_with);
+  const hid_t table =
+      H5Dcreate2(open, name, H5T_NATIVE_FLOAT, space, H5P_DEFAULT, made_with, H5P_DEFAULT);
+  REQUIRE(table >= 0);
+  H5Dclose(table);
+  H5Pclose(made_with);
+  H5Sclose(space);
+  H5Fclose(open);
+}
+
 /// Metres from the south-west corner.
 double east_of(const Heightfield& field, int column) {
   return field.x_m(column) + field.world_origin.x() - west_m;
@@ -280,4 +298,38 @@ TEST_CASE("A GeoTIFF that GDAL made of a BAG of variable resolution is an ordina
   const Heightfield field = read_survey(folder / "a.tif", 0.0);
   CHECK(field.columns == coarse_columns);
   CHECK(field.at(0, 0) == -10.0);
+}
+
+TEST_CASE("A BAG with a part in another file is refused, whatever that file is") {
+  const TemporaryFolder folder, outside;
+  write_text(outside / "secret", std::string(4096, 'x'));
+  const std::string secret = outside / "secret";
+  const auto refusal = [&](const char* name, const std::function<void(const fs::path&)>& change) {
+    const fs::path file = folder / name;
+    write_bag(file, mixed, plane);
+    change(file);
+    CHECK_THROWS_WITH(read_survey(file, 0.0),
+                      Catch::StartsWith(file.string() + ": has the content of 'BAG_root/") &&
+                          Catch::Contains("in another file; put it into this one"));
+  };
+  refusal("bytes.bag", [&](const fs::path& file) {
+    replace_table(file, "/BAG_root/elevation", [&](hid_t made_with) {
+      H5Pset_external(made_with, secret.c_str(), 0, coarse_rows * coarse_columns * sizeof(float));
+    });
+  });
+  refusal("virtual.bag", [&](const fs::path& file) {
+    replace_table(file, "/BAG_root/uncertainty", [&](hid_t made_with) {
+      const std::array<hsize_t, 2> size{coarse_rows, coarse_columns};
+      const hid_t space = H5Screate_simple(2, size.data(), nullptr);
+      H5Pset_virtual(made_with, space, secret.c_str(), "/table", space);
+      H5Sclose(space);
+    });
+  });
+  refusal("link.bag", [&](const fs::path& file) {
+    const hid_t open = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    H5Ldelete(open, "/BAG_root/elevation", H5P_DEFAULT);
+    REQUIRE(H5Lcreate_external(secret.c_str(), "/table", open, "/BAG_root/elevation", H5P_DEFAULT,
+                               H5P_DEFAULT) >= 0);
+    H5Fclose(open);
+  });
 }

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace ensonify::engine {
+
+/// The fault of an HDF5 file (a BAG, a newer netCDF) that has parts in other files, which HDF5
+/// would open by itself wherever they are: by a link, as the bytes of a table, or as a virtual
+/// table. Empty if it has none. HDF5 is not safe for threads.
+std::string fault_of_hdf5(const std::filesystem::path& file);
+
+}  // namespace ensonify::engine
