@@ -64,10 +64,10 @@ struct ByLane {
 
 template <class Tag>
 HWY_INLINE hn::Mask<Tag> mask_of(Tag tag, std::uint32_t bits) {
-  ByLane<Tag> lanes;
-  for (std::size_t i = 0; i < lanes.count; ++i)
-    lanes.at[i] = static_cast<hn::TFromD<Tag>>(bits >> i & 1);
-  return hn::Ne(lanes.all(), hn::Zero(tag));
+  ByLane<Tag> set;
+  for (std::size_t i = 0; i < set.count; ++i)
+    set.at[i] = static_cast<hn::TFromD<Tag>>(bits >> i & 1);
+  return hn::Ne(set.all(), hn::Zero(tag));
 }
 
 // Over all masks.
