@@ -21,6 +21,7 @@ configure_package_config_file(cmake/ensonify-config.cmake.in ensonify-config.cma
 write_basic_package_version_file(ensonify-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ensonify-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/ensonify-config-version.cmake
+              cmake/find_hdf5.cmake
         DESTINATION ${package_folder} COMPONENT development)
 
 install(FILES cmake/package/completion.bash RENAME ensonify

@@ -256,12 +256,16 @@ int run_command_line(int argc, char** argv) {
 
 }  // namespace
 
-int app::program_main(int argc, char** argv) {
+int app::program_main(int argc, char** argv, bool optimised) {
   open_closed_streams();
   // A write beyond the file size limit, or to a pipe without a reader, then fails with an error.
   for (const int number : {SIGXFSZ, SIGPIPE}) std::signal(number, SIG_IGN);
   end_by_fault = std::set_terminate(end_without_memory);
   catch_signals_of_libraries();
+  if (!optimised)
+    app::print_note(
+        "ensonify: warning: this program is compiled without optimisation, so it may be ten times "
+        "slower; configure it with -D CMAKE_BUILD_TYPE=Release\n");
   try {
     return run_command_line(argc, argv);
   } catch (const std::bad_alloc&) {

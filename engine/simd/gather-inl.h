@@ -25,7 +25,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 template <class Index>
 struct TablePlaces {
   using Tag = hn::DFromV<Index>;
-  alignas(64) hn::TFromD<Tag> at[HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(Tag())];
+  alignas(64) hn::TFromD<Tag> at[hn::MaxLanes(Tag())];
   HWY_INLINE explicit TablePlaces(Index index) { hn::Store(index, Tag(), at); }
 };
 

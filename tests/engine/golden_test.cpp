@@ -15,8 +15,7 @@
 #include <vector>
 
 #include "support/catch.h"
-
-#include <hwy/targets.h>
+#include "support/targets.h"
 
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/reader.h>
@@ -24,6 +23,7 @@
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/ping_all.h>
 
+using namespace ensonify;
 using namespace ensonify::engine;
 
 namespace {
@@ -122,16 +122,8 @@ TEST_CASE("the bytes of a run are the same on every instruction set of the kerne
     WARN("skipped: the hash is that of machines with AVX2 and fused multiply-adds");
     return;
   }
-  int targets = 0;
-  for (std::int64_t there = hwy::SupportedTargets(); there != 0; there &= there - 1) {
-    const std::int64_t target = there & -there;
-    CAPTURE(hwy::TargetName(target));
-    hwy::SetSupportedTargetsForTest(target);
-    CHECK(hash_of_run(scene_of("fan_scan", "footprint", "")) == golden_hash);
-    ++targets;
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  CHECK(targets >= 2);
+  tests::on_each_target(
+      [] { CHECK(hash_of_run(scene_of("fan_scan", "footprint", "")) == golden_hash); });
 }
 
 // If this fails because seafloors are meant to change, raise seafloor_version and copy the new

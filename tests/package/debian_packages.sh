@@ -18,6 +18,11 @@ for file in bin/ensonify include/ensonify/engine/simulate.h share/doc/ensonify/c
   share/doc/ensonify/examples/slurm/generate.sbatch; do
   [[ -s $usr/$file ]] || { echo "no $file in the packages"; exit 1; }
 done
+# The program uses FFTW, whose licence is the GPL.
+for package in ensonify libensonify-dev; do
+  grep -q '^License: GPL-3+$' "$usr/share/doc/$package/copyright" ||
+    { echo "the copyright file of $package does not state the licence of the program"; exit 1; }
+done
 
 commands=$("$usr/bin/ensonify" --help | sed -nE '/^Subcommands:/,$s/^  ([a-z][a-z-]+).*/\1/p')
 for command in $commands; do

@@ -21,7 +21,7 @@ block README.md cpp 'int main' first_program.cpp 15
 block doc/start/library.md cpp object_of added_object.cpp 20
 block engine/README.md cpp RayByRay every_face.cpp 50
 block engine/README.md cpp program_main main.cpp 5
-block engine/README.md cmake my_ensonify documented.cmake 5
+block engine/README.md cmake my_ensonify documented.cmake 8
 sed 's/"every-face"/"fan-scan"/' "$work/every_face.cpp" >"$work/name_taken.cpp"
 (cd "$work/prefix/include" && find ensonify -name '*.h' | sort | sed 's/.*/#include <&>/') >"$work/all_headers.cpp"
 headers=$(wc -l <"$work/all_headers.cpp")
@@ -66,6 +66,11 @@ awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }
          END { exit !(rays > 5000 && others == 0) }' table || { cat table; exit 1; }
 build/my_ensonify run small.toml -o run2 --quiet --intersector every-face
 grep -q '"intersector": "every-face"' run2/manifest.json
+# It is compiled with optimisation, as the page's lines ask; a program that is not says so.
+build/my_ensonify intersectors 2>err >/dev/null
+[[ ! -s err ]] || { cat err; exit 1; }
+build/unoptimised intersectors 2>err | diff - <(cat out row)
+grep -q '^ensonify: warning: this program is compiled without optimisation' err || { cat err; exit 1; }
 for command in intersectors "run small.toml -o run3" "check small.toml"; do
   # shellcheck disable=SC2086
   build/name_taken $command 2>err && fail "a name that is taken is not refused"

@@ -1,10 +1,10 @@
 #include <numeric>
 
 #include <Eigen/Geometry>
-#include <hwy/targets.h>
 
 #include "support/beds.h"
 #include "support/catch.h"
+#include "support/targets.h"
 
 #include <ensonify/engine/seafloor/make_seafloor.h>
 
@@ -113,10 +113,5 @@ TEST_CASE("an echo has the same bytes on every kind of vector register, and on s
     return all;
   };
   const std::string expected = bytes();
-  for (std::int64_t there = hwy::SupportedTargets(); there != 0; there &= there - 1) {
-    CAPTURE(hwy::TargetName(there & -there));
-    hwy::SetSupportedTargetsForTest(there & -there);
-    CHECK(bytes() == expected);
-  }
-  hwy::SetSupportedTargetsForTest(0);
+  on_each_target([&] { CHECK(bytes() == expected); });
 }

@@ -41,6 +41,7 @@ HWY_INLINE void find_spans(const PiecesToLay& pieces, std::size_t begin, std::si
   };
   const auto flags = [&](M which)
                          HWY_ATTR { return hn::DemoteTo(j32, hn::IfThenElseZero(which, one)); };
+  static_assert(Spans::room % hn::MaxLanes(d) == 0);
   for (std::size_t k = 0; k < count; k += hn::MaxLanes(d)) {
     const V from_m = hn::LoadU(d, pieces.from_m + begin + k);
     const V until_m = hn::LoadU(d, pieces.until_m + begin + k);
@@ -57,7 +58,7 @@ HWY_INLINE void find_spans(const PiecesToLay& pieces, std::size_t begin, std::si
 // A piece on its way into bins.
 using Q = hn::CappedTag<double, 4>;
 constexpr Q quarter;
-constexpr std::size_t quarters = HWY_MAX_BYTES < 8 ? 4 : 4 / hn::MaxLanes(quarter);
+constexpr std::size_t quarters = 4 / hn::MaxLanes(quarter);
 struct PiecePayload {
   hn::Vec<Q> middle[quarters], change[quarters];
   float weight;
@@ -87,9 +88,8 @@ HWY_INLINE void put(EchoBins& to, EchoBin& bin, double energy, double along,
   bin.energy += energy;
   double* seen = &bin.seen[0];
   for (std::size_t k = 0; k < quarters; ++k, seen += 4 / quarters) {
-    const auto place = fma(quarter, hn::Set(quarter, along), piece.change[k], piece.middle[k]);
-    hn::Store(fma(quarter, hn::Set(quarter, energy), place, hn::Load(quarter, seen)), quarter,
-              seen);
+    const auto place = fma(hn::Set(quarter, along), piece.change[k], piece.middle[k]);
+    hn::Store(fma(hn::Set(quarter, energy), place, hn::Load(quarter, seen)), quarter, seen);
   }
 }
 
@@ -126,7 +126,7 @@ HWY_INLINE void lay_piece(const PiecesToLay& pieces, std::size_t i, const Spans&
     const double shift = (0.5 * (from_m + until_m) - pieces.range_m[i]) / growth_m;
     slope *= share;
     for (std::size_t q = 0; q < quarters; ++q) {
-      piece.middle[q] = fma(quarter, hn::Set(quarter, shift), piece.change[q], piece.middle[q]);
+      piece.middle[q] = fma(hn::Set(quarter, shift), piece.change[q], piece.middle[q]);
       piece.change[q] = piece.change[q] * hn::Set(quarter, share);
     }
   }

@@ -6,11 +6,10 @@
 
 #include <hwy/foreach_target.h>
 
-#include <cmath>
-
 #include <hwy/highway.h>
 
 #include <ensonify/engine/simd/gather-inl.h>
+#include <ensonify/engine/simd/lanes-inl.h>
 #include <ensonify/engine/sonar/echo/beam_tables.h>
 #include <ensonify/engine/sonar/echo/echo_kernel.h>
 #include <ensonify/scatter/backscatter_cells.h>
@@ -19,8 +18,6 @@ HWY_BEFORE_NAMESPACE();
 namespace ensonify::engine {
 namespace HWY_NAMESPACE {
 namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 // One register of floats is a `wide` group of pieces; doubles take it in halves of `lanes` each.
 using D = hn::CappedTag<double, 8>;
@@ -41,20 +38,11 @@ constexpr H h;
 constexpr I i32;
 constexpr J j32;
 constexpr L i64;
-constexpr std::size_t lanes = HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(d);
-constexpr std::size_t wide = HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(f);
+constexpr std::size_t lanes = hn::MaxLanes(d);
+constexpr std::size_t wide = hn::MaxLanes(f);
 constexpr std::size_t halves = wide / lanes;
 static_assert(wide <= lane_padding);
 
-// a b + c, rounded once.
-template <class Vector>
-HWY_INLINE Vector fma(Vector a, Vector b, Vector c) {
-#if HWY_TARGET == HWY_SCALAR
-  return hn::Set(hn::DFromV<Vector>(), std::fma(hn::GetLane(a), hn::GetLane(b), hn::GetLane(c)));
-#else
-  return hn::MulAdd(a, b, c);
-#endif
-}
 HWY_INLINE V set(double value) { return hn::Set(d, value); }
 HWY_INLINE VF set(float value) { return hn::Set(f, value); }
 template <class Vector>
@@ -343,11 +331,10 @@ std::size_t find_breaks(const PieceKernelArgs& in, const PieceEchoes& out) {
                               hn::Or(hn::RebindMask(h, same_face), near));
     const auto broken = hn::AndNot(sure, hn::FirstN(h, pieces.count - i));
     if (hn::AllFalse(h, broken)) continue;
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(h, broken, bits);
+    const unsigned bits = bits_of(h, broken);
     for (std::size_t lane = 0; lane < lanes; ++lane) {
       out.breaks[count] = static_cast<std::uint32_t>(i + lane);
-      count += bits[0] >> lane & 1;
+      count += bits >> lane & 1;
     }
   }
   return count;

@@ -1,9 +1,10 @@
 // Compiled once for each of Highway's targets; see the header.
 
-#define HWY_BROKEN_EMU128 1  // so that scalar code is the fallback with any compiler
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/sonar/reception/signal_kernel.cpp"
-#define HWY_DISABLED_TARGETS (HWY_EMU128 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#define ENSONIFY_NO_FMA
+#include <ensonify/engine/simd/vector_targets.h>
+
 #include <hwy/foreach_target.h>
 
 #include <hwy/highway.h>

@@ -93,13 +93,11 @@ HWY_INLINE std::int64_t finish_run(const ScanArgs& args, std::int64_t plane, std
     const M sound = hn::And(agrees, hn::Le(t, range));
     const M within = hn::FirstN(d, static_cast<std::size_t>(until - j));
     if (HWY_LIKELY(hn::AllFalse(d, hn::AndNot(sound, within)))) continue;
-    std::uint8_t agree[8] = {}, good[8] = {};
-    hn::StoreMaskBits(d, agrees, agree);
-    hn::StoreMaskBits(d, sound, good);
+    const unsigned agree = bits_of(d, agrees), good = bits_of(d, sound);
     for (std::int64_t i = 0; i < lanes && j + i < until; ++i) {
-      if (!(agree[0] >> i & 1))
+      if (!(agree >> i & 1))
         doubtful[doubts++] = static_cast<std::uint32_t>(j + i);
-      else if (!(good[0] >> i & 1))
+      else if (!(good >> i & 1))
         hits[j - from + i] = Hit{};
     }
   }
@@ -176,6 +174,7 @@ void write_misses(Hit* hits, std::int64_t count) {
   if constexpr (lanes >= 4) {
     constexpr std::int64_t together = lanes / 4;
     const Hit pattern[2] = {};
+    static_assert(sizeof(pattern) >= sizeof(double) * lanes);
     const V misses = hn::LoadU(d, reinterpret_cast<const double*>(pattern));
     for (; i + together <= count; i += together)
       hn::StoreU(misses, d, reinterpret_cast<double*>(hits + i));

@@ -25,6 +25,9 @@ using F = hn::ScalableTag<float>;
 
 constexpr std::int64_t block_faces = FaceBlocks::faces, block_rows = FaceBlocks::rows;
 static_assert(block_faces % lanes == 0);
+static_assert(FaceBlocks::together % lanes == 0);  // find_blocks() reads whole vectors of boxes
+static_assert(lanes <= ScanBatch::list_room - batch_faces);
+static_assert(hn::MaxLanes(F()) <= widest_vector);
 
 // 1 / t in float has an error below 2^-21 of the sum of its plane's three terms. Where that sum is
 // at most largest_sum times 1 / t, the error is below 2^-14 of 1 / t; faces seen more edge on are
@@ -130,7 +133,7 @@ HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, const MetBlock
       };
       const VF p = from(0), q = from(1), r = from(2);
       const auto along = [&](const double* axis) HWY_ATTR {
-        return fma(f, set(axis[0]), p, fma(f, set(axis[1]), q, set(axis[2]) * r));
+        return fma(set(axis[0]), p, fma(set(axis[1]), q, set(axis[2]) * r));
       };
       const VF x = along(axes), y = along(axes + 3), tangent = x / y;
       const VF far = hn::Abs(p) + hn::Abs(q) + hn::Abs(r);
@@ -287,7 +290,7 @@ HWY_INLINE void claim_row(const ScanArgs& args, std::int64_t plane, std::int64_t
   for (std::int64_t j = from; j < until; j += width) {
     const auto cosine = hn::LoadU(f, args.cos_elevation_rounded + j);
     const auto sine = hn::LoadU(f, args.sin_elevation_rounded + j);
-    const auto plain = fma(f, x, cosine, y * sine);
+    const auto plain = fma(x, cosine, y * sine);
     // `old` arrives late, because the last face's store wrote it: everything that does not need it
     // is computed first.
     const auto within = hn::FirstN(f, static_cast<std::size_t>(until - j));
@@ -399,12 +402,11 @@ HWY_INLINE void find_intervals(const ScanArgs& args, ScanBatch& batch, std::int6
           order_of(hn::Not(along_pole), {hn::Abs(x), hn::IfThenElse(behind, hn::Neg(y), y)});
       alignas(64) double order_in_face[lanes];
       alignas(64) std::int64_t place[lanes];
-      std::uint8_t through[8] = {};
       hn::Store(hn::IfThenElse(along_pole, hn::Set(d, 3.0), order), d, order_in_face);
       hn::Store(hn::BitCast(di, places), di, place);
-      hn::StoreMaskBits(d, at_origin, through);
+      const unsigned through = bits_of(d, at_origin);
       for (std::int64_t i = 0; i < lanes && first + i < count; ++i)
-        if (through[0] >> i & 1)
+        if (through >> i & 1)
           claim_at_origin(args, plane, order_in_face[i],
                           claim_of(args, batch, plane, place[i], first_candidate));
       some = hn::AndNot(at_origin, some);

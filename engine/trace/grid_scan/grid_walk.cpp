@@ -18,6 +18,8 @@ namespace ensonify::engine {
 namespace HWY_NAMESPACE {
 namespace {
 
+static_assert(lanes <= static_cast<std::int64_t>(GridWalks::most));
+
 using VI = hn::Vec<I>;
 using HalfI = hn::Rebind<std::int32_t, D>;
 constexpr HalfI half;
@@ -444,10 +446,9 @@ void lay_runs(GridRunArgs& args, const FoundFaces& found, std::int64_t from, std
     store(number, args.numbers + first_row);
     const auto far = has(GridFace::far);
     if (HWY_UNLIKELY(!hn::AllFalse(di, far))) {
-      std::uint8_t bits[8] = {};
-      hn::StoreMaskBits(di, far, bits);
+      const unsigned bits = bits_of(di, far);
       for (std::int64_t k = 0; k < lanes; ++k)
-        if (bits[0] >> k & 1) args.far[args.far_count++] = static_cast<std::uint32_t>(run + k);
+        if (bits >> k & 1) args.far[args.far_count++] = static_cast<std::uint32_t>(run + k);
     }
 
     const TilePlace tile = tile_of(grid, column, row);

@@ -3,10 +3,9 @@
 #include <cmath>
 #include <vector>
 
-#include <hwy/targets.h>
-
 #include "support/beds.h"
 #include "support/catch.h"
+#include "support/targets.h"
 
 using namespace ensonify::engine;
 using namespace ensonify::tests;
@@ -85,9 +84,5 @@ TEST_CASE("runs are cut where their range grows by more than the limit, and no e
 TEST_CASE("runs are cut at the same rays on every instruction set") {
   const LevelRuns runs;
   const std::vector<std::uint32_t> expected = runs.limits();
-  for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
-    hwy::SetSupportedTargetsForTest(targets & -targets);
-    CHECK(runs.limits() == expected);
-  }
-  hwy::SetSupportedTargetsForTest(0);
+  on_each_target([&] { CHECK(runs.limits() == expected); });
 }

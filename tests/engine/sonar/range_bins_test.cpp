@@ -5,9 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include <hwy/targets.h>
-
 #include "support/catch.h"
+#include "support/targets.h"
 
 #include <ensonify/engine/sonar/echo/piece_table.h>
 
@@ -144,8 +143,7 @@ TEST_CASE("laying conserves energy, however many pieces overlap, on every instru
     if (answers) sum += laid.back().energy;
   }
   std::vector<double> first;
-  for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
-    hwy::SetSupportedTargetsForTest(targets & -targets);
+  ensonify::tests::on_each_target([&] {
     Bins of;
     of.plane(laid);
     CHECK(of.energy() == Approx(sum).epsilon(1e-12));
@@ -154,8 +152,7 @@ TEST_CASE("laying conserves energy, however many pieces overlap, on every instru
     for (const float fraction : of.line().bins.fraction) all.push_back(fraction);
     if (first.empty()) first = all;
     CHECK(all == first);
-  }
-  hwy::SetSupportedTargetsForTest(0);
+  });
 }
 
 TEST_CASE("energy beyond the last bin stays in it, and before the first in that") {
@@ -220,15 +217,14 @@ TEST_CASE(
       seen[i].seen = {energy * 3.0, energy * -4.0, energy * static_cast<double>(i),
                       energy * angle_rad};
     }
-  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    hwy::SetSupportedTargetsForTest(target);
+  ensonify::tests::on_each_target([&] {
     std::vector<float> x(count + 1, 7.0f), y = x, z = x, grazing = x;
     write_places(seen.data(), count, {100.0, 200.0, -3.0},
                  {x.data(), y.data(), z.data(), grazing.data()});
     for (std::size_t i = 0; i < count; ++i) {
       const bool lit = i % 5 != 0;
       const double angle_rad = 0.1 * static_cast<double>(i) - 0.5;
-      CAPTURE(hwy::TargetName(target), i);
+      CAPTURE(i);
       CHECK(x[i] == (lit ? Approx(103.0) : Approx(0.0)));
       CHECK(y[i] == (lit ? Approx(196.0) : Approx(0.0)));
       CHECK(z[i] == (lit ? Approx(static_cast<double>(i) - 3.0) : Approx(0.0)));
@@ -237,8 +233,7 @@ TEST_CASE(
     }
     CHECK(x[count] == 7.0f);  // not written
     CHECK(grazing[count] == 7.0f);
-  }
-  hwy::SetSupportedTargetsForTest(0);
+  });
 }
 
 TEST_CASE("a shadow covers the bins wholly within it that its plane does not see") {

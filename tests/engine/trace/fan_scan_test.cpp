@@ -9,10 +9,10 @@
 #include <set>
 
 #include <Eigen/Geometry>
-#include <hwy/targets.h>
 
 #include "support/catch.h"
 #include "support/hits.h"
+#include "support/targets.h"
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/trace/check/agreement.h>
@@ -436,16 +436,7 @@ TEST_CASE("fan_scan gives the same bits on every vector target, and on plain num
     return all;
   };
   const std::vector<std::uint64_t> expected = bytes();
-  int targets = 0;
-  for (std::int64_t there = hwy::SupportedTargets(); there != 0; there &= there - 1) {
-    const std::int64_t target = there & -there;
-    CAPTURE(hwy::TargetName(target));
-    hwy::SetSupportedTargetsForTest(target);
-    CHECK(bytes() == expected);
-    ++targets;
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  CHECK(targets >= 2);
+  tests::on_each_target([&] { CHECK(bytes() == expected); });
 }
 
 TEST_CASE("fan_scan refuses a list of rays and names back-ends that take it") {

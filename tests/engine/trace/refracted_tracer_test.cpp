@@ -8,6 +8,7 @@
 #include "support/catch.h"
 #include "support/heights.h"
 #include "support/meshes.h"
+#include "support/targets.h"
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/trace/refraction/ray_bend.h>
@@ -170,6 +171,27 @@ TEST_CASE("A tracer hits a second surface as a new tracer does") {
   }
   CHECK(hit_count > 500);
   CHECK(different == 0);
+}
+
+TEST_CASE("Bent rays have the same hits on every instruction set") {
+  const Seafloor bed = rough_bed();
+  RayFan fan = fan_at({0, 0, -8.0}, 250, 60.0);
+  fan.bend = bend_of(thermocline, 16.5, fan.range_m, 1490.0);
+  const float highest_m = refine::bounds(bed.mesh).highest.z();
+  std::vector<Hit> expected;
+  tests::on_each_target([&] {
+    RefractedTracer tracer(thermocline, highest_m, 16.5, 1490.0, false);
+    std::vector<Hit> hits(fan.grid->rays());
+    REQUIRE(tracer.trace(fan, {nullptr, bed.mesh}, hits));
+    if (expected.empty()) expected = hits;
+    std::size_t hit_count = 0, different = 0;
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      hit_count += static_cast<bool>(hits[i]);
+      different += hits[i].face != expected[i].face || hits[i].t != expected[i].t;
+    }
+    CHECK(hit_count > 500);
+    CHECK(different == 0);
+  });
 }
 
 TEST_CASE("A bed of heights with objects gives the hits of all their faces, to the bit") {
