@@ -36,6 +36,7 @@ ObjectEchoes::ObjectEchoes(const Sonar& sonar, const Medium& medium,
                            const ObjectSurfaces& surfaces)
     : wavelength_m_(medium.sound_speed_mps / sonar.frequency_hz),
       join_m_(0.5 * std::max(sonar.bin_m(), sonar.pulse.cell_m(medium.sound_speed_mps))),
+      join_pieces_m_(0.125 * sonar.pulse.cell_m(medium.sound_speed_mps)),
       tolerance_m_(0.5 * sonar.bin_m()),
       medium_(medium),
       by_material_(material_tables),
@@ -383,9 +384,9 @@ void ObjectEchoes::join_glints() {
     sum.range_m *= sum.energy;
     sum.place *= sum.energy;
     for (end = i + 1; end < glints_.size(); ++end) {
-      const ObjectEcho &before = glints_[end - 1], &glint = glints_[end];
+      const ObjectEcho& glint = glints_[end];
       if (glint.label != sum.label || glint.surface != sum.surface ||
-          glint.range_m - before.range_m > join_m_)
+          glint.range_m - first_m > (sum.piece ? join_pieces_m_ : join_m_))
         break;
       sum.energy += glint.energy;
       sum.range_m += glint.energy * glint.range_m;

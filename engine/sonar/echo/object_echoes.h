@@ -62,7 +62,8 @@ struct FirstHits {
 ///
 /// Glints: the mirror-like part of a solid's echo, by physical optics (glint.h). Flat parts of one
 /// surface at about one range are one glint: facets of a curved one add their energies, pieces of a
-/// plane one their fields.
+/// plane one their fields. Pieces that are an eighth of a pulse apart or more are separate glints,
+/// because their pulses overlap less.
 ///
 /// Small objects: those that only a few planes of the fan would meet, however long they are across
 /// the track. Their flat parts, in cells no longer than those planes are apart, scatter
@@ -180,7 +181,7 @@ class ObjectEchoes {
   void add_buried_glint(const BuriedPart& part, const BuriedGroup& group, double specular);
   void join_glints();
 
-  double wavelength_m_, join_m_, tolerance_m_;
+  double wavelength_m_, join_m_, join_pieces_m_, tolerance_m_;
   Medium medium_;
   std::span<const scatter::BackscatterTable> by_material_;
   ObjectSurfaces surfaces_;
