@@ -143,12 +143,12 @@ def target_scene(sonar, shape):
     return whole
 
 
-def target_strength_db(line, near_m, far_m, source_level_db=210.0):
+def target_strength_db(line, near_m, far_m, source_level_db=210.0, bandwidth_hz=30e3):
     """The energy of an echo between two ranges, with its spreading and absorption undone."""
     r = line["range_m"].astype(float)
     keep = (r > near_m) & (r < far_m)
     r, energy = r[keep], line["intensity_mean"][keep].astype(float)
-    bin_m, cell_m = r[1] - r[0], speed_mps / 2 / 30e3
+    bin_m, cell_m = r[1] - r[0], speed_mps / 2 / bandwidth_hz
     undone = energy * r**4 * 10 ** (2 * absorption_db_per_m * r / 10)
     return decibel(undone.sum() * bin_m / cell_m) - source_level_db
 
@@ -222,10 +222,11 @@ def low_ka():
         levels = []
         for radius_m in ka / k:
             simulator = ensonify.Simulator(target_scene(
-                {"frequency_hz": frequency_hz, "array_length_m": 0.5, "range_m": 60.0, "bins": 1200},
+                {"frequency_hz": frequency_hz, "array_length_m": 0.5, "range_m": 60.0, "bins": 1200,
+                 "bandwidth_hz": 10e3},
                 (shape, {"diameter_m": 2 * radius_m, **sizes})))
             line = starboard(simulator, ensonify.Pose(-range_m, 0, radius_m - 20.0))
-            levels.append(target_strength_db(line, 36.0, 44.0))
+            levels.append(target_strength_db(line, 36.0, 44.0, bandwidth_hz=10e3))
         return np.array(levels)
 
     spheres = [sum_of_modes(x, spherical, lambda n: 2 * n + 1) / k**2 for x in ka]
