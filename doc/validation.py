@@ -143,12 +143,12 @@ def target_scene(sonar, shape):
     return whole
 
 
-def target_strength_db(line, near_m, far_m, source_level_db=210.0):
+def target_strength_db(line, near_m, far_m, source_level_db=210.0, bandwidth_hz=30e3):
     """The energy of an echo between two ranges, with its spreading and absorption undone."""
     r = line["range_m"].astype(float)
     keep = (r > near_m) & (r < far_m)
     r, energy = r[keep], line["intensity_mean"][keep].astype(float)
-    bin_m, cell_m = r[1] - r[0], speed_mps / 2 / 30e3
+    bin_m, cell_m = r[1] - r[0], speed_mps / 2 / bandwidth_hz
     undone = energy * r**4 * 10 ** (2 * absorption_db_per_m * r / 10)
     return decibel(undone.sum() * bin_m / cell_m) - source_level_db
 
@@ -169,11 +169,120 @@ def sphere():
         measured.append(target_strength_db(line, 36.0, 42.0))
     measured = np.array(measured)
     return Law("sphere", "Target strength of a sphere",
-               "A smooth rigid sphere of radius a returns a²/4 of what arrives, far from it and at any frequency "
-               "(Urick, Principles of Underwater Sound); these reflect nine tenths of the energy. "
+               "A smooth rigid sphere of radius a returns a²/4 of what arrives, far from it, if waves are short: "
+               "k a is 80 or more here (Urick, Principles of Underwater Sound). These reflect nine tenths of the "
+               "energy. "
                "So near, the wave's own curvature counts: a factor of ((r - a) / r)².",
                "dB", 0.2, np.abs(measured - expected).max(),
                compared(radii, [("sphere", expected, measured)], "radius, m", "target strength, dB"))
+
+
+def spherical(x, count):
+    """Spherical Bessel functions of both kinds, of the orders up to count."""
+    j = np.zeros(count + 41)
+    j[-2] = 1e-200
+    for n in range(len(j) - 2, 0, -1):
+        j[n - 1] = (2 * n + 1) / x * j[n] - j[n + 1]
+    y = np.zeros(count + 1)
+    y[:2] = -np.cos(x) / x, -np.cos(x) / x**2 - np.sin(x) / x
+    for n in range(1, count):
+        y[n + 1] = (2 * n + 1) / x * y[n] - y[n - 1]
+    return j[:count + 1] * np.sin(x) / x / j[0], y
+
+
+def cylindrical(x, count):
+    """The same of Bessel functions of whole orders, by Bessel's integral, Neumann's series and recurrence."""
+    angle = (np.arange(4000) + 0.5) / 4000 * np.pi
+    j = np.array([np.cos(n * angle - x * np.sin(angle)).mean() for n in range(count + 41)])
+    m = np.arange(1, (count + 40) // 2)
+    y = np.zeros(count + 1)
+    y[0] = 2 / np.pi * (np.log(x / 2) + np.euler_gamma) * j[0] - 4 / np.pi * ((-1.0)**m * j[2 * m] / m).sum()
+    y[1] = (j[1] * y[0] - 2 / (np.pi * x)) / j[0]
+    for n in range(1, count):
+        y[n + 1] = 2 * n / x * y[n] - y[n - 1]
+    return j[:count + 1], y
+
+
+def sum_of_modes(x, functions, weight):
+    """|sum of (-1)^n weight(n) J_n'(x) / H_n'(x)|^2."""
+    count = int(x) + 14
+    n = np.arange(count)
+    slopes = [n / x * f[:-1] - f[1:] for f in functions(x, count)]
+    return np.abs(((-1.0)**n * weight(n) * slopes[0] / (slopes[0] + 1j * slopes[1])).sum())**2
+
+
+@law
+def low_ka():
+    frequency_hz, range_m, length_m = 20e3, 40.0, 0.6
+    wavelength_m = speed_mps / frequency_hz
+    k = 2 * np.pi / wavelength_m
+    ka = np.array([0.1, 0.2, 0.4, 0.7, 1.0, 1.4, 1.9, 2.1, 3.0, 5.0, 8.0])
+
+    def measured(shape, sizes):
+        levels = []
+        for radius_m in ka / k:
+            simulator = ensonify.Simulator(target_scene(
+                {"frequency_hz": frequency_hz, "array_length_m": 0.5, "range_m": 60.0, "bins": 1200,
+                 "bandwidth_hz": 10e3},
+                (shape, {"diameter_m": 2 * radius_m, **sizes})))
+            line = starboard(simulator, ensonify.Pose(-range_m, 0, radius_m - 20.0))
+            levels.append(target_strength_db(line, 36.0, 44.0, bandwidth_hz=10e3))
+        return np.array(levels)
+
+    spheres = [sum_of_modes(x, spherical, lambda n: 2 * n + 1) / k**2 for x in ka]
+    # The waves of a sonar are curved: over the rod's length, phases of exp(2 i k (R - r)).
+    along_m = (np.arange(2000) + 0.5) / 2000 * length_m - length_m / 2
+    phases = np.exp(2j * k * (np.hypot(range_m, along_m) - range_m)).mean()
+    rods = [sum_of_modes(x, cylindrical, lambda n: np.where(n == 0, 1, 2)) / np.pi**2
+            * length_m**2 * abs(phases)**2 for x in ka]
+    series = [(name, decibel(0.9 * np.array(expected)), level) for name, expected, level in (
+        ("sphere", spheres, measured("sphere", {})),
+        ("rod of 0.6 m", rods, measured("cylinder", {"length_m": length_m})))]
+    return Law("low_ka", "Spheres and rods that are small against the wavelength",
+               "A rigid sphere and a rigid rod seen across its axis, at 20 kHz, by sums over their modes (Faran, JASA "
+               "23, 405, 1951): (25/36) k⁴a⁶ and (9/16) k⁴a⁴L² far below the wavelength. They reflect nine tenths. "
+               "Other bodies are ellipsoids where they are smaller than the waves: that is an approximation.",
+               "dB", 1.0, max(np.abs(level - expected).max() for _, expected, level in series),
+               compared(ka, series, "k a", "target strength, dB"))
+
+
+@law
+def overlapping_glints():
+    band_hz, cells = 10e3, np.linspace(0.0, 2.0, 21)
+    cell_m = speed_mps / 2 / band_hz
+    wavelength_m = speed_mps / 400e3
+
+    def energy(pulse, bins_per_cell, gap_m=None):
+        sonar = {"frequency_hz": 400e3, "array_length_m": 0.05, "range_m": 60.0, "bandwidth_hz": band_hz,
+                 "bins": round(60.0 / cell_m * bins_per_cell), **pulse}
+        whole = target_scene(sonar, ("sphere", {"diameter_m": 0.1, "north_m": -0.5}))
+        if gap_m is not None:  # as far aside, so that neither hides the other
+            east_m = np.sqrt(np.hypot(40.0, 0.5)**2 + 2 * gap_m * np.hypot(40.0, 0.5) + gap_m**2 - 0.25) - 40.0
+            whole["objects"].append({**whole["objects"][0], "north_m": 0.5, "east_m": east_m})
+        line = starboard(ensonify.Simulator(whole), ensonify.Pose(-40.0, 0, -19.95))
+        r = line["range_m"]
+        return line["intensity_mean"][r > 20].astype(float).sum()
+
+    series, worst = [], 0.0
+    for name, pulse, overlap in (
+            ("tone", {"pulse": "cw"}, np.maximum(0.0, 1 - cells)),
+            ("sweep", {"pulse": "lfm"}, np.sinc(cells))):
+        for bins_per_cell in (1, 2, 4):
+            one = energy(pulse, bins_per_cell)
+            # Whole numbers of half wavelengths, at which both are in phase, and those between: their mean has no
+            # interference, and half their difference is the overlap.
+            measured = []
+            for gap_m in np.round(cells * cell_m / (wavelength_m / 2)) * wavelength_m / 2:
+                both = [energy(pulse, bins_per_cell, gap_m + shift * wavelength_m / 4) for shift in (0, 1)]
+                measured.append((both[0] - both[1]) / (4 * one))
+            measured = np.array(measured)
+            series.append((f"{name}, {bins_per_cell} bins per cell", overlap, measured))
+            worst = max(worst, np.abs(measured - overlap).max())
+    return Law("overlapping_glints", "Interference of two glints",
+               "Two glints that are a time t apart have the energy |a₁|² + |a₂|² + 2 Re(a₁ a₂*) ρ(t), with the "
+               "autocorrelation ρ of the pulse: a triangle for a tone, a sinc for a sweep, whatever the bins. Drawn is "
+               "what two spheres have more in phase than against it, over four times the energy of one.",
+               "", 0.05, worst, compared(cells, series, "distance, cells", "interference"))
 
 
 @law

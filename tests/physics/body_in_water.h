@@ -105,10 +105,19 @@ inline EchoLine echo_of(const Body& body, const Sonar& sonar, double range_m) {
 }
 
 inline double target_strength_db(const EchoLine& line, const Sonar& sonar) {
+  const double cell_m = sonar.pulse.cell_m(Medium{}.sound_speed_mps);
+  const double begins_m = sonar.pulse.kind == PulseKind::cw ? 0.5 * cell_m : 0.0;  // before a bin
   double energy = 0.0;
   for (std::size_t i = 0; i < line.bins.range_m.size(); ++i)
-    energy += double(line.bins.intensity_mean[i]) * std::pow(double(line.bins.range_m[i]), 4);
-  return scatter::to_db(energy * sonar.bin_m() / sonar.pulse.cell_m(Medium{}.sound_speed_mps));
+    energy +=
+        double(line.bins.intensity_mean[i]) * std::pow(double(line.bins.range_m[i]) - begins_m, 4);
+  return scatter::to_db(energy * sonar.bin_m() / cell_m);
+}
+
+/// Makes the pulse longer than bodies of a metre are deep, short against the range: their parts
+/// then interfere all the time, as in a sum of one frequency.
+inline void lengthen_pulse(Sonar& sonar, double range_m) {
+  sonar.pulse.bandwidth_hz = 0.5 * 1500.0 / (range_m / 80.0);
 }
 
 inline refine::TriangleMesh body(const char* shape, const ShapeSize& size) {

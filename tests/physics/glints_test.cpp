@@ -276,7 +276,8 @@ TEST_CASE("a ring, a plate with a window and an angled one glint as Kirchhoff's 
          {std::pair{100e3, 10.0}, {100e3, 40.0}, {100e3, 200.0}, {400e3, 40.0}, {400e3, 200.0}})
       for (const double turned_deg : {0.0, 0.3})
         for (const double north_m : {0.0, 0.25, -0.45}) {
-          const Sonar sonar = wide_sonar(range_m + 2.0, frequency_hz);
+          Sonar sonar = wide_sonar(range_m + 4.0, frequency_hz);
+          lengthen_pulse(sonar, range_m);
           const Body body{*mesh, nothing, 1.0, turned_deg * degree, north_m};
           const double expected_db = kirchhoff_db(body, sonar, range_m);
           const double got_db = target_strength_db(echo_of(body, sonar, range_m), sonar);
@@ -323,6 +324,7 @@ TEST_CASE(
     Sonar sonar = wide_sonar(of.range_m + 2.0, of.frequency_hz);
     sonar.array_length_m = of.array_m;
     sonar.focused = of.focused;
+    lengthen_pulse(sonar, of.range_m);
     struct Level {
       double turned_deg, north_m, expected, got;
     };

@@ -148,8 +148,8 @@ struct EchoLine {
   float gain = 1.0f;      ///< the recorder's in this ping, over its usual one; of the amplitude
   std::uint64_t rays = 0;
   std::uint64_t hits = 0;
-  /// The steady part of the echo: the field of the objects' glints per bin, whose square is part of
-  /// intensity_mean. Empty: there is none.
+  /// The steady part of the echo: the field of the objects' glints per bin (SteadyField), whose
+  /// square is part of intensity_mean. Empty: there is none.
   std::vector<float> glint_re, glint_im;
   std::vector<WallFacet> walls;  ///< empty unless ObjectSurfaces::mirrors are given
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include <Eigen/Geometry>
@@ -81,6 +82,8 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
       walk_(walk_over(seafloor, sonar.bin_m())),
       objects_(sonar, medium, material_tables, surfaces),
       pulse_(pulse_kernel(sonar.pulse, medium.sound_speed_mps, sonar.bin_m())),
+      glints_(sonar.pulse, medium.sound_speed_mps, sonar.bin_m(),
+              static_cast<std::size_t>(sonar.bins)),
       closing_shift_m_(0.5 * medium.sound_speed_mps *
                        sonar.pulse.closing_shift_s(sonar.frequency_hz)) {
   for (const scatter::BackscatterTable& table : material_tables) {
@@ -369,38 +372,16 @@ ObjectEcho EchoFormer::shifted(ObjectEcho echo) const {
 
 /// The field of the glints in each bin, and their part of the truth.
 void EchoFormer::add_glints(EchoLine& line) {
-  line.glint_re.clear();
-  line.glint_im.clear();
-  const auto bins = static_cast<std::ptrdiff_t>(sums_.size());
-  const auto reach = static_cast<std::ptrdiff_t>(pulse_.weights.size());
   for (const ObjectEcho& glint : objects_.glints()) {
     const ObjectEcho laid = shifted(glint);
     bins_.add(laid);
-    const double place = laid.range_m / bins_.bin_m() - 0.5;
-    const auto below = static_cast<std::ptrdiff_t>(std::floor(place));
-    const double share = place - static_cast<double>(below);
+    const double last = static_cast<double>(gain_.size()) - 1.0;
+    const auto bin = static_cast<std::size_t>(std::clamp(laid.range_m / bins_.bin_m(), 0.0, last));
     const double turns = std::fmod(2.0 * glint.range_m / wavelength_m_, 1.0);
-    const double phase = 2.0 * std::numbers::pi * turns + glint.phase_rad;
-    const auto of_bin = static_cast<std::size_t>(
-        std::clamp<std::ptrdiff_t>(below, 0, static_cast<std::ptrdiff_t>(gain_.size()) - 1));
-    const double intensity = laid.energy * gain_[of_bin];
-    if (line.glint_re.empty()) {
-      line.glint_re.assign(sums_.size(), 0.0f);
-      line.glint_im.assign(sums_.size(), 0.0f);
-    }
-    const auto pulse = [&](std::ptrdiff_t d) {
-      const std::ptrdiff_t i = d - pulse_.first;
-      return i >= 0 && i < reach ? pulse_.weights[static_cast<std::size_t>(i)] : 0.0;
-    };
-    const std::ptrdiff_t begin = below + pulse_.first;
-    const std::ptrdiff_t end = std::min(begin + reach + 1, bins);
-    for (std::ptrdiff_t n = std::max<std::ptrdiff_t>(begin, 0); n < end; ++n) {
-      const double response = std::lerp(pulse(n - below), pulse(n - below - 1), share);
-      const double amplitude = std::sqrt(intensity * response);
-      line.glint_re[static_cast<std::size_t>(n)] += static_cast<float>(amplitude * std::cos(phase));
-      line.glint_im[static_cast<std::size_t>(n)] += static_cast<float>(amplitude * std::sin(phase));
-    }
+    glints_.add(laid.range_m, std::polar(std::sqrt(laid.energy * gain_[bin]),
+                                         2.0 * std::numbers::pi * turns + glint.phase_rad));
   }
+  glints_.write(line.glint_re, line.glint_im);
 }
 
 /// Writes the truth, and the bins' energy after the pulse.

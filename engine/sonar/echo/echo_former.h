@@ -14,6 +14,7 @@
 #include <ensonify/engine/sonar/echo/piece_table.h>
 #include <ensonify/engine/sonar/echo/range_bins.h>
 #include <ensonify/engine/sonar/echo/ray_layout.h>
+#include <ensonify/engine/sonar/echo/steady_field.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>
 #include <ensonify/engine/trace/fan_runs.h>
 #include <ensonify/engine/trace/ray_fan.h>
@@ -43,8 +44,8 @@ namespace ensonify::engine {
 /// The truth is not: a bin has the truth of the places at its own range. With a CW pulse these are
 /// the farthest places that its energy came from; the others are up to c T / 2 nearer.
 ///
-/// Objects have more: see ObjectEchoes. A glint is steady. Its amplitude is the root of its
-/// intensity in each bin, its phase that of its path; glints that overlap interfere.
+/// Objects have more: see ObjectEchoes. A glint is steady, its phase is that of its path; glints
+/// interfere while their pulses overlap (SteadyField).
 class EchoFormer {
  public:
   /// The seafloor, the tables and the labels of moving bodies (see FaceLabels) must outlive this;
@@ -95,6 +96,7 @@ class EchoFormer {
   ObjectEchoes objects_;
   std::vector<double> gain_;  // per bin, of its energy: source level and absorption
   PulseKernel pulse_;
+  SteadyField glints_;
   double closing_shift_m_;      // Pulse::closing_shift_s() as a range
   std::vector<double> energy_;  // per bin, with gain; and room for the pulse at both ends
   std::vector<double> sums_;    // per bin of the line, after the pulse

@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/sonar/echo/glint_in_beam.h>
 #include <ensonify/engine/sonar/instrument/sinc.h>
+#include <ensonify/scatter/rigid_body.h>
 
 namespace ensonify::engine {
 namespace {
@@ -163,7 +164,20 @@ bool turned_away(std::span<const Corner, 3> corners) {
   return true;
 }
 
-std::optional<Mirror> triangle_mirror(std::span<const Corner, 3> corners, const Vector3d& middle) {
+/// The smaller radius of curvature of a surface with this Gaussian curvature: by how the normal
+/// turns over a facet, its mean curvature.
+double smaller_radius_m(std::span<const Corner, 3> corners, double per_m2) {
+  const Vector3d one = corners[1].place - corners[0].place,
+                 other = corners[2].place - corners[0].place;
+  const Vector3d area = one.cross(other);  // twice
+  const Vector3d turned = (corners[1].normal - corners[0].normal).cross(other) +
+                          one.cross(corners[2].normal - corners[0].normal);
+  const double mean_per_m = 0.5 * std::abs(turned.dot(area)) / area.squaredNorm();
+  return 1.0 / (mean_per_m + std::sqrt(std::max(mean_per_m * mean_per_m - per_m2, 0.0)));
+}
+
+std::optional<Mirror> triangle_mirror(std::span<const Corner, 3> corners, const Vector3d& middle,
+                                      double wavelength_m) {
   if (turned_away(corners)) return std::nullopt;
   std::array<Vector3d, 3> to_sonar, turned;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -189,13 +203,19 @@ std::optional<Mirror> triangle_mirror(std::span<const Corner, 3> corners, const 
   const Vector3d area = of(&Corner::place);  // twice
   // W / A, and by how much the curvature is more at the place than in the mean of the facet.
   const double mean_per_m2 = 0.5 * range_m * sum / area.dot(back);
-  double more_per_m2 = -of(&Corner::normal).dot(area) / area.squaredNorm();
-  for (std::size_t i = 0; i < 3; ++i) more_per_m2 += shares[i] * corners[i].per_m2;
-  const double per_m2 =
+  const double of_surface_per_m2 = of(&Corner::normal).dot(area) / area.squaredNorm();
+  double per_m2 = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) per_m2 += shares[i] * corners[i].per_m2;
+  const double more_per_m2 = per_m2 - of_surface_per_m2;
+  const double turn_per_m2 =
       std::clamp(1.0 + more_per_m2 / mean_per_m2, 0.5, 2.0) * std::abs(mean_per_m2);
+  const double radius_m = smaller_radius_m(corners, of_surface_per_m2);
+  const double other_radius_m = 1.0 / std::max(std::abs(of_surface_per_m2) * radius_m, 1e-12);
   return Mirror{.offset = place - middle,
                 .inside = place - middle,
-                .cross_section_m2 = 0.25 / std::max(per_m2, 1.0 / (range_m * range_m)),
+                .cross_section_m2 =
+                    scatter::rigid_surface_gain(2.0 * pi / wavelength_m, radius_m, other_radius_m) *
+                    0.25 / std::max(turn_per_m2, 1.0 / (range_m * range_m)),
                 .phase_rad = 0.0};
 }
 
@@ -248,22 +268,23 @@ std::optional<Mirror> strip_mirror(const Corners& corners, const Vector3d& middl
   if (!line) return std::nullopt;
   const Vector3d place = line_middle + line->place_m * along;
   const double wider_m = std::max(first_m, last_m), most_m = std::max(std::abs(both_m), wider_m);
-  const double per_m = line->range_m / (2.0 * wavelength_m * most_m);
   // Planes that are w apart on a body of the radius a are w (a + r) / a apart at the range r.
   const double widest_radius_m = line->range_m * std::min(wider_m / (most_m - wider_m), 1.0);
-  return Mirror{
-      .offset = place - middle,
-      .inside = place - middle,
-      .cross_section_m2 = per_m * line->power_m3,
-      .phase_rad = 0.0,
-      .in_beam = line->in_beam,
-      .line = MirrorLine{.middle = line_middle - middle,
-                         .away = line_middle - sonar,
-                         .along = along,
-                         .length_m = length_m,
-                         .width = per_m * first_m,
-                         .other_width = per_m * last_m,
-                         .radius_m = 0.5 * (first_m + last_m) / wider_m * widest_radius_m}};
+  const double radius_m = 0.5 * (first_m + last_m) / wider_m * widest_radius_m;
+  const double per_m = scatter::rigid_cylinder_gain(2.0 * pi / wavelength_m * radius_m) *
+                       line->range_m / (2.0 * wavelength_m * most_m);
+  return Mirror{.offset = place - middle,
+                .inside = place - middle,
+                .cross_section_m2 = per_m * line->power_m3,
+                .phase_rad = 0.0,
+                .in_beam = line->in_beam,
+                .line = MirrorLine{.middle = line_middle - middle,
+                                   .away = line_middle - sonar,
+                                   .along = along,
+                                   .length_m = length_m,
+                                   .width = per_m * first_m,
+                                   .other_width = per_m * last_m,
+                                   .radius_m = radius_m}};
 }
 
 }  // namespace
@@ -347,8 +368,9 @@ std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& c
       }
     }
     if (const std::optional<Mirror> mirror =
-            facet.strip ? strip_mirror(corners, flat_part.middle, wavelength_m, beam)
-                        : triangle_mirror(std::span(corners).first<3>(), flat_part.middle))
+            facet.strip
+                ? strip_mirror(corners, flat_part.middle, wavelength_m, beam)
+                : triangle_mirror(std::span(corners).first<3>(), flat_part.middle, wavelength_m))
       return mirror;
   }
   return std::nullopt;

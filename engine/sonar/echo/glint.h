@@ -39,6 +39,11 @@ namespace ensonify::engine {
 // a L^2 / (2 lambda) for a cylinder far away, a r / 4 near it. (Urick's a r / 2 is that of plane
 // waves; those of a sonar are curved by 1 / r.) Waves that a hollow surface bundles are left out.
 //
+// That is so for short waves. Where k times the smaller radius is below 20, both sigma are those of
+// a rigid sphere or a long rigid cylinder by their modes (scatter/rigid_body.h): up to 4 dB less
+// from 1 to 2, Rayleigh's limit far below. The curvature at the place decides, as if the body had
+// it all over.
+//
 // Two flat parts in a right angle send sound back to where it came from, by way of both. Seen in
 // the plane across their edge, at the angles g_i to the flat parts, which reach w_i from it, that
 // is a mirror of the width W = 2 min(w_1 sin g_1, w_2 sin g_2) that faces the sonar; along the edge

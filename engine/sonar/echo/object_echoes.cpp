@@ -36,6 +36,7 @@ ObjectEchoes::ObjectEchoes(const Sonar& sonar, const Medium& medium,
                            const ObjectSurfaces& surfaces)
     : wavelength_m_(medium.sound_speed_mps / sonar.frequency_hz),
       join_m_(0.5 * std::max(sonar.bin_m(), sonar.pulse.cell_m(medium.sound_speed_mps))),
+      join_pieces_m_(0.125 * sonar.pulse.cell_m(medium.sound_speed_mps)),
       tolerance_m_(0.5 * sonar.bin_m()),
       medium_(medium),
       by_material_(material_tables),
@@ -101,14 +102,15 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
   const std::vector<FanGrid::Plane>& planes = fan.grid->planes;
   const double apart_m = planes[planes.size() / 2].width_rad * distance_m;  // where it is least
   const double small_m = few_planes * apart_m;
-  bool small = is_short(object, fan.array_axis, small_m);
+  const Label& label = (*labels_)[object.label];
+  const std::optional<SmallBody> whole = small_body_of(object, label.two_sided, wavelength_m_);
+  bool small = whole || is_short(object, fan.array_axis, small_m);
   if (!small) {
     // Near the horizontal the elevations may be farther apart than the planes.
     const double step_m = widest_step_rad(object) * distance_m;
     const Vector3d upwards = fan.array_axis.cross(object.middle - fan.origin).normalized();
     small = step_m > apart_m && is_short(object, upwards, few_planes * step_m);
   }
-  const Label& label = (*labels_)[object.label];
   const double specular = surfaces_.specular_of(label);
   const GlintBeam beam = glint_beam();
   const auto reach_of = [&](const FlatPartBlock& block) {
@@ -121,16 +123,18 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
     small_labels_.push_back(object.label);
   }
   if (!small && !(specular > 0.0)) return;
+  const double facet_gain = whole ? whole->gain(wavelength_m_) : 1.0;
+  if (whole && specular > 0.0) add_small_body(*whole, specular, object);
   const std::span<const FlatPart> flat_parts = object.flat_parts;
   for (const FlatPartBlock& block : object.blocks) {
     const bool may_glint =
-        specular > 0.0 && may_be_in_beam(block.middle, block.radius_m) &&
+        specular > 0.0 && !whole && may_be_in_beam(block.middle, block.radius_m) &&
         block.may_face(fan.origin, reach_of(block) + fan.bend.turn_rad, label.two_sided);
     const bool may_echo = small && may_be_in_beam(block.middle, block.radius_m);
     if (!may_echo && !may_glint) continue;
     for (const FlatPart& flat_part : flat_parts.subspan(block.first, block.count)) {
       const Vector3d to = flat_part.middle - fan.origin;
-      if (may_echo) add_facets(flat_part, to, object, small_m);
+      if (may_echo) add_facets(flat_part, to, object, small_m, facet_gain);
       if (!may_glint) continue;
       const std::optional<RayToPlace> ray = ray_to(to);
       if (!ray) continue;
@@ -138,14 +142,29 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
       add_glint(flat_part, to, ray->apparent, specular, object);
     }
   }
-  if (specular > 0.0)
+  if (specular > 0.0 && !whole)
     for (const RightCorner& corner : object.corners)
       if (corner.open || label.two_sided) add_corner(corner, specular, object);
 }
 
+/// The steady echo of an object that is shorter than the waves: not of its surface, but of all of
+/// it.
+void ObjectEchoes::add_small_body(const SmallBody& body, double specular,
+                                  const ObjectSurface& object) {
+  const Vector3d place = object.middle - view_->fan->origin;
+  const std::optional<RayToPlace> ray = ray_to(place);
+  if (!ray) return;
+  // Its own surface is nearer than its middle.
+  const std::optional<Sight> sight = sight_of(place, place, object.radius_m);
+  if (!sight || !(sight->seen > 0.0)) return;
+  const double cross_section_m2 = body.cross_section_m2(-ray->apparent.normalized(), wavelength_m_);
+  add_glint_at(place, sight->range_m, sight->seen * sight->energy * specular * cross_section_m2,
+               object.label, object.flat_parts.front().surface);
+}
+
 /// Cuts the flat part into cells that are as small as a small object.
 void ObjectEchoes::add_facets(const FlatPart& flat_part, const Vector3d& away,
-                              const ObjectSurface& object, double small_m) {
+                              const ObjectSurface& object, double small_m, double gain) {
   const Label& label = (*labels_)[object.label];
   const scatter::BackscatterTable& table = by_material_[label.sediment];
   const Vector3d normal = flat_part.normal.cast<double>();
@@ -170,7 +189,7 @@ void ObjectEchoes::add_facets(const FlatPart& flat_part, const Vector3d& away,
     const double seen = seen_share(line.in_fan, ray->range_m, object.label, small_m, slope);
     if (!(seen > 0.0)) continue;
     const double area_m2 = cell_length_m * cell_width_m;
-    const double cross_section_m2 = table.sigma_over_sine(sine) * sine * area_m2;
+    const double cross_section_m2 = gain * table.sigma_over_sine(sine) * sine * area_m2;
     facets_.push_back({.range_m = ray->range_m,
                        .spread_m = 0.5 * cell_length_m * std::abs(arrival.dot(along)) +
                                    0.5 * cell_width_m * std::abs(arrival.dot(across)),
@@ -383,9 +402,9 @@ void ObjectEchoes::join_glints() {
     sum.range_m *= sum.energy;
     sum.place *= sum.energy;
     for (end = i + 1; end < glints_.size(); ++end) {
-      const ObjectEcho &before = glints_[end - 1], &glint = glints_[end];
+      const ObjectEcho& glint = glints_[end];
       if (glint.label != sum.label || glint.surface != sum.surface ||
-          glint.range_m - before.range_m > join_m_)
+          glint.range_m - first_m > (sum.piece ? join_pieces_m_ : join_m_))
         break;
       sum.energy += glint.energy;
       sum.range_m += glint.energy * glint.range_m;

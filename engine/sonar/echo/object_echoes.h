@@ -17,6 +17,7 @@
 #include <ensonify/engine/sonar/echo/glint_in_beam.h>
 #include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/object_echo.h>
+#include <ensonify/engine/sonar/echo/small_body.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>
 #include <ensonify/engine/trace/fan_runs.h>
 #include <ensonify/engine/trace/ray.h>
@@ -62,7 +63,12 @@ struct FirstHits {
 ///
 /// Glints: the mirror-like part of a solid's echo, by physical optics (glint.h). Flat parts of one
 /// surface at about one range are one glint: facets of a curved one add their energies, pieces of a
-/// plane one their fields.
+/// plane one their fields. Pieces that are an eighth of a pulse apart or more are separate glints,
+/// because their pulses overlap less.
+///
+/// Objects that are shorter than the waves (k times their radius is below 2) return sound as a
+/// whole: a smooth one as the rigid ellipsoid with its volume (SmallBody), the parts of a rough one
+/// as those of a sphere that is as wide.
 ///
 /// Small objects: those that only a few planes of the fan would meet, however long they are across
 /// the track. Their flat parts, in cells no longer than those planes are apart, scatter
@@ -149,6 +155,7 @@ class ObjectEchoes {
   static bool is_short(const ObjectSurface& object, const Eigen::Vector3d& axis, double length_m);
   double widest_step_rad(const ObjectSurface& object) const;
   void look_at(const ObjectSurface& object);
+  void add_small_body(const SmallBody& body, double specular, const ObjectSurface& object);
   void add_glint(const FlatPart& flat_part, const Eigen::Vector3d& away,
                  const Eigen::Vector3d& apparent, double specular, const ObjectSurface& object);
   void add_glint_at(const Eigen::Vector3d& place, double range_m, double energy,
@@ -157,7 +164,7 @@ class ObjectEchoes {
                      std::uint16_t label, const FlatPart& flat_part, const Mirror& mirror);
   void add_corner(const RightCorner& corner, double specular, const ObjectSurface& object);
   void add_facets(const FlatPart& flat_part, const Eigen::Vector3d& away,
-                  const ObjectSurface& object, double small_m);
+                  const ObjectSurface& object, double small_m, double gain);
   bool may_see(const Eigen::Vector3d& middle, double radius_m) const;
   bool may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const;
   struct BuriedWay {  // to a place in the bed, from the sonar
@@ -180,7 +187,7 @@ class ObjectEchoes {
   void add_buried_glint(const BuriedPart& part, const BuriedGroup& group, double specular);
   void join_glints();
 
-  double wavelength_m_, join_m_, tolerance_m_;
+  double wavelength_m_, join_m_, join_pieces_m_, tolerance_m_;
   Medium medium_;
   std::span<const scatter::BackscatterTable> by_material_;
   ObjectSurfaces surfaces_;

@@ -51,14 +51,18 @@ double Pulse::noise_bandwidth_hz() const {
   return window_loss / transmitted_length_s();
 }
 
-double Pulse::intensity(double time_s) const {
+double Pulse::amplitude(double time_s) const {
   if (kind == PulseKind::cw) return time_s >= begin_s() && time_s <= end_s() ? 1.0 : 0.0;
   const double x = bandwidth_hz * std::abs(time_s);
   const double a = std::numbers::pi * x;
-  double amplitude = a < 1e-4 ? 1.0 - a * a / 6.0 : std::sin(a) / a;
-  if (window == PulseWindow::hann)
-    amplitude = std::abs(x - 1.0) < 1e-6 ? 0.5 : amplitude / (1.0 - x * x);
-  return amplitude * amplitude;
+  const double unweighted = a < 1e-4 ? 1.0 - a * a / 6.0 : std::sin(a) / a;
+  if (window == PulseWindow::none) return unweighted;
+  return std::abs(x - 1.0) < 1e-6 ? 0.5 : unweighted / (1.0 - x * x);
+}
+
+double Pulse::intensity(double time_s) const {
+  const double root = amplitude(time_s);
+  return root * root;
 }
 
 double Pulse::correlation(double time_s) const {

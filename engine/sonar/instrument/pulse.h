@@ -33,7 +33,8 @@ struct Pulse {
   /// sweep (B over the gain B T). For a sweep with a window w it is mean(w^2) / mean(w)^2 times as
   /// much: 1.5 times (1.76 dB) for Hann's.
   double noise_bandwidth_hz() const;
-  /// Intensity over its peak, at a time from the echo's own.
+  /// Amplitude over its peak, at a time from the echo's own; a sweep's lobes alternate in sign.
+  double amplitude(double time_s) const;
   double intensity(double time_s) const;
   /// Correlation of the amplitudes of fully developed speckle at two times this far apart: the
   /// autocorrelation of the pulse.

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <vector>
+
+#include <ensonify/engine/sonar/instrument/pulse.h>
+
+namespace ensonify::engine {
+
+/// The sum of steady echoes, with their phases, over the bins of a line.
+///
+/// Echoes interfere only while they are there at the same time. Echoes with the complex amplitudes
+/// a_i at the times t_i have the field s(t) = sum of a_i p(t - t_i), with the amplitude p of the
+/// pulse. The intensity in a bin is the mean of |s|^2 over its time. So two echoes that are t
+/// apart have the energy
+///
+///     |a_1|^2 + |a_2|^2 + 2 Re(a_1 a_2*) Pulse::correlation(t),
+///
+/// whatever the bins.
+///
+/// The field of a tone is constant between the begins and ends of its echoes: the mean over a bin
+/// is a sum over these stretches, and exact. The field of a sweep has the band B. It is sampled at
+/// least four times per 1 / B: the sum of |s|^2 over all samples is its energy (Parseval), and the
+/// mean over a bin is exact to 2 % of the brightest bin. In bins
+/// of more than 16 / B the echo of a sweep of 16 per bin stands for it, with the same energy.
+class SteadyField {
+ public:
+  /// Throws std::invalid_argument unless pulse, sound speed and bin are positive.
+  SteadyField(const Pulse& pulse, double sound_speed_mps, double bin_m, std::size_t bins);
+
+  /// Adds an echo at a range: of a tone where it begins, of a sweep where it peaks.
+  void add(double range_m, std::complex<double> amplitude);
+  /// Writes a field per bin, empty if there is no echo, and takes the echoes out; keeps the memory.
+  /// The field's square is the mean intensity in the bin, its phase that of the mean field.
+  void write(std::vector<float>& re, std::vector<float>& im);
+
+ private:
+  struct Bin {
+    double intensity = 0.0;
+    std::complex<double> field;
+  };
+  struct Edge {    // of a tone's echo
+    double place;  // in bins
+    std::complex<double> change;
+    int echoes;  // that begin here, less those that end
+  };
+  void sum_tones();
+  void sum_samples();
+
+  Pulse pulse_;
+  double bin_m_, bin_s_;
+  std::vector<Bin> bins_;
+  bool empty_ = true;
+  // Of a tone:
+  std::vector<Edge> edges_;
+  // Of a sweep:
+  double scale_ = 1.0;  // of the amplitudes
+  std::size_t samples_per_bin_ = 1;
+  std::vector<std::complex<double>> samples_;
+};
+
+}  // namespace ensonify::engine
