@@ -14,8 +14,8 @@ namespace ensonify::scatter {
 /// resolution cell adds its patches, and a sum of n gamma variables of one shape k is gamma of the
 /// shape n k: so the echo's intensity is K distributed, with <I^2> / <I>^2 = 2 (1 + 1 / shape of
 /// the cell), and that shape grows with the cell's area, as Abraham and Lyons, IEEE J. Oceanic
-/// Eng. 27, 800 (2002) derive from a finite number of scatterers. A cell smaller than a patch has
-/// the patch's shape.
+/// Eng. 27, 800 (2002) derive from a finite number of scatterers. A cell much smaller than a patch
+/// has the patch's shape.
 struct GroundTexture {
   double patch_m = 0.06;  ///< side of a patch
   /// Shape of a patch's cross-section at 10 degrees grazing; it grows with the sine of the grazing

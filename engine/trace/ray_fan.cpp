@@ -29,6 +29,11 @@ double flat_range_over_height(double depression_rad) {
   return 1.0 / std::sin(std::clamp(depression_rad, 1e-9, right_angle));
 }
 
+/// By how much it is more than 1 past nadir, where the bed lies on the other side.
+double more_past_nadir(double depression_rad) {
+  return flat_range_over_height(2.0 * right_angle - depression_rad) - 1.0;
+}
+
 /// The factor of growth with which `count` widths, the first being 1, have the sum `sum`.
 double growth_for(int count, double sum) {
   const auto made = [&](double growth) {
@@ -128,6 +133,7 @@ class ElevationShares {
       : middle_rad_(0.5 * (layout.sector_low_rad + layout.sector_high_rad)),
         half_sector_rad_(0.5 * (layout.sector_high_rad - layout.sector_low_rad)),
         tilt_rad_(layout.roll_tilt_rad),
+        most_past_nadir_(std::max(layout.range_over_height - 1.0, 0.0)),
         slope_rad_(layout.rise_rad + std::asin(1.0 / std::max(layout.range_over_height, 1.0))),
         bends_(!layout.bent.empty()),
         rises_(layout.rise_rad > 0.0),
@@ -137,11 +143,10 @@ class ElevationShares {
                  low_rad = layout.sector_low_rad + tilt_rad_;
     const double end = flat_range_over_height(low_rad);
     const double farthest = std::min(layout.range_over_height, end);
+    within_ = {within(high_rad), bends_ ? within(low_rad) : farthest - past_nadir(low_rad)};
     if (bends_) {
-      within_ = {bent_within_.at(high_rad), bent_within_.at(low_rad)};
       beyond_ = {bent_beyond_.at(high_rad), bent_beyond_.at(low_rad)};
     } else {
-      within_ = {flat_range_over_height(high_rad), farthest};
       beyond_ = {farthest, std::min(rising * layout.range_over_height, end)};
     }
     // The slope that is seen so high at the end of the range.
@@ -156,7 +161,7 @@ class ElevationShares {
     const double depression_rad = middle_rad_ - elevation_rad + tilt_rad_;
     const double r = flat_range_over_height(depression_rad);
     const double by_angle = (elevation_rad + half_sector_rad_) / (2.0 * half_sector_rad_);
-    const double by_range = within_.share_to(bends_ ? bent_within_.at(depression_rad) : r);
+    const double by_range = within_.share_to(within(depression_rad));
     const double by_farther = beyond_.share_to(bends_ ? bent_beyond_.at(depression_rad) : r);
     const double straight = range_share_ * by_range + rising_share_ * by_farther +
                             (1.0 - range_share_ - rising_share_ - slope_share_) * by_angle;
@@ -172,11 +177,19 @@ class ElevationShares {
       return is_there() ? std::clamp((r - begin) / (end - begin), 0.0, 1.0) : 0.0;
     }
   };
+  /// Grows by the change of range within the fan's own, from the far side of nadir to the near one.
+  double within(double depression_rad) const {
+    return (bends_ ? bent_within_.at(depression_rad) : flat_range_over_height(depression_rad)) -
+           past_nadir(depression_rad);
+  }
+  double past_nadir(double depression_rad) const {  // rays hardly bend there
+    return std::min(more_past_nadir(depression_rad), most_past_nadir_);
+  }
   double over_slope(double depression_rad) const {
     return flat_range_over_height(std::max(depression_rad + tilt_rad_ + slope_rad_, 0.0));
   }
 
-  double middle_rad_, half_sector_rad_, tilt_rad_, slope_rad_;
+  double middle_rad_, half_sector_rad_, tilt_rad_, most_past_nadir_, slope_rad_;
   bool bends_, rises_;
   BentDistribution bent_within_, bent_beyond_;
   Stretch within_, beyond_, slope_;

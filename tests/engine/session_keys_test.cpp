@@ -131,8 +131,8 @@ TEST_CASE("an error of a session's key does not speak of the command line") {
   const std::string sonar = "sonar.left-right.";
   CHECK_THROWS_WITH(tiny().with(std::vector<KeyValue>{{range_key, "-3"}}),
                     Catch::StartsWith(range_key + "=-3: "));
-  CHECK_THROWS_WITH(tiny().with(std::vector<KeyValue>{{sonar + "sector_low_deg", "100"}}),
-                    Catch::Contains("; with " + range_key + "=14 " + sonar + "sector_low_deg=100"));
+  CHECK_THROWS_WITH(tiny().with(std::vector<KeyValue>{{sonar + "sector_low_deg", "140"}}),
+                    Catch::Contains("; with " + range_key + "=14 " + sonar + "sector_low_deg=140"));
 }
 
 TEST_CASE("an object is made from the keys of its table") {

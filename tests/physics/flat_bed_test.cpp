@@ -180,6 +180,64 @@ TEST_CASE("a flat bed shows the measured vertical pattern twice (in dB), each si
     }
 }
 
+TEST_CASE("each side hears the whole bed about the nearest place, level or turned by 10 degrees") {
+  const Medium medium{1500.0, 0.0};
+  for (const double beamwidth_deg : {50.0, 60.0, 0.0})
+    for (const double slope_deg : {-10.0, -5.0, 0.0, 5.0, 10.0}) {  // down to starboard
+      Sonar sonar = plain_sonar();
+      sonar.sector_high_rad.reset();
+      sonar.vertical.beamwidth_rad = beamwidth_deg * degree;
+      const double slope = slope_deg * degree, to_bed_m = altitude_m * std::cos(slope);
+      Seafloor bed = level_bed(20.0, 200.0);
+      for (Eigen::Vector3f& p : bed.mesh.positions)
+        p.z() -= static_cast<float>(std::tan(slope)) * p.x();
+      for (const EchoLine& line : ping_once(sonar, bed, above_bed, altitude_m, medium)) {
+        const double down = line.side == Side::starboard ? slope : -slope;
+        CAPTURE(beamwidth_deg, slope_deg, static_cast<int>(line.side));
+        CHECK(std::abs(line.first_return * sonar.bin_m() - to_bed_m) < 2.0 * sonar.bin_m());
+        for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
+          const double r = cell_middle_m(sonar, medium, line.bins.range_m[i]);
+          if (r < 1.05 * to_bed_m || r > 4.0 * to_bed_m) continue;
+          // Two places at this range, and what the side hears of each.
+          const double off = std::acos(to_bed_m / r), foot = std::numbers::pi / 2.0 + down;
+          // Without a vertical pattern the fan ends at 135 degrees.
+          if (beamwidth_deg == 0.0 && foot + off > 133.0 * degree) break;
+          const double here = sonar.vertical.power(foot - off, line.side),
+                       there = sonar.vertical.power(foot + off, line.side);
+          CAPTURE(r, off / degree);
+          REQUIRE(scatter::to_db(line.bins.intensity_mean[i]) ==
+                  Approx(closed_form_db(sonar, medium, r, scatter::Lambert(-27.0), to_bed_m) +
+                         scatter::to_db(here * here + there * there))
+                      .epsilon(0)
+                      .margin(0.13));
+        }
+      }
+    }
+}
+
+TEST_CASE("where a side hears both sides of nadir, places are on its own, at the bin's range") {
+  const Medium medium{1500.0, 0.0};
+  for (const double beamwidth_deg : {50.0, 0.0}) {
+    Sonar sonar = plain_sonar();
+    sonar.sector_high_rad.reset();
+    sonar.vertical.beamwidth_rad = beamwidth_deg * degree;
+    for (const EchoLine& line : ping_once(sonar, level_bed(20.0), above_bed, altitude_m, medium)) {
+      CAPTURE(beamwidth_deg, static_cast<int>(line.side));
+      CHECK(line.starved == 0);
+      for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
+        const double r = line.bins.range_m[i];
+        if (r < 1.01 * altitude_m) continue;  // a bin spans many places
+        const double out_m = std::sqrt(r * r - altitude_m * altitude_m);
+        CAPTURE(r);
+        REQUIRE(double(line.bins.x_m[i]) ==
+                Approx(line.side == Side::port ? -out_m : out_m).epsilon(0).margin(0.1));
+        REQUIRE(line.bins.grazing_rad[i] == Approx(std::asin(altitude_m / r)).margin(0.01));
+        REQUIRE(line.bins.layover[i] == 0);
+      }
+    }
+  }
+}
+
 TEST_CASE("a flat bed's image has no ring, and no stripe where the fan's layout changes") {
   Sonar sonar;  // with its near field and its vertical pattern
   std::vector<float> before;

@@ -347,7 +347,7 @@ TEST_CASE(
   };
   // lambda / 4 L per metre of range: 9.4 cm at 50 m, near the sector's middle.
   const double depression_rad = std::asin(10.0 / std::hypot(10.0, 49.0));
-  const double off_rad = depression_rad - 0.5 * (sonar.sector_low_rad + sonar.sector_high_rad);
+  const double off_rad = depression_rad - 0.5 * (sonar.sector_low_rad + sonar.sector_end_rad());
   const double apart_m =
       1500.0 / 400e3 / 4.0 / sonar.array_length_m * std::hypot(10.0, 49.0) * std::cos(off_rad);
   add(49.0, {0.01, 1.02 * apart_m, 0.1});  // narrow across the track, and long enough along it

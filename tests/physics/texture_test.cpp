@@ -45,9 +45,9 @@ struct Moments {
   double third;   ///< <I^3> / (6 <I>^3)
 };
 
-/// The mean of 1 / shape over the ranges beyond 30 m, of cells of this length. Along the track the
-/// weights are those of sinc^4(L y / (lambda r)), whose integral is 2/3 lambda r / L and whose
-/// square's is 151/315 lambda r / L.
+/// The mean of 1 / shape over the ranges beyond 30 m, of cells of this length, longer than patches.
+/// Along the track the weights are those of sinc^4(L y / (lambda r)), whose integral is 2/3 lambda
+/// r / L and whose square's is 151/315 lambda r / L.
 double expected_excess(const Sonar& sonar, double cell_m, double patch_m, double shape) {
   const double beam =
       1500.0 / sonar.frequency_hz / sonar.array_length_m * (4.0 / 9.0) * 315.0 / 151.0;
@@ -81,6 +81,22 @@ Moments moments(const Sonar& sonar, const GroundTexture& texture, int pings) {
   const double mean = sum / count;
   return {mean, squares / count / (2.0 * mean * mean) - 1.0,
           cubes / count / (6.0 * mean * mean * mean)};
+}
+
+const TexturedGround::RangeWeights one_bin{.step_m = 0.05, .weights = {1.0}};
+
+/// The share of a patch's variance that is left in the mean over a line, the law: sum w w' C / (sum
+/// w)^2 over places at these steps, where C = 1 - d / patch is the share of places at the distance
+/// d that lie on one patch.
+double variance_left(const std::vector<double>& weights, double step_m, double patch_m) {
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  double left = 0.0;
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+      const double apart_m = step_m * std::abs(static_cast<double>(i) - static_cast<double>(k));
+      left += weights[i] * weights[k] * std::max(1.0 - apart_m / patch_m, 0.0);
+    }
+  return left / (sum * sum);
 }
 
 GroundTexture patches(double patch_m, double shape) {
@@ -194,7 +210,9 @@ TEST_CASE("the shape of a cell is that of its patches times their number, whatev
     sonar.focused = true;
     sonar.pulse.bandwidth_hz = 750.0 / (cell_bins * sonar.bin_m());
     const double cell_m = sonar.pulse.cell_m(1500.0);
-    const double expected = expected_excess(sonar, cell_m, patch_m, shape);
+    // The ends of a box cover parts of patches.
+    const double expected =
+        expected_excess(sonar, cell_m, patch_m, shape) * (1.0 - patch_m / (3.0 * cell_m));
     const Moments its = moments(sonar, patches(patch_m, shape), 800);
     CAPTURE(cell_bins, its.excess, expected);
     CHECK(its.mean == Approx(1.0).epsilon(0.05));
@@ -230,6 +248,46 @@ TEST_CASE("the shape of a sweep's cell follows from its compressed pulse, also i
       CHECK(its.excess / expected == Approx(1.0).epsilon(0.1));
     }
   }
+}
+
+TEST_CASE(
+    "the shape of a cell is that of the ground it covers, whatever bins and patches there are") {
+  // Patches smaller and larger than a cell and a bin. The law is 1 / shape = (1 / shape of a patch)
+  // times what is left of a patch's variance over range and along the track.
+  for (const PulseKind kind : {PulseKind::cw, PulseKind::lfm})
+    for (const double cell_bins : {0.5, 1.0, 2.0, 4.0, 8.0, 16.0})
+      for (const double patch_cells : {0.4, 1.2, 3.0}) {
+        Sonar sonar = quiet_sonar();
+        sonar.focused = true;
+        sonar.pulse.kind = kind;
+        sonar.pulse.bandwidth_hz = 750.0 / (cell_bins * sonar.bin_m());
+        const double cell_m = cell_bins * sonar.bin_m(), patch_m = patch_cells * cell_m;
+        std::vector<double> range;  // in steps of a 20th of a cell
+        for (int i = 0; i < (kind == PulseKind::cw ? 20 : 800); ++i) {
+          const double a = std::numbers::pi * (i + 0.5 - 400.0) / 20.0;
+          range.push_back(kind == PulseKind::cw ? 1.0 : std::pow(std::sin(a) / a, 2));
+        }
+        const double over_bed = 1.0 / std::cos(0.2);
+        const double left_in_range = variance_left(range, 0.05 * cell_m * over_bed, patch_m);
+        double left_along = 0.0;
+        constexpr int ranges = 9;
+        for (int k = 0; k < ranges; ++k) {
+          const double r = 30.0 + (k + 0.5) / ranges * (sonar.range_m - 30.0);
+          const double null_m = 1500.0 / sonar.frequency_hz / sonar.array_length_m * r;
+          const double step_m = std::min(null_m / 50.0, 0.1 * patch_m);
+          std::vector<double> along;
+          for (double y_m = -null_m + 0.5 * step_m; y_m < null_m; y_m += step_m) {
+            const double a = std::numbers::pi * y_m / null_m;
+            along.push_back(std::pow(std::sin(a) / a, 4));
+          }
+          left_along += variance_left(along, step_m, patch_m) / ranges;
+        }
+        const double left = left_in_range * left_along;
+        // Cells of the shape 1.
+        const Moments its = moments(sonar, patches(patch_m, left), cell_bins > 4.0 ? 1600 : 600);
+        CAPTURE(static_cast<int>(kind), cell_bins, patch_cells, left_in_range, left_along);
+        CHECK(its.excess == Approx(1.0).epsilon(0.08));
+      }
 }
 
 TEST_CASE("the shape of a cell grows with the width of the beam") {
@@ -389,7 +447,7 @@ TEST_CASE("ground without texture has the same bytes in a scene with texture") {
 TEST_CASE("the slow variation has the mean 1 and the rms of its key, which falls with the angle") {
   // The mean factor and the rms in dB.
   const auto statistics = [](const GroundTexture& texture, float grazing_deg) {
-    const TexturedGround ground({{}, texture}, 0.05, 1);
+    const TexturedGround ground({{}, texture}, one_bin, one_bin, 1);
     double sum = 0.0, db = 0.0, squares = 0.0, count = 0.0;
     BinLayers bins;
     bins.assign(16 * 500);
@@ -432,7 +490,7 @@ TEST_CASE("the slow variation has the mean 1 and the rms of its key, which falls
 TEST_CASE("the slow variation is stronger over longer distances, and strong patches are few") {
   // Octaves of 16, 8, 4, 2 m, with variances as the scale.
   const GroundTexture texture{.variation_db = 1.0, .variation_m = 16.0};
-  const TexturedGround ground({{}, texture}, 0.05, 1);
+  const TexturedGround ground({{}, texture}, one_bin, one_bin, 1);
   // The ln factor at x, and the same a distance to the east of it.
   const auto change = [&](double distance_m) {
     double squares = 0.0;
@@ -471,7 +529,8 @@ TEST_CASE("the slow variation is stronger over longer distances, and strong patc
 }
 
 TEST_CASE("forms of the slow variation are 4.4 times as long along a current as across it") {
-  const TexturedGround ground({{}, {.variation_db = 1.0, .variation_m = 32.0}}, 0.05, 1);
+  const TexturedGround ground({{}, {.variation_db = 1.0, .variation_m = 32.0}}, one_bin, one_bin,
+                              1);
   // Mean square change of the ln factor over a distance in a direction.
   const auto change = [&](double distance_m, int direction_deg) {
     const double rad = direction_deg * std::numbers::pi / 180.0;
@@ -509,7 +568,7 @@ TEST_CASE("the slow variation of the bed is that of its place, also next to anot
   // A cable of material 2, six bins wide, and a pipe that does not vary cross the bed.
   const GroundTexture bed{.variation_db = 2.0, .variation_m = 16.0};
   const GroundTexture cable{.variation_db = 6.0, .variation_m = 4.0};
-  const TexturedGround ground({{}, bed, cable}, 0.02, 1);
+  const TexturedGround ground({{}, bed, cable}, one_bin, one_bin, 1);
   BinLayers bins;
   bins.assign(16 * 40);
   double worst_db = 0.0;

@@ -40,11 +40,13 @@ inline void add_box(engine::Seafloor& bed, Eigen::Vector3f low, Eigen::Vector3f 
   bed.face_label.resize(bed.mesh.faces.size(), static_cast<std::uint16_t>(bed.labels.size() - 1));
 }
 
-/// A sonar with the same gain in all vertical directions, in the far field at all ranges.
+/// A sonar with the same gain in all vertical directions down to straight down, in the far field at
+/// all ranges. The closed forms are of the bed on one side of the track.
 inline engine::Sonar plain_sonar() {
   engine::Sonar sonar;
   sonar.focused = true;
   sonar.vertical.beamwidth_rad = 0.0;
+  sonar.sector_high_rad = 90.0 * engine::degree;
   return sonar;
 }
 

@@ -221,18 +221,17 @@ void check_images(const OutputOptions& output, const auto& require) {
 
 void check_beam(const Sonar& sonar, double sound_speed_mps, const auto& require) {
   const auto key = [&](std::string_view name) { return sonar_key(sonar, name); };
-  require(sonar.sector_low_rad < sonar.sector_high_rad, key("sector_high_deg"), [&] {
+  const double high_rad = sonar.sector_end_rad();
+  require(sonar.sector_low_rad < high_rad, key("sector_high_deg"), [&] {
     return fmt::format("'{}' is {:.6g}, expected more than sector_low_deg, which is {:.6g}",
-                       key("sector_high_deg"), sonar.sector_high_rad / degree,
-                       sonar.sector_low_rad / degree);
+                       key("sector_high_deg"), high_rad / degree, sonar.sector_low_rad / degree);
   });
-  require(
-      sonar.sector_high_rad - sonar.sector_low_rad < 180.0 * degree, key("sector_high_deg"), [&] {
-        return fmt::format(
-            "'{}' is {:.6g}, expected less than 180 degrees above sector_low_deg, "
-            "which is {:.6g}",
-            key("sector_high_deg"), sonar.sector_high_rad / degree, sonar.sector_low_rad / degree);
-      });
+  require(high_rad - sonar.sector_low_rad < 180.0 * degree, key("sector_high_deg"), [&] {
+    return fmt::format(
+        "'{}' is {:.6g}, expected less than 180 degrees above sector_low_deg, "
+        "which is {:.6g}",
+        key("sector_high_deg"), high_rad / degree, sonar.sector_low_rad / degree);
+  });
   const double beamwidth_deg = sonar.vertical.beamwidth_rad / degree;
   require(beamwidth_deg == 0.0 || beamwidth_deg > narrowest_vertical_deg * (1.0 - 1e-9),
           key("vertical_beamwidth_deg"), [&] {

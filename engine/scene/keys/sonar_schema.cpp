@@ -124,8 +124,8 @@ Section<Sonar> made_sonar_section() {
            "was measured.",
            at(&Sonar::vertical, &VerticalPattern::floor_db)},
           {"vertical_floor_below_db", "dB", {-200, 0},
-           "The same between the beam's axis and straight down, where the nulls of real elements "
-           "are filled; unset: vertical_floor_db.",
+           "The same from the beam's axis to 90 degrees below it, at least to straight down, where the "
+           "nulls of real elements are filled; unset: vertical_floor_db.",
            at(&Sonar::vertical, &VerticalPattern::floor_below_db)},
           {"vertical_ripple_db", "dB", {0, 100},
            "Ripple over the vertical beam, a cosine in dB: from its brightest to its darkest, one way.",
@@ -145,7 +145,10 @@ Section<Sonar> made_sonar_section() {
            "Depression where the rays begin; negative is above the horizontal.",
            at(&Sonar::sector_low_rad)},
           {"sector_high_deg", "degrees", {-90, 180},
-           "Depression where the rays end; 90 is straight down, more is beyond it.",
+           "Depression where the rays end; 90 is straight down, more is beyond it. Unset: from 100 to "
+           "135, as far as the vertical beam needs for all of the bed that a side hears, within 0.1 dB, "
+           "if slope and roll together are up to 10 degrees. A bed that slopes by more needs as much "
+           "more, twice.",
            at(&Sonar::sector_high_rad)},
           {"planes", "", {2, 1024}, "Planes of rays across the main beam, an even number.",
            at(&Sonar::planes)},

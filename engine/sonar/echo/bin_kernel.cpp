@@ -64,6 +64,7 @@ struct PiecePayload {
   float weight;
   std::int32_t label;
   std::uint32_t visit;
+  bool past;
 };
 // Puts part of a piece into a bin: that energy, seen at the place `along` the piece, from -1/2 at
 // its first end to 1/2 at its last.
@@ -87,6 +88,12 @@ HWY_INLINE void put(EchoBins& to, EchoBin& bin, double energy, double along,
   }
   bin.energy += energy;
   double* seen = &bin.seen[0];
+  if (HWY_UNLIKELY(piece.past)) {
+    PastNadir& past = to.past[index()];
+    past.energy += energy;
+    seen = &past.seen[0];
+    if (index() >= to.past_end) to.past_end = index() + 1;
+  }
   for (std::size_t k = 0; k < quarters; ++k, seen += 4 / quarters) {
     const auto place = fma(hn::Set(quarter, along), piece.change[k], piece.middle[k]);
     hn::Store(fma(hn::Set(quarter, energy), place, hn::Load(quarter, seen)), quarter, seen);
@@ -98,6 +105,8 @@ constexpr std::ptrdiff_t bins_ahead = 6;  // to fetch: the second-level cache ta
 // Lays piece number i, which is number k of the spans.
 HWY_INLINE void lay_piece(const PiecesToLay& pieces, std::size_t i, const Spans& spans,
                           std::size_t k, EchoBins& to) {
+  if (HWY_UNLIKELY(i == pieces.past && i > 0))
+    to.visit = ((to.visit >> EchoBin::branch_bits) + 1) << EchoBin::branch_bits;
   if (!pieces.answers[i]) return;
   const auto first = static_cast<std::size_t>(spans.first[k]);
   const auto end = static_cast<std::size_t>(spans.end[k]);
@@ -110,7 +119,10 @@ HWY_INLINE void lay_piece(const PiecesToLay& pieces, std::size_t i, const Spans&
   to.end = end;
   const double energy = pieces.energy[i];
   if (!(energy > 0.0)) return;  // out of the beam at that range
-  PiecePayload piece{.weight = pieces.beam_weight[i], .label = pieces.label[i], .visit = to.visit};
+  PiecePayload piece{.weight = pieces.beam_weight[i],
+                     .label = pieces.label[i],
+                     .visit = to.visit,
+                     .past = i < pieces.past};
   for (std::size_t q = 0; q < quarters; ++q) {
     const std::size_t at = 4 * i + q * (4 / quarters);
     piece.middle[q] = hn::LoadU(quarter, pieces.middles + at);

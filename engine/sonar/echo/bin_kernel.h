@@ -24,6 +24,13 @@ struct alignas(64) EchoBin {  // one cache line
   std::uint16_t shadow_plane = 0;  ///< the last plane for which it is in shadow
 };
 
+/// What came to a bin from past nadir, that is, from the other side of the track: its energy, which
+/// is part of EchoBin::energy, and as EchoBin::seen, which has the rest.
+struct alignas(64) PastNadir {
+  std::array<double, 4> seen{};
+  double energy = 0.0;
+};
+
 /// Energy in a bin with another label than the bin's first.
 struct OtherShare {
   double energy;
@@ -35,6 +42,8 @@ struct OtherShare {
 /// pieces over which the range only grows, or only falls, and whose surface does not break.
 struct EchoBins {
   EchoBin* bins;
+  PastNadir* past;        ///< per bin
+  std::size_t past_end;   ///< bins from here on got nothing from past nadir
   std::uint8_t* layover;  ///< per bin: 1 where two branches of one plane meet
   std::size_t count;
   double bin_m;
@@ -50,6 +59,9 @@ struct EchoBins {
 /// PieceEchoes.
 struct PiecesToLay {
   std::size_t count;
+  /// So many of the first ones lie past nadir. They count as another plane: where a side hears the
+  /// bed on both sides of nadir is no layover, and a shadow on its own side is one.
+  std::size_t past;
   const std::int32_t* answers;
   const double *from_m, *until_m, *energy;
   const double *range_m, *to_end_m;  ///< of PieceEchoes

@@ -128,7 +128,7 @@ void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const Receiver
 
 void EchoFormer::begin(const SideView& view, EchoLine& line) {
   view_ = view;
-  bins_.reset();
+  bins_.reset({view.motion->abeam.x(), view.motion->abeam.y(), 0.0});
   line.rays = view.layout->rays;
   line.hits = 0;
   const std::size_t rays = view.fan->elevations();

@@ -46,7 +46,7 @@ std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
                             feature.size_m.y() * std::abs(std::cos(nearest->heading_rad));
       const double down = (nearest->position.z() - feature.middle_m.z()) / range_m;
       const double off_rad = std::asin(std::clamp(down, -1.0, 1.0)) -
-                             0.5 * (sonar.sector_low_rad + sonar.sector_high_rad);
+                             0.5 * (sonar.sector_low_rad + sonar.sector_end_rad());
       const double apart_m = apart_rad * range_m * std::cos(off_rad);
       if (!(long_m < apart_m)) continue;
       ++count;

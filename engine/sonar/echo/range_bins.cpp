@@ -25,17 +25,22 @@ int fill_with_water(std::span<std::uint32_t> regions) {
 RangeBins::RangeBins(double bin_m, std::size_t bins)
     : bin_m_(bin_m),
       bins_(bins),
+      past_(bins),
       layover_(bins),
       others_(2 * bins),
       first_share_(bins),
       to_{.bins = nullptr, .count = bins, .bin_m = bin_m, .other_room = others_.size()} {}
 
-void RangeBins::reset() {
+void RangeBins::reset(const Eigen::Vector3d& abeam) {
+  abeam_ = abeam;
   std::fill(bins_.begin(), bins_.end(), EchoBin{});
+  std::fill_n(past_.begin(), to_.past_end, PastNadir{});
   std::fill(layover_.begin(), layover_.end(), std::uint8_t{0});
   std::fill(first_share_.begin(), first_share_.end(), -1);
   shares_.clear();
   to_.bins = bins_.data();
+  to_.past = past_.data();
+  to_.past_end = 0;
   to_.layover = layover_.data();
   to_.others = others_.data();
   to_.other_count = 0;
@@ -47,7 +52,14 @@ void RangeBins::begin_plane() {
   to_.visit = ((to_.visit >> EchoBin::branch_bits) + 1) << EchoBin::branch_bits;
 }
 
-void RangeBins::lay(const PiecesToLay& pieces) {
+void RangeBins::lay(PiecesToLay pieces) {
+  const auto is_past = [&](std::size_t i) {
+    return Eigen::Map<const Eigen::Vector3d>(pieces.middles + 4 * i).dot(abeam_) < 0.0;
+  };
+  // A plane's pieces begin at the largest depression.
+  pieces.past = 0;
+  while (pieces.past < pieces.count && (!pieces.answers[pieces.past] || is_past(pieces.past)))
+    ++pieces.past;
   for (std::size_t piece = 0; piece < pieces.count; sort_shares())
     piece = lay_pieces(pieces, piece, to_);
 }
@@ -76,6 +88,7 @@ void RangeBins::add_share(std::size_t bin, std::uint16_t label, double energy) {
 void RangeBins::add(const ObjectEcho& echo) {
   const double from_m = echo.range_m - echo.spread_m, until_m = echo.range_m + echo.spread_m;
   const std::size_t first = bin_of(from_m), last = bin_of(until_m);
+  const bool past = echo.place.dot(abeam_) < 0.0;
   for (std::size_t i = first; i <= last; ++i) {
     const double begins_m = i == first ? from_m : static_cast<double>(i) * bin_m_;
     const double ends_m = i == last ? until_m : static_cast<double>(i + 1) * bin_m_;
@@ -87,9 +100,14 @@ void RangeBins::add(const ObjectEcho& echo) {
     else if (bin.label != echo.label)
       add_share(i, echo.label, energy);
     bin.energy += energy;
+    if (past) {
+      past_[i].energy += energy;
+      to_.past_end = std::max(to_.past_end, i + 1);
+    }
+    std::array<double, 4>& seen = past ? past_[i].seen : bin.seen;
     for (Eigen::Index axis = 0; axis < 3; ++axis)
-      bin.seen[static_cast<std::size_t>(axis)] += energy * echo.place[axis];
-    bin.seen[3] += energy * echo.grazing_rad;
+      seen[static_cast<std::size_t>(axis)] += energy * echo.place[axis];
+    seen[3] += energy * echo.grazing_rad;
   }
 }
 
@@ -126,8 +144,25 @@ std::uint16_t RangeBins::strongest_label(std::size_t bin, double& energy) const 
   return label;
 }
 
-void RangeBins::write(const FaceLabels& labels, const Eigen::Vector3d& sonar,
-                      EchoLine& line) const {
+/// Sets EchoBin::seen to what it would be if all energy came from one side of nadir. Over a level
+/// bed both may have nearly the same, and then the side that is heard has it.
+void RangeBins::choose_places() {
+  constexpr double least_own = 0.25;  // of the energy from past nadir
+  for (std::size_t i = 0; i < to_.past_end; ++i) {
+    const auto& [seen, energy] = past_[i];
+    if (!(energy > 0.0)) continue;
+    EchoBin& bin = bins_[i];
+    const double own = bin.energy - energy;
+    const bool is_own = own > least_own * energy;
+    const double scale = bin.energy / (is_own ? own : energy);
+    for (std::size_t k = 0; k < seen.size(); ++k)
+      bin.seen[k] = scale * (is_own ? bin.seen[k] : seen[k]);
+    past_[i] = {};
+  }
+}
+
+void RangeBins::write(const FaceLabels& labels, const Eigen::Vector3d& sonar, EchoLine& line) {
+  choose_places();
   BinLayers& out = line.bins;
   const std::size_t count = out.region.size();
   write_places(bins_.data(), count, {sonar.x(), sonar.y(), sonar.z()},

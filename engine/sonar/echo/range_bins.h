@@ -30,11 +30,12 @@ class RangeBins {
  public:
   RangeBins(double bin_m, std::size_t bins);
 
-  /// Empties all bins; keeps the memory.
-  void reset();
+  /// Empties all bins; keeps the memory. abeam: level, to the side that is heard; what lies the
+  /// other way from the sonar is past nadir. 0: nothing is.
+  void reset(const Eigen::Vector3d& abeam = Eigen::Vector3d::Zero());
   void begin_plane();
   /// Lays the pieces of the plane.
-  void lay(const PiecesToLay& pieces);
+  void lay(PiecesToLay pieces);
   /// Marks the bins that lie wholly between the ends of a shadow, except those where the plane sees
   /// something, or which another shadow of the plane has marked.
   void shade(const Shadow& shadow);
@@ -45,8 +46,10 @@ class RangeBins {
   double bin_m() const { return bin_m_; }
   double energy(std::size_t bin) const { return bins_[bin].energy; }
   /// Writes all layers of a line except ranges and intensities, its first return and its number of
-  /// starved bins. `sonar` is the fan's origin.
-  void write(const FaceLabels& labels, const Eigen::Vector3d& sonar, EchoLine& line) const;
+  /// starved bins. `sonar` is the fan's origin. The place and the grazing angle of a bin are those
+  /// of the side that is heard, or of what lies past nadir if that has most of the energy: the mean
+  /// of both would be a place between them, at another range.
+  void write(const FaceLabels& labels, const Eigen::Vector3d& sonar, EchoLine& line);
 
  private:
   /// The energy in a bin of a label that is not the bin's first; a list per bin.
@@ -60,11 +63,14 @@ class RangeBins {
         std::clamp(range_m / bin_m_, 0.0, static_cast<double>(bins_.size() - 1)));
   }
   void sort_shares();
+  void choose_places();
   void add_share(std::size_t bin, std::uint16_t label, double energy);
   std::uint16_t strongest_label(std::size_t bin, double& energy) const;
 
   double bin_m_;
   CacheLines<EchoBin> bins_;
+  CacheLines<PastNadir> past_;
+  Eigen::Vector3d abeam_ = Eigen::Vector3d::Zero();
   std::vector<std::uint8_t> layover_;
   std::vector<OtherShare> others_;         // from lay_pieces(), not yet in the lists
   std::vector<std::int32_t> first_share_;  // by bin, in shares_; -1: none

@@ -206,7 +206,7 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
   RayLayout layout;
   auto grid = std::make_shared<const FanGrid>(FanLayout{
       .sector_low_rad = sonar.sector_low_rad,
-      .sector_high_rad = sonar.sector_high_rad,
+      .sector_high_rad = sonar.sector_end_rad(),
       .truncation_rad = reach(sonar.side_lobes + 1, drift_rad, nearest_share * first_return_m),
       .main_lobe_rad = wider * null_rad,
       .main_beam_rad = reach(1, drift_rad, first_return_m),

@@ -55,7 +55,8 @@ double VerticalPattern::power(double depression_rad, Side side) const {
     const double turns = (depression - ripple_dark_rad) / ripple_period_rad;
     power *= scatter::from_db(-0.5 * ripple_db * (1.0 + std::cos(2.0 * pi * turns)));
   }
-  if (floor_below_db && depression >= tilt_rad && depression <= pi / 2.0)
+  // The element's back begins at a right angle to its axis.
+  if (floor_below_db && depression >= tilt_rad && depression <= pi / 2.0 + std::max(tilt_rad, 0.0))
     power = std::max(power, scatter::from_db(*floor_below_db));
   if (floor_db) return std::max(power, scatter::from_db(*floor_db));
   return levels.empty() ? std::max(power, scatter::from_db(lowest_formula_db)) : power;

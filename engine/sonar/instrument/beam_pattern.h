@@ -75,7 +75,8 @@ struct VerticalPattern {
   double ripple_period_rad = 20.0 * degree;
   double ripple_dark_rad = 30.0 * degree;  ///< the depression of a minimum
   std::optional<double> floor_db;  ///< level never below this; unset: -20 dB, no floor if measured
-  /// The same from the axis straight down, where real elements have no deep nulls; unset: floor_db.
+  /// The same from the axis down to the element's back (a right angle below the axis, and at least
+  /// straight down), where real elements have no deep nulls; unset: floor_db.
   std::optional<double> floor_below_db;
   double port_mount_rad = 0.0;  ///< how far the side's pattern, with its ripple, is turned down
   double starboard_mount_rad = 0.0;

@@ -58,6 +58,26 @@ double Sonar::most_defocused_m(double nearest_m) const {
   return worst_m;
 }
 
+// The nearest place of a bed is turned from straight down as the bed is from level. Two places at
+// one range lie as far from that place as each other. Turned to the other side of it, the bed needs
+// less.
+double Sonar::sector_end_rad() const {
+  if (sector_high_rad) return *sector_high_rad;
+  constexpr double straight_down = 90.0 * degree, turned = 10.0 * degree;
+  constexpr double farthest = 135.0 * degree, widest = 145.0 * degree, step = 0.5 * degree;
+  const double most_db = 0.1, most_share = scatter::from_db(most_db) - 1.0;
+  const auto heard = [&](double depression_rad) {
+    return std::ranges::any_of(sides_of(*this), [&](Side side) {
+      const double here = vertical.power(depression_rad, side);
+      const double across = vertical.power(2.0 * (straight_down + turned) - depression_rad, side);
+      return here * here > most_share * across * across;
+    });
+  };
+  double end_rad = farthest;
+  while (end_rad > straight_down + turned + 0.5 * step && !heard(end_rad - step)) end_rad -= step;
+  return std::min(end_rad, std::max(straight_down, sector_low_rad + widest));
+}
+
 double ReceiverOptions::self_noise_density(double speed_mps) const {
   if (!self_noise_db) return 0.0;
   const double faster = std::max(speed_mps / self_noise_speed_mps, 1.0);

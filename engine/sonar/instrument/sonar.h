@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -53,11 +54,18 @@ struct Sonar {
   int side_lobes = 0;           ///< number that is traced on either side of the main lobe
   VerticalPattern vertical;
   double sector_low_rad = -10.0 * degree;  ///< lowest depression of the fan
-  double sector_high_rad = 90.0 * degree;  ///< highest depression of the fan
+  std::optional<double> sector_high_rad;   ///< highest depression of the fan; unset: as it needs
   int planes = 8;                          ///< fan planes across the main beam
   int elevations = 2048;                   ///< rays per plane
   ReceiverOptions receiver;
 
+  /// The highest depression of the fan: sector_high_rad, or else as far past straight down as the
+  /// sides hear the bed. A bed may lie level or be turned against the array by up to 10 degrees (a
+  /// slope and a roll together). What lies beyond the fan then adds less than 0.1 dB to what the
+  /// side hears at the same range, from the other side of the nearest place. It is at least 100
+  /// degrees and at most 135, where it ends for a pattern that hears both sides alike; and the fan
+  /// is at most 145 degrees wide, unless it would end above straight down.
+  double sector_end_rad() const;
   double receive_length_m() const {
     return receive_array_length_m > 0.0 ? receive_array_length_m : array_length_m;
   }

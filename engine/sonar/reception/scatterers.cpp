@@ -37,30 +37,28 @@ std::complex<double> one_way(const LineArray& array, double y_m, double range_m,
   return array.shading.field(x, array.nearness(range_m, defocus)) * std::polar(1.0, quadratic);
 }
 
-/// The length over range whose patches the scatterer of a bin stands for, so that a pulse sums as
-/// many as it covers. With the weights w^2 of its filter (speckle_filter), a pulse of n bins counts
-/// as 1 / sum of w^4 bins, which for a CW pulse is n only if n is whole. A bin that is longer than
-/// the cell is a sample of the echo, as of its speckle: it has the patches of one cell. The cell of
-/// a sweep is the square of its intensity's integral over the integral of the squared intensity.
-double ground_per_bin_m(const Sonar& sonar, double sound_speed_mps) {
-  const double bin_m = sonar.bin_m(), cell_m = sonar.pulse.cell_m(sound_speed_mps);
-  const bool sweep = sonar.pulse.kind == PulseKind::lfm;
-  if (sweep && bin_m <= cell_m) return bin_m;
-  const auto fourth_powers = [&](double at_bin_m) {
-    const SpeckleFilter filter = speckle_filter(sonar.pulse, sound_speed_mps, at_bin_m);
-    double sum = filter.even ? -std::pow(double(filter.taps[0]), 4) : 0.0;
-    for (const float tap : filter.taps) sum += (filter.even ? 2.0 : 1.0) * std::pow(double(tap), 4);
-    return sum;
-  };
-  if (!sweep) return fourth_powers(bin_m) * cell_m;
-  const double step_s = 1.0 / (16.0 * sonar.pulse.bandwidth_hz);
-  double sum = 0.0, squares = 0.0;
-  for (double t_s = sonar.pulse.begin_s(); t_s < sonar.pulse.end_s(); t_s += step_s) {
-    const double intensity = sonar.pulse.intensity(t_s);
-    sum += intensity;
-    squares += intensity * intensity;
-  }
-  return fourth_powers(bin_m) * 0.5 * sound_speed_mps * step_s * sum * sum / squares;
+/// The scatterers that an echo sums, one for each bin, with the squared weights of the pulse's
+/// filter. A bin that is longer than the cell is a sample of the echo, and has one.
+TexturedGround::RangeWeights scatterers_of_echo(const Sonar& sonar, double sound_speed_mps) {
+  const SpeckleFilter filter = speckle_filter(sonar.pulse, sound_speed_mps, sonar.bin_m());
+  TexturedGround::RangeWeights samples{.step_m = sonar.bin_m(), .weights = {}};
+  if (filter.even)
+    for (std::size_t i = filter.taps.size(); i-- > 1;)
+      samples.weights.push_back(double(filter.taps[i]) * double(filter.taps[i]));
+  for (const float tap : filter.taps) samples.weights.push_back(double(tap) * double(tap));
+  return samples;
+}
+
+/// The pulse's intensity over range. The side lobes of a sweep beyond the eighth have 1 % of it.
+TexturedGround::RangeWeights pulse_over_range(const Sonar& sonar, double sound_speed_mps) {
+  constexpr double steps_per_cell = 16.0, farthest_cells = 8.0;
+  const double cell_s = sonar.pulse.effective_length_s(), step_s = cell_s / steps_per_cell;
+  const double begin_s = std::max(sonar.pulse.begin_s(), -farthest_cells * cell_s);
+  const double end_s = std::min(sonar.pulse.end_s(), farthest_cells * cell_s);
+  TexturedGround::RangeWeights pulse{.step_m = 0.5 * sound_speed_mps * step_s, .weights = {}};
+  for (double t_s = begin_s + 0.5 * step_s; t_s < end_s; t_s += step_s)
+    pulse.weights.push_back(sonar.pulse.intensity(t_s));
+  return pulse;
 }
 
 /// The number of the direction of cells nearest to a heading, or to the opposite one.
@@ -77,7 +75,8 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
                        const std::function<void()>& stop_check)
     : cell_m_(bin_share * sonar.bin_m()),
       nearest_m_(0.5 * (sonar.array_length_m + sonar.receive_length_m())),
-      ground_(by_material, ground_per_bin_m(sonar, sound_speed_mps), seed),
+      ground_(by_material, scatterers_of_echo(sonar, sound_speed_mps),
+              pulse_over_range(sonar, sound_speed_mps), seed),
       odd_(number_of_heading(reference_heading_rad) % 2 != 0) {
   const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
   const LineArray arrays[] = {sonar.transmit_array(wavelength_m),

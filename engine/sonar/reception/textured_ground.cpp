@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include <ensonify/engine/made_once.h>
@@ -18,6 +19,8 @@ using scatter::GammaTable, scatter::GroundTexture;
 constexpr double units_per_patch = 1 << patch_bits;
 constexpr std::size_t angles = 90;  // of the tables, one per degree
 constexpr double shortest_m = 1.0;  // scale of the slow variation
+// Of along_rows(): where scatterers are nearer than an eighth of a patch, nothing is left to add.
+constexpr int nearest_rows = 3 * GammaTable::rows_per_octave, parts_of_row = 4;
 
 // Strengths of mean 1 that vary less than a gamma distribution of the shape 2^6 count as even; that
 // changes <I^2> by less than one part in 64.
@@ -33,6 +36,47 @@ float row_of(double shape) {
 std::uint32_t beginning_of(float row) {
   return static_cast<std::uint32_t>(std::max(row + 0.5f, 0.0f)) * GammaTable::columns;
 }
+
+/// The sum over all integers k of 1 - |k| step, as far as that is positive, times the step: 1 is
+/// the integral. For samples of patches along a line that are `step` patches apart.
+double sum_over_integral(double step) {
+  const double k = std::floor(1.0 / step);
+  return step * (2.0 * k + 1.0 - step * k * (k + 1.0));
+}
+
+/// How much of a patch's variance is left in a weighted sum of samples.
+class VarianceLeft {
+ public:
+  explicit VarianceLeft(const TexturedGround::RangeWeights& of) : step_m_(of.step_m) {
+    const std::vector<double>& weights = of.weights;
+    const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+    for (std::size_t apart = 0; apart < weights.size(); ++apart) {
+      double products = 0.0;
+      for (std::size_t i = apart; i < weights.size(); ++i)
+        products += weights[i] * weights[i - apart];
+      pairs_.push_back((apart == 0 ? 1.0 : 2.0) * products / (sum * sum));
+    }
+  }
+  /// For patches as long as this over slant range.
+  double at(double patch_m) const {
+    double left = 0.0;
+    for (std::size_t apart = 0; apart < pairs_.size(); ++apart) {
+      const double on_one = 1.0 - static_cast<double>(apart) * step_m_ / patch_m;
+      if (!(on_one > 0.0)) break;
+      left += on_one * pairs_[apart];
+    }
+    return left;
+  }
+  /// The same of all ground between the samples as well. Their weights must change little from one
+  /// to the next.
+  double of_all_at(double patch_m) const {
+    return at(patch_m) / sum_over_integral(step_m_ / patch_m);
+  }
+
+ private:
+  double step_m_;
+  std::vector<double> pairs_;  // by how many steps apart: share of the squared sum
+};
 
 /// Amplitudes of ln intensity by octave: the variance of a scale goes with the scale, so that the
 /// spectrum along a line falls with the squared wavenumber.
@@ -120,19 +164,22 @@ float TexturedGround::rows_of(double length_m) {
   return static_cast<float>(GammaTable::rows_per_octave * std::log2(length_m));
 }
 
-TexturedGround::TexturedGround(const std::vector<GroundTexture>& by_material, double length_m,
+TexturedGround::TexturedGround(const std::vector<GroundTexture>& by_material,
+                               const RangeWeights& samples, const RangeWeights& pulse,
                                std::uint64_t seed) {
   std::array<double, 2> random;
   RandomStream(seed, Purpose::ground_texture).uniform(random);
   key_ = static_cast<std::uint32_t>(random[0] * 0x1p32 - 1.0);
   along_x_ = std::cos(std::numbers::pi * random[1]);
   along_y_ = std::sin(std::numbers::pi * random[1]);
+  const VarianceLeft in_samples(samples), in_pulse(pulse);
+  for (int i = 0; i <= nearest_rows * parts_of_row; ++i)
+    along_rows_.push_back(rows_of(
+        sum_over_integral(std::exp2(-double(i) / (parts_of_row * GammaTable::rows_per_octave)))));
   for (const GroundTexture& texture : by_material) {
     Kind kind{.texture = texture,
               .units_per_m = units_per_patch / texture.patch_m,
               .patch_rows = rows_of(texture.patch_m),
-              .glint_row = row_of(texture.glint_shape()),
-              .length_rows = std::max(rows_of(length_m) - rows_of(texture.patch_m), 0.0f),
               .of_angle = {},
               .octaves = octaves_of(texture)};
     const bool varies = texture.variation_db > 0.0;
@@ -140,8 +187,11 @@ TexturedGround::TexturedGround(const std::vector<GroundTexture>& by_material, do
       const double grazing_rad = (static_cast<double>(angle) + 0.5) * std::numbers::pi / 180.0;
       const double share = texture.glint_share_at(grazing_rad);
       const double variation_db = texture.variation_db_at(grazing_rad);
+      const double patch_m = texture.patch_m * std::cos(grazing_rad);  // over slant range
+      const double more = in_samples.at(patch_m) / in_pulse.of_all_at(patch_m);
       kind.of_angle.push_back(
-          {.row = row_of(texture.shape_at(grazing_rad)),
+          {.row = row_of(more * texture.shape_at(grazing_rad)),
+           .glint_row = row_of(more * texture.glint_shape()),
            .glint_share = static_cast<float>(share),
            .even_glint_row = row_of(share * share * (1 << even_log2)),
            .variation = varies ? static_cast<float>(variation_db / texture.variation_db) : 0.0f});
@@ -150,6 +200,13 @@ TexturedGround::TexturedGround(const std::vector<GroundTexture>& by_material, do
     varies_ |= varies;
     kinds_.push_back(std::move(kind));
   }
+}
+
+/// The rows to add for scatterers that far apart along the array, in rows of patches.
+float TexturedGround::along_rows(float step_rows) const {
+  if (step_rows >= 0.0f) return step_rows;
+  const auto part = static_cast<std::size_t>(0.5f - step_rows * parts_of_row);
+  return part < along_rows_.size() ? along_rows_[part] : 0.0f;
 }
 
 void TexturedGround::leave_even(std::size_t n, Places& places) {
@@ -176,8 +233,8 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
   places.step_x[n] = units(first.step_x_m);
   places.step_y[n] = units(first.step_y_m);
   const OfAngle& of_angle = at_angle(*kind, grazing_rad);
-  const float more = kind->length_rows + std::max(first.step_rows - kind->patch_rows, 0.0f);
-  const float row = of_angle.row + more, glint_row = kind->glint_row + more;
+  const float more = along_rows(first.step_rows - kind->patch_rows);
+  const float row = of_angle.row + more, glint_row = of_angle.glint_row + more;
   const bool glints = glint_row < of_angle.even_glint_row;
   places.row[n] = row < even_patch_row ? beginning_of(row) : GammaTable::even;
   places.glint_row[n] = glints ? beginning_of(glint_row) : GammaTable::even;

@@ -38,10 +38,10 @@ TEST_CASE("An override is read as TOML, a bare word as a string, and errors name
       {"=3", "-D =3: expected key=value, as in -D sea.temperature_c=12"},
       {"#a=3", "-D #a=3: expected key=value, as in -D sea.temperature_c=12"},
       {"seed=1\nspeckle=false", "-D: expected one line of text without control characters"},
-      {"sonar.sidescan.sector_low_deg=100",
-       "s.toml: 'sonar.sidescan.sector_high_deg' is 90, expected more than sector_low_deg, which "
+      {"sonar.sidescan.sector_low_deg=140",
+       "s.toml: 'sonar.sidescan.sector_high_deg' is 132, expected more than sector_low_deg, which "
        "is "
-       "100; with -D sonar.sidescan.sector_low_deg=100"},
+       "140; with -D sonar.sidescan.sector_low_deg=140"},
       {"sonar.sidescan.sector_high_deg=-20",
        "-D sonar.sidescan.sector_high_deg=-20: 'sonar.sidescan.sector_high_deg' is -20, expected "
        "more than sector_low_deg, which is -10"},

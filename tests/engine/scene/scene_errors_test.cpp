@@ -148,8 +148,8 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
       {head + "[material.a]\nspecular = 1\nlike = \"steel\"\nmodel = \"solid\"",
        "s.toml:4:8: 'material.a.like': solid: diffuse_db = -30 and specular = 1 scatter more "
        "energy than arrives: pi 10^(diffuse_db/10) + specular is 1.003, expected at most 1"},
-      {head + "[sonar.a]\nsector_low_deg = 95",
-       "s.toml: 'sonar.a.sector_high_deg' is 90, expected more than sector_low_deg, which is 95"},
+      {head + "[sonar.a]\nsector_low_deg = 140",
+       "s.toml: 'sonar.a.sector_high_deg' is 132, expected more than sector_low_deg, which is 140"},
       {head + "[sonar.a]\nvertical_beamwidth_deg = 0.1",
        "s.toml:3:26: 'sonar.a.vertical_beamwidth_deg' is 0.1, expected 0 (the same in all "
        "directions) or at least 0.5: a narrower beam is finer than the simulator's table of "

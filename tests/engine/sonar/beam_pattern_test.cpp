@@ -170,7 +170,7 @@ TEST_CASE(
   CHECK(starboard_db(0.75) == Approx(-15.0));
 }
 
-TEST_CASE("a floor below fills nulls from the axis straight down, and no others") {
+TEST_CASE("a floor below fills nulls from the axis to the element's back, and no others") {
   VerticalPattern with;
   with.beamwidth_rad = 40.0 * degree;
   with.tilt_rad = 15.0 * degree;
@@ -182,9 +182,59 @@ TEST_CASE("a floor below fills nulls from the axis straight down, and no others"
   };
   CHECK(db(without, 65.5) < -40.0);  // the null of sinc^2
   CHECK(db(with, 65.5) == Approx(-15.0));
-  CHECK(db(with, 85.0) == Approx(-15.0));
-  for (const double depression_deg : {-90.0, -40.0, -36.0, 0.0, 15.0, 30.0, 91.0, 120.0})
+  with.floor_below_db = -12.0;  // above the side lobe that lies past straight down
+  for (const double depression_deg : {85.0, 91.0, 104.0}) {
+    CAPTURE(depression_deg);
+    CHECK(db(with, depression_deg) == Approx(-12.0));
+  }
+  for (const double depression_deg : {-90.0, -40.0, -36.0, 0.0, 15.0, 30.0, 106.0, 120.0})
     CHECK(db(with, depression_deg) == db(without, depression_deg));
+  // An element that looks up fills them to straight down.
+  with.tilt_rad = without.tilt_rad = -10.0 * degree;
+  CHECK(db(with, 89.0) == Approx(-12.0));
+  CHECK(db(with, 91.0) == db(without, 91.0));
+}
+
+TEST_CASE("what lies beyond the fan adds less than 0.1 dB over a bed turned by up to 10 degrees") {
+  struct Pattern {
+    double beamwidth_deg, tilt_deg;
+    std::optional<double> floor_db, floor_below_db;
+  };
+  for (const auto& [beamwidth_deg, tilt_deg, floor_db, floor_below_db] :
+       {Pattern{50.0, 20.0, {}, {}}, Pattern{40.0, 10.0, -30.0, -13.0},
+        Pattern{60.0, 30.0, -15.0, {}}, Pattern{110.0, 20.0, -40.0, {}}}) {
+    Sonar sonar;
+    sonar.vertical.beamwidth_rad = beamwidth_deg * degree;
+    sonar.vertical.tilt_rad = tilt_deg * degree;
+    sonar.vertical.floor_db = floor_db;
+    sonar.vertical.floor_below_db = floor_below_db;
+    const double end_rad = sonar.sector_end_rad();
+    CAPTURE(beamwidth_deg, tilt_deg, end_rad / degree);
+    CHECK(end_rad >= 100.0 * degree);
+    CHECK(end_rad < 135.0 * degree);
+    for (const Side side : {Side::port, Side::starboard})
+      for (double turned_deg = -10.0; turned_deg <= 10.0; turned_deg += 1.0)
+        for (double off_deg = 0.1; off_deg < 60.0; off_deg += 0.1) {
+          const double far_rad = (90.0 + turned_deg + off_deg) * degree;
+          if (far_rad < end_rad) continue;
+          const double here =
+                           sonar.vertical.power(2.0 * (90.0 + turned_deg) * degree - far_rad, side),
+                       there = sonar.vertical.power(far_rad, side);
+          CAPTURE(turned_deg, off_deg);
+          REQUIRE(to_db(1.0 + there * there / (here * here)) < 0.1);
+        }
+  }
+  // Without a vertical pattern it ends at the most; it is not so wide that planes get too far
+  // apart.
+  Sonar sonar;
+  sonar.vertical.beamwidth_rad = 0.0;
+  CHECK(sonar.sector_end_rad() == Approx(135.0 * degree));
+  sonar.sector_low_rad = -30.0 * degree;
+  CHECK(sonar.sector_end_rad() == Approx(115.0 * degree));
+  sonar.sector_low_rad = -80.0 * degree;
+  CHECK(sonar.sector_end_rad() == Approx(90.0 * degree));
+  sonar.sector_high_rad = 60.0 * degree;
+  CHECK(sonar.sector_end_rad() == 60.0 * degree);
 }
 
 TEST_CASE(

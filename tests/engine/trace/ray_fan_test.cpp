@@ -68,6 +68,29 @@ TEST_CASE("two thirds of a fan's elevations are even in range over a flat bed") 
   CHECK(widest <= (8.0 - 1.0 / std::sin(1.5)) / (0.65 * 999) * (1 + 1e-6));
 }
 
+TEST_CASE("a fan that reaches past nadir is as even in range there as before it") {
+  FanLayout past = layout;
+  past.sector_high_rad = 2.3;
+  for (const double range_over_height : {1.2, 2.0, 8.0})
+    for (const double tilt_rad : {-0.1, 0.0, 0.1}) {
+      past.range_over_height = range_over_height;
+      past.roll_tilt_rad = tilt_rad;
+      const FanGrid grid(past);
+      const double end = std::min(1.0 / std::sin(2.3 + tilt_rad), range_over_height);
+      const double share = (end - 1.0 + range_over_height - 1.0) / (0.65 * 999) * (1.0 + 1e-6);
+      double previous = 0.0;
+      for (const double elevation : grid.elevation_rad) {
+        const double depression = grid.middle_depression_rad - elevation + tilt_rad;
+        const double range = 1.0 / std::sin(depression);
+        if (depression < std::asin(1.0 / range_over_height)) break;
+        CAPTURE(range_over_height, tilt_rad, depression);
+        if (previous > 0.0 && std::max(range, previous) <= range_over_height)
+          REQUIRE(std::abs(range - previous) <= share);
+        previous = range;
+      }
+    }
+}
+
 TEST_CASE(
     "a ray's sine from broadside is cos(elevation) sin(azimuth), and directions are unit vectors") {
   const auto grid = std::make_shared<const FanGrid>(layout);
