@@ -323,6 +323,25 @@ def overlapping_glints():
 
 
 @law
+def far_sphere():
+    a, distances_km = 0.15, np.array([0.0, 0.3, 1.0, 2.0, 5.0, 10.0, 20.0, 49.0])
+    expected, measured = np.full(distances_km.size, decibel(0.9 * a**2 / 4 * (1 - a / 40.0)**2)), []
+    for east_m in 1e3 * distances_km:
+        whole = target_scene({"frequency_hz": 200e3, "array_length_m": 0.05, "range_m": 60.0, "bins": 2400},
+                             ("sphere", {"diameter_m": 2 * a, "facet_m": 0.004, "east_m": east_m}))
+        whole["seafloor"].update(extent_east_m=100e3, extent_north_m=100e3, cell_m=1000.0)
+        line = starboard(ensonify.Simulator(whole), ensonify.Pose(east_m - 40.0, 0, -20.0 + a))
+        measured.append(target_strength_db(line, 36.0, 42.0))
+    measured = np.array(measured)
+    return Law("far_sphere", "A sphere far from the middle of the seabed",
+               "The same sphere, of 0.15 m in facets of 4 mm, returns the same wherever it lies. The mesh that rays "
+               "meet has floats about the middle of the seabed: their steps are as long as a facet 50 km away from it.",
+               "dB", 0.2, np.abs(measured - expected).max(),
+               compared(distances_km, [("rigid sphere", expected, measured)], "distance from the seabed's middle, km",
+                        "target strength, dB"))
+
+
+@law
 def beam():
     frequency_hz, length_m = 400e3, 0.3
     simulator = ensonify.Simulator(target_scene(

@@ -34,6 +34,7 @@ void add_object(PlacedObjects::One& object, Seafloor& seafloor) {
     seafloor.face_label.push_back(
         static_cast<std::uint16_t>(label + (object.face_part.empty() ? 0 : object.face_part[f])));
   object.mesh = {};
+  seafloor.object_meshes.push_back(std::move(object.own));
 }
 
 }  // namespace

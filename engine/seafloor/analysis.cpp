@@ -41,7 +41,8 @@ Eigen::Vector3d vector_of(const Json& json) {
   return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
 }
 
-/// The JSON text that the file keeps in addition to the faces and their label numbers.
+/// The JSON text that the file keeps in addition to the faces and their label numbers, and after a
+/// 0 the meshes of the objects.
 std::string about(const Seafloor& seafloor) {
   Json labels = Json::array();
   for (const Label& label : seafloor.labels) labels.push_back(to_json(label));
@@ -73,13 +74,15 @@ std::string about(const Seafloor& seafloor) {
             {"repairs", seafloor.repairs},
             {"warnings", seafloor.warnings}};
   if (!seafloor.reference.empty()) json["reference"] = seafloor.reference;
-  return json_text(json);
+  return json_text(json) + '\0' + bytes_of(seafloor.object_meshes);
 }
 
-/// Reads that text. Throws std::invalid_argument or Json::exception, or std::out_of_range for numbers that contradict one
-/// another.
-void take(std::string_view text, Seafloor& seafloor) {
-  const Json json = json_of<Json>(text);
+/// Reads that text. Throws std::invalid_argument or Json::exception, or std::out_of_range for
+/// numbers that contradict one another.
+void take(std::string_view about, Seafloor& seafloor) {
+  const std::size_t end = std::min(about.find('\0'), about.size());
+  const Json json = json_of<Json>(about.substr(0, end));
+  seafloor.object_meshes = object_meshes_of(about.substr(std::min(end + 1, about.size())));
   whole_numbers(json.at("vertices")).get_to(seafloor.vertices);
   whole_numbers(json.at("faces")).get_to(seafloor.faces);
   whole_numbers(json.at("bed_faces")).get_to(seafloor.bed_faces);
@@ -108,6 +111,11 @@ void take(std::string_view text, Seafloor& seafloor) {
   const bool fits = !seafloor.labels.empty() && seafloor.bed_faces <= seafloor.faces &&
                     seafloor.faces <= seafloor.progressive->faces.size();
   if (!fits) throw std::out_of_range("faces");
+  std::size_t of_objects = 0;
+  for (const ObjectMesh& mesh : seafloor.object_meshes) of_objects += mesh.faces.size();
+  if (seafloor.object_meshes.size() != seafloor.objects.size() ||
+      of_objects != seafloor.faces - seafloor.bed_faces)
+    throw std::out_of_range("objects");
 }
 
 }  // namespace
@@ -135,7 +143,8 @@ Seafloor open_analysed(const std::filesystem::path& file) {
     take(mesh->about(), seafloor);
   } catch (const std::exception&) {
     throw refine::MeshError(fmt::format(
-        "{}: a progressive mesh without labels for its faces; make it with `ensonify analyse`",
+        "{}: a progressive mesh without labels for its faces or without the shapes of its objects, "
+        "which older versions did not keep; make it again with `ensonify analyse`",
         file.string()));
   }
   return seafloor;

@@ -16,7 +16,7 @@ namespace ensonify::engine {
 
 /// Raise this number when the same options make another seafloor than before: it is part of the
 /// keys of caches.
-inline constexpr int seafloor_version = 22;
+inline constexpr int seafloor_version = 23;
 
 /// The heights of the bed that make_seafloor() makes, with the scours of the objects and without
 /// the objects. Throws std::invalid_argument if the options make no bed below the sea surface or

@@ -13,6 +13,8 @@ constexpr double repair_bytes_per_face = 75.0;  // in addition to the mesh that 
 // Of an object: its labels, the tree over all objects, and the list of their faces; then what one
 // object takes while its flat parts are found.
 constexpr double built_bytes_per_face = 58.0, flat_parts_bytes_per_face = 410.0;
+// In doubles, which stays.
+constexpr double own_bytes_per_face = sizeof(refine::Face) + 0.5 * sizeof(Eigen::Vector3d);
 
 }  // namespace
 
@@ -34,7 +36,9 @@ refine::TriangleMesh read_mesh_to_repair(const std::filesystem::path& file, cons
 void require_object_fits(double faces, double faces_before, const std::string& what,
                          const MemoryPlan& plan) {
   plan.limit.require(
-      (refine::mesh_bytes_per_face + built_bytes_per_face + flat_parts_bytes_per_face) * faces +
+      (refine::mesh_bytes_per_face + own_bytes_per_face + built_bytes_per_face +
+       flat_parts_bytes_per_face) *
+              faces +
           built_bytes_per_face * faces_before + plan.more_bytes,
       fmt::format("{}: the {:.3g} million faces of the objects so far and what is built over them",
                   what, 1e-6 * (faces + faces_before)),

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/seafloor/object_mesh.h>
 #include <ensonify/refine/progressive_mesh.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -83,9 +84,10 @@ struct Seafloor {
   int utm_zone = 0;       ///< of the mesh's world, as in Heightfield
   std::string reference;  ///< likewise
   std::vector<ObjectRecord> objects;
-  std::vector<FeatureRecord> features;  ///< only features that have a point of the bed
-  std::size_t repairs = 0;              ///< number of repairs to all mesh files
-  std::vector<std::string> warnings;    ///< repairs, one line per file, and what is too coarse
+  std::vector<ObjectMesh> object_meshes;  ///< of these; their faces, in their order
+  std::vector<FeatureRecord> features;    ///< only features that have a point of the bed
+  std::size_t repairs = 0;                ///< number of repairs to all mesh files
+  std::vector<std::string> warnings;      ///< repairs, one line per file, and what is too coarse
 
   /// Whether all faces have label 0.
   bool one_label() const {

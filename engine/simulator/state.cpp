@@ -172,23 +172,25 @@ Simulator::ThreadState::ThreadState(const SharedState& shared)
 }
 
 std::vector<Simulator::ThreadState::BeamTracer> Simulator::ThreadState::beams_of(
-    const PreparedSonars& of, const HeightRange& range, const SharedState& shared) const {
+    const PreparedSonars& of, const HeightRange& range, const SharedState& shared) {
   std::vector<BeamTracer> all;
   for (std::size_t i = 0; i < of.size(); ++i) {
     const PreparedSonar& its = *of[i];
     for (int beam = 0; beam < its.sonar.beams; ++beam) {
       shared.stop_check();  // a beam's tables may take a quarter of a second
-      all.push_back({.sonar = i,
-                     .mounting = its.sonar.mounting.ahead(its.sonar.beam_offset_m(beam)),
-                     .tracer = {its.sonar, its.medium, shared.seafloor, its.material_tables,
-                                shared.refraction(its, range), &objects.labels(),
-                                ObjectSurfaces{.fixed = &shared.objects,
-                                               .moving = &objects.surfaces(),
-                                               .smooth_specular = its.smooth_specular,
-                                               .buried = &shared.buried,
-                                               .sediments = its.sediments,
-                                               .mirrors = its.mirrors},
-                                beam}});
+      all.push_back(
+          {.sonar = i,
+           .mounting = its.sonar.mounting.ahead(its.sonar.beam_offset_m(beam)),
+           .tracer = {its.sonar, its.medium, shared.seafloor, its.material_tables,
+                      shared.refraction(its, range), &objects.labels(),
+                      ObjectSurfaces{.fixed = &shared.objects,
+                                     .moving = &objects.surfaces(),
+                                     .smooth_specular = its.smooth_specular,
+                                     .buried = &shared.buried,
+                                     .sediments = its.sediments,
+                                     .mirrors = its.mirrors,
+                                     .bed_height_m = std::bind_front(&BedHeight::height_m, &bed)},
+                      beam}});
     }
   }
   return all;

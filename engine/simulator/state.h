@@ -113,7 +113,7 @@ struct Simulator::ThreadState {
     PingTracer tracer;
   };
   std::vector<BeamTracer> beams_of(const PreparedSonars& of, const HeightRange& range,
-                                   const SharedState& shared) const;
+                                   const SharedState& shared);
   std::vector<BeamTracer> beams;                       // of each sonar in turn
   std::vector<VisibilityCounter> visibility_counters;  // one per sonar, or none
   std::vector<EchoLine> lines;                         // of each beam in turn

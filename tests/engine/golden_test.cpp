@@ -166,6 +166,6 @@ count = 3
   append(bytes, floor.mesh.positions);
   append(bytes, floor.mesh.faces);
   append(bytes, floor.face_label);
-  CHECK(seafloor_version == 22);
+  CHECK(seafloor_version == 23);
   CHECK(xxh128(bytes) == "833099cc041a8068ac43478810964f02");
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "support/catch.h"
@@ -20,6 +21,7 @@
 #include <ensonify/engine/simulator/seafloor_cache.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/mesh_reader.h>
+#include <ensonify/refine/progressive_mesh_file.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -372,6 +374,14 @@ TEST_CASE("a scene may name an analysed seafloor, which has its bed, objects and
   CHECK(again.bounds().highest == refine::bounds(mesh).highest);
   for (std::uint32_t face = 0; face < mesh.faces.size(); ++face)
     REQUIRE(again.label_of(face) == labels[face]);
+  REQUIRE(again.object_meshes.size() == 1);
+  CHECK(again.object_meshes[0].positions == seafloor.object_meshes[0].positions);
+  CHECK(again.object_meshes[0].place == seafloor.object_meshes[0].place);
+  const std::string_view about = again.progressive->about();
+  refine::save(*again.progressive, {.tags = labels, .about = about.substr(0, about.find('\0'))},
+               folder / "old.mesh");
+  CHECK_THROWS_WITH(open_analysed(folder / "old.mesh"),
+                    Catch::Contains("the shapes of its objects") && Catch::Contains("again"));
   Seafloor restored = again;
   restore_mesh(restored);
   CHECK(restored.face_label == labels);

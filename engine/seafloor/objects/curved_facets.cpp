@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -16,7 +15,7 @@
 namespace ensonify::engine {
 namespace {
 
-using Eigen::Vector3d, Eigen::Vector3f;
+using Eigen::Vector3d;
 
 constexpr double straight = 3.0;  // ratio of lengths across an edge
 
@@ -24,9 +23,11 @@ constexpr double straight = 3.0;  // ratio of lengths across an edge
 /// z = A x + B y + (C x^2 + 2 D x y + E y^2) / 2 - (F x + G y + H z) z.
 class QuadricFit {
  public:
-  QuadricFit(const Vector3d& corner, const Vector3d& normal, double unit_m)
+  /// rounding_m: the standard deviation of the places, at least.
+  QuadricFit(const Vector3d& corner, const Vector3d& normal, double unit_m, double rounding_m)
       : corner_(corner),
         unit_m_(unit_m),
+        rounding_(rounding_m / unit_m),
         z_(normal),
         x_(normal.unitOrthogonal()),
         y_(z_.cross(x_)) {}
@@ -45,10 +46,8 @@ class QuadricFit {
   /// about it so much that the curvature is less certain than a fifth of the difference.
   void improve(Vector3d& normal, double& per_m2) const {
     if (places_ <= unknowns) return;
-    const double rounding =
-        0.25 * std::numeric_limits<float>::epsilon() * (1.0 + corner_.norm() / unit_m_);
     Products products = products_;
-    products.diagonal().array() += rounding * rounding * places_;
+    products.diagonal().array() += rounding_ * rounding_ * places_;
     const Eigen::LDLT<Products> solver(products);
     const Terms k = solver.solve(with_z_);
     // The derivatives of z at the corner.
@@ -63,7 +62,7 @@ class QuadricFit {
     const double scatter = std::max(z_squares_ - with_z_.dot(k), 0.0) / (places_ - unknowns);
     const Terms of_curvature{0.0, 0.0, yy, -2.0 * xy, xx, 0.0, 0.0, 0.0};
     const double variance =
-        (scatter + rounding * rounding) * of_curvature.dot(solver.solve(of_curvature));
+        (scatter + rounding_ * rounding_) * of_curvature.dot(solver.solve(of_curvature));
     const double change = fitted - per_unit2;
     const double share = std::max(0.0, 1.0 - 25.0 * variance / (change * change));
     constexpr double most = 2.5;
@@ -76,7 +75,7 @@ class QuadricFit {
   using Terms = Eigen::Vector<double, unknowns>;
   using Products = Eigen::Matrix<double, unknowns, unknowns>;
   Vector3d corner_;
-  double unit_m_;
+  double unit_m_, rounding_;
   Vector3d z_, x_, y_;
   Products products_ = Products::Zero();
   Terms with_z_ = Terms::Zero();
@@ -87,23 +86,23 @@ class QuadricFit {
 /// A straight line on which two flat parts of a smooth surface meet.
 struct Seam {
   std::array<std::uint32_t, 2> parts;
-  std::array<Vector3f, 2> ends;
+  std::array<Vector3d, 2> ends;
   std::array<float, 2> across_m;              // the extents of the parts across it
   std::array<bool, 2> is_straight;            // whether the part is straight up to it
   std::uint32_t corner = FacesInParts::none;  // the first of its two
 
   Seam(const BentEdge& edge, const FacesInParts& faces)
       : parts{faces.part[edge.face], faces.part[edge.other]},
-        ends{faces.triangles.positions[edge.from], faces.triangles.positions[edge.to]} {
+        ends{faces.mesh.positions[edge.from], faces.mesh.positions[edge.to]} {
     if (parts[0] > parts[1]) std::swap(parts[0], parts[1]);
   }
-  Vector3d way() const { return (ends[1] - ends[0]).cast<double>(); }
+  Vector3d way() const { return ends[1] - ends[0]; }
   std::size_t side_of(std::uint32_t part) const { return parts[0] == part ? 0 : 1; }
   void join(const Seam& more) {
-    const Vector3f along = ends[1] - ends[0];
-    for (const Vector3f& end : more.ends) {
-      if ((end - ends[0]).dot(along) < 0.0f) ends[0] = end;
-      if ((end - ends[1]).dot(along) > 0.0f) ends[1] = end;
+    const Vector3d along = way();
+    for (const Vector3d& end : more.ends) {
+      if ((end - ends[0]).dot(along) < 0.0) ends[0] = end;
+      if ((end - ends[1]).dot(along) > 0.0) ends[1] = end;
     }
   }
 };
@@ -202,9 +201,9 @@ class Builder {
     }
   }
 
-  std::uint32_t add_corners(const std::array<Vector3f, 2>& ends, const Vector3d& normal) {
+  std::uint32_t add_corners(const std::array<Vector3d, 2>& ends, const Vector3d& normal) {
     const auto first = static_cast<std::uint32_t>(made_.corners.size());
-    for (const Vector3f& end : ends) made_.corners.push_back({end, normal.cast<float>()});
+    for (const Vector3d& end : ends) made_.corners.push_back({end, normal.cast<float>()});
     return first;
   }
 
@@ -233,9 +232,9 @@ class Builder {
     } else {  // it ends as it begins
       const Vector3d normal = part.normal.cast<double>();
       Vector3d across = normal.cross(seam.way()).normalized();
-      if (across.dot(part.middle - seam.ends[0].cast<double>()) < 0.0) across = -across;
-      const Vector3f off =
-          (double(part.length_m) * double(part.width_m) / seam.way().norm() * across).cast<float>();
+      if (across.dot(part.middle - seam.ends[0]) < 0.0) across = -across;
+      const Vector3d off =
+          double(part.length_m) * double(part.width_m) / seam.way().norm() * across;
       const Vector3d at_seam = made_.corners[one].normal.cast<double>();
       other = add_corners({seam.ends[0] + off, seam.ends[1] + off},
                           2.0 * at_seam.dot(normal) * normal - at_seam);
@@ -247,7 +246,7 @@ class Builder {
   }
 
   void add_triangles() {
-    const auto count = static_cast<std::uint32_t>(faces_.triangles.faces.size());
+    const auto count = static_cast<std::uint32_t>(faces_.mesh.faces.size());
     const auto first_triangle_corner = static_cast<std::uint32_t>(made_.corners.size());
     // The corners at a place, of different surfaces, as a list.
     struct Listed {
@@ -268,13 +267,13 @@ class Builder {
       if (p == FacesInParts::none || around_[p].curved == 0 || around_[p].strip) continue;
       CurvedFacet facet{.corners = {}, .strip = false};
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t vertex = faces_.triangles.faces[f][k], place = faces_.place[vertex];
+        const std::uint32_t vertex = faces_.mesh.faces[f][k], place = faces_.place[vertex];
         std::uint32_t at = find(place, faces_.surface[f]);
         if (at == FacesInParts::none) {
           at = static_cast<std::uint32_t>(listed.size());
           listed.push_back({faces_.surface[f], first_at[place]});
           first_at[place] = at;
-          made_.corners.push_back({faces_.triangles.positions[vertex], flat_parts_[p].normal});
+          made_.corners.push_back({faces_.mesh.positions[vertex], flat_parts_[p].normal});
         }
         facet.corners[k] = first_triangle_corner + at;
       }
@@ -288,16 +287,15 @@ class Builder {
       if (p == FacesInParts::none || !around_[p].has_seams) continue;
       const bool is_straight = around_[p].strip || around_[p].curved == 0;
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t at =
-            find(faces_.place[faces_.triangles.faces[f][k]], faces_.surface[f]);
+        const std::uint32_t at = find(faces_.place[faces_.mesh.faces[f][k]], faces_.surface[f]);
         if (at == FacesInParts::none || (listed[at].at_straight && !is_straight)) continue;
         if (is_straight && !listed[at].at_straight) {
           listed[at].at_straight = true;
           listed[at].normal = Vector3d::Zero();
         }
-        const Vector3d corner = faces_.triangles.corner(f, k),
-                       one = faces_.triangles.corner(f, (k + 1) % 3) - corner,
-                       other = faces_.triangles.corner(f, (k + 2) % 3) - corner;
+        const Vector3d corner = faces_.mesh.corner(f, k),
+                       one = faces_.mesh.corner(f, (k + 1) % 3) - corner,
+                       other = faces_.mesh.corner(f, (k + 2) % 3) - corner;
         listed[at].normal += one.cross(other) / (one.squaredNorm() * other.squaredNorm());
       }
     }
@@ -338,17 +336,18 @@ class Builder {
     for (std::uint32_t i = 0; i < count; ++i) {
       check_stop_();
       if (first[i] == first[i + 1]) continue;
-      const Vector3d place = before[i].place.cast<double>();
+      const Vector3d& place = before[i].place;
       double unit_m = 0.0;
       for_triangles_at(i, [&](std::uint32_t corner) {
-        unit_m = std::max(unit_m, (before[corner].place.cast<double>() - place).norm());
+        unit_m = std::max(unit_m, (before[corner].place - place).norm());
       });
-      QuadricFit fit(place, before[i].normal.cast<double>().normalized(), unit_m);
+      QuadricFit fit(place, before[i].normal.cast<double>().normalized(), unit_m,
+                     faces_.mesh.rounding_m);
       for_triangles_at(i, [&](std::uint32_t near) {
         if (std::exchange(near_to[near], i) == i) return;
         for_triangles_at(near, [&](std::uint32_t corner) {
           if (corner == i || std::exchange(taken[corner], i) == i) return;
-          fit.add(before[corner].place.cast<double>());
+          fit.add(before[corner].place);
         });
       });
       Vector3d normal = before[i].normal.cast<double>();
@@ -365,11 +364,11 @@ class Builder {
     for (const InPart& one : in_parts_) {
       if (one.facet.strip) continue;
       const Vector3d normal = flat_parts_[one.part].normal.cast<double>();
-      const auto area = [&](Vector3f FacetCorner::*what) {
+      const auto area = [&](auto FacetCorner::*what) {
         const auto from_first = [&](std::size_t i) {
           return (made_.corners[one.facet.corners[i]].*what -
                   made_.corners[one.facet.corners[0]].*what)
-              .cast<double>()
+              .template cast<double>()
               .eval();
         };
         return from_first(1).cross(from_first(2)).dot(normal);

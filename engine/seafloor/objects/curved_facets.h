@@ -4,8 +4,8 @@
 #include <functional>
 #include <span>
 
+#include <ensonify/engine/seafloor/object_mesh.h>
 #include <ensonify/engine/seafloor/objects/flat_parts.h>
-#include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
@@ -17,7 +17,7 @@ struct BentEdge {
 
 /// What a mesh is made of, for curved_facets().
 struct FacesInParts {
-  refine::Triangles triangles;
+  const ObjectMesh& mesh;
   std::span<const std::uint32_t> place;    ///< of a vertex: the same number for those at one place
   std::span<const std::uint32_t> part;     ///< of a face; none if it has no area
   std::span<const std::uint32_t> surface;  ///< smooth, of a face

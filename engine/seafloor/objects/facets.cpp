@@ -9,18 +9,18 @@
 #include <Eigen/Geometry>
 
 namespace ensonify::engine {
-double facet_angle_rad(refine::Triangles triangles) {
+double facet_angle_rad(const ObjectMesh& mesh) {
   struct Edge {
     std::uint32_t from, to, face;
   };
   std::vector<Edge> edges;
   std::vector<Eigen::Vector3d> normals;
-  edges.reserve(3 * triangles.faces.size());
-  normals.reserve(triangles.faces.size());
-  for (std::uint32_t f = 0; f < triangles.faces.size(); ++f) {
-    const refine::Face& face = triangles.faces[f];
-    const Eigen::Vector3d a = triangles.corner(f, 0);
-    normals.push_back((triangles.corner(f, 1) - a).cross(triangles.corner(f, 2) - a).normalized());
+  edges.reserve(3 * mesh.faces.size());
+  normals.reserve(mesh.faces.size());
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    const refine::Face& face = mesh.faces[f];
+    const Eigen::Vector3d a = mesh.corner(f, 0);
+    normals.push_back((mesh.corner(f, 1) - a).cross(mesh.corner(f, 2) - a).normalized());
     for (std::size_t k = 0; k < 3; ++k) {
       const auto [from, to] = std::minmax(face[k], face[(k + 1) % 3]);
       edges.push_back({from, to, f});
@@ -34,8 +34,7 @@ double facet_angle_rad(refine::Triangles triangles) {
     const Eigen::Vector3d &m = normals[a.face], &n = normals[b.face];
     const double angle_rad = std::atan2(m.cross(n).norm(), m.dot(n));
     if (!(angle_rad > flattest_rad)) continue;
-    const double length_m =
-        (triangles.positions[a.to] - triangles.positions[a.from]).cast<double>().norm();
+    const double length_m = (mesh.positions[a.to] - mesh.positions[a.from]).norm();
     if (angle_rad > sharpest_rad) {
       sharp += angle_rad * length_m;
     } else {

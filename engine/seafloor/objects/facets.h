@@ -1,7 +1,7 @@
 #pragma once
 
+#include <ensonify/engine/seafloor/object_mesh.h>
 #include <ensonify/engine/units.h>
-#include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
@@ -19,6 +19,6 @@ inline constexpr double sharpest_rad = 40.0 * degree, flattest_rad = 0.05 * degr
 /// the mean over its edges, weighted by length and angle, of the angles up to the sharpest. Larger
 /// angles are taken for real edges of the body; if these contribute most of the turning, the result
 /// is 0.
-double facet_angle_rad(refine::Triangles triangles);
+double facet_angle_rad(const ObjectMesh& mesh);
 
 }  // namespace ensonify::engine

@@ -42,20 +42,19 @@ class Sets {
 };
 
 /// A number for each vertex, the same for vertices at one place.
-std::vector<std::uint32_t> places_of(refine::Triangles triangles,
+std::vector<std::uint32_t> places_of(const ObjectMesh& mesh,
                                      const std::function<void()>& stop_check) {
   const auto at = [&](std::uint32_t v) {
-    const Eigen::Vector3f& p = triangles.positions[v];
+    const Vector3d& p = mesh.positions[v];
     return std::tuple(p.x(), p.y(), p.z());
   };
   std::vector<std::uint32_t> used;
-  for (const refine::Face& face : triangles.faces)
-    used.insert(used.end(), face.begin(), face.end());
+  for (const refine::Face& face : mesh.faces) used.insert(used.end(), face.begin(), face.end());
   std::ranges::sort(used);
   used.erase(std::unique(used.begin(), used.end()), used.end());
   if (stop_check) stop_check();
   std::ranges::stable_sort(used, {}, at);
-  std::vector<std::uint32_t> place(triangles.positions.size());
+  std::vector<std::uint32_t> place(mesh.positions.size());
   for (std::size_t i = 0; i < used.size(); ++i)
     place[used[i]] = i > 0 && at(used[i]) == at(used[i - 1]) ? place[used[i - 1]]
                                                              : static_cast<std::uint32_t>(i);
@@ -231,13 +230,13 @@ struct Edge {
 };
 
 /// The edges of all faces that have an area; those at one place are neighbours.
-std::vector<Edge> sorted_edges(refine::Triangles triangles, std::span<const double> areas_m2,
+std::vector<Edge> sorted_edges(const ObjectMesh& mesh, std::span<const double> areas_m2,
                                std::span<const std::uint32_t> place) {
   std::vector<Edge> edges;
   edges.reserve(3 * areas_m2.size());
   for (std::size_t f = 0; f < areas_m2.size(); ++f)
     for (std::size_t k = 0; k < 3 && areas_m2[f] > 0.0; ++k) {
-      const refine::Face& face = triangles.faces[f];
+      const refine::Face& face = mesh.faces[f];
       const auto [from, to] = std::minmax(place[face[k]], place[face[(k + 1) % 3]]);
       edges.push_back({from, to, 3 * f + k});
     }
@@ -258,21 +257,21 @@ std::vector<FlatPart> FlatParts::in_pieces() && {
   return all;
 }
 
-FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>& stop_check) {
+FlatParts flat_parts_of(const ObjectMesh& mesh, const std::function<void()>& stop_check) {
   RareStopCheck check_stop(stop_check);
-  const auto faces = static_cast<std::uint32_t>(triangles.faces.size());
+  const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
   std::vector<Vector3d> normals(faces);
   std::vector<double> areas_m2(faces);
   for (std::uint32_t f = 0; f < faces; ++f) {
     check_stop();
-    const Vector3d a = triangles.corner(f, 0);
-    const Vector3d product = (triangles.corner(f, 1) - a).cross(triangles.corner(f, 2) - a);
+    const Vector3d a = mesh.corner(f, 0);
+    const Vector3d product = (mesh.corner(f, 1) - a).cross(mesh.corner(f, 2) - a);
     areas_m2[f] = 0.5 * product.norm();
     if (areas_m2[f] > 0.0) normals[f] = product.normalized();
   }
-  const std::vector<std::uint32_t> place = places_of(triangles, stop_check);
+  const std::vector<std::uint32_t> place = places_of(mesh, stop_check);
   if (stop_check) stop_check();
-  std::vector<Edge> edges = sorted_edges(triangles, areas_m2, place);
+  std::vector<Edge> edges = sorted_edges(mesh, areas_m2, place);
   std::vector<BentEdge> bent;
   Sets flat(faces), smooth(faces);
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
@@ -287,8 +286,8 @@ FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>
     if (angle_rad < flattest_rad && first.cross(second).norm() < flattest_rad)
       flat.join(a.face(), b.face());
     else
-      bent.push_back({triangles.faces[a.face()][a.side % 3],
-                      triangles.faces[a.face()][(a.side % 3 + 1) % 3], a.face(), b.face()});
+      bent.push_back({mesh.faces[a.face()][a.side % 3], mesh.faces[a.face()][(a.side % 3 + 1) % 3],
+                      a.face(), b.face()});
   }
   edges = {};                              // large
   std::vector<std::uint32_t> first_faces;  // of the flat parts
@@ -305,8 +304,7 @@ FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>
     }
     part[f] = part[first];
     surface[f] = smooth.of(f);
-    sums[part[f]].add({triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)},
-                      areas_m2[f]);
+    sums[part[f]].add({mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2)}, areas_m2[f]);
   }
   FlatParts flat_parts;
   flat_parts.whole.reserve(sums.size());
@@ -327,13 +325,12 @@ FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>
   for (std::uint32_t f = 0; f < faces && !needed.empty(); ++f) {
     check_stop();
     if (const auto its = needed.find(part[f]); its != needed.end())
-      its->second.push_back(
-          {triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)});
+      its->second.push_back({mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2)});
   }
   for (const auto& [i, its_faces] : needed)
     if (is_square(i)) turn_to_sides(flat_parts.whole[i], its_faces);
-  flat_parts.curved = curved_facets({triangles, place, part, surface}, std::move(bent),
-                                    flat_parts.whole, stop_check);
+  flat_parts.curved =
+      curved_facets({mesh, place, part, surface}, std::move(bent), flat_parts.whole, stop_check);
   for (auto& [i, its_faces] : needed) {
     if (!is_hollow(i)) continue;
     const FlatPart& whole = flat_parts.whole[i];

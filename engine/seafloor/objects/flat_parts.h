@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/refine/triangle_mesh.h>
+#include <ensonify/engine/seafloor/object_mesh.h>
 
 namespace ensonify::engine {
 
@@ -35,7 +35,8 @@ struct FlatPart {
 /// A corner of a curved surface's facets, with the normal of the surface there and, of triangles,
 /// its Gaussian curvature.
 struct FacetCorner {
-  Eigen::Vector3f place, normal;  ///< normal: unit
+  Eigen::Vector3d place;
+  Eigen::Vector3f normal;  ///< unit
   float per_m2 = 0.0f;
 };
 
@@ -67,8 +68,8 @@ struct FlatParts {
   std::vector<FlatPart> in_pieces() &&;
 };
 
-/// The flat parts of a mesh. Vertices at one place count as one. Edges sharper than 40 degrees are
-/// real ones, as in facet_angle_rad(). `stop_check` is called now and then.
-FlatParts flat_parts_of(refine::Triangles triangles, const std::function<void()>& stop_check = {});
+/// The flat parts of a mesh, in its own frame. Vertices at one place count as one. Edges sharper
+/// than 40 degrees are real ones, as in facet_angle_rad(). `stop_check` is called now and then.
+FlatParts flat_parts_of(const ObjectMesh& mesh, const std::function<void()>& stop_check = {});
 
 }  // namespace ensonify::engine

@@ -44,19 +44,18 @@ FlatPartBlock::FlatPartBlock(std::span<const FlatPart> flat_parts, const CurvedF
       double reach_m = 0.0, turn = 0.0;
       for (const std::uint32_t number : facet.corners) {
         const FacetCorner& corner = curved.corners[number];
-        const Vector3d place = corner.place.cast<double>();
-        radius_m = std::max(radius_m, (place - middle).norm());
+        radius_m = std::max(radius_m, (corner.place - middle).norm());
         cone_rad = std::max(cone_rad, turn_rad(corner.normal));
-        reach_m = std::max(reach_m, (place - flat_part.middle).norm());
+        reach_m = std::max(reach_m, (corner.place - flat_part.middle).norm());
         turn = std::max(turn, double((corner.normal - flat_part.normal).norm()));
       }
       bulge_m = std::max(bulge_m, reach_m * turn);
       if (facet.strip)
         for (const std::size_t side : {0, 2})
           shortest_straight_m =
-              std::min(shortest_straight_m, double((curved.corners[facet.corners[side + 1]].place -
-                                                    curved.corners[facet.corners[side]].place)
-                                                       .norm()));
+              std::min(shortest_straight_m, (curved.corners[facet.corners[side + 1]].place -
+                                             curved.corners[facet.corners[side]].place)
+                                                .norm());
     }
   }
   radius_m += bulge_m;
@@ -74,40 +73,45 @@ bool FlatPartBlock::may_face(const Vector3d& from, double reach, bool two_sided)
   return facing_m >= distance_m * (1.0 - 0.5 * angle_rad * angle_rad);
 }
 
-ObjectSurface::ObjectSurface(refine::Triangles triangles, std::uint16_t its_label,
+ObjectSurface::ObjectSurface(const ObjectMesh& mesh, std::uint16_t its_label,
                              const std::function<void()>& stop_check)
     : label(its_label) {
-  FlatParts found = flat_parts_of(triangles, stop_check);
+  FlatParts found = flat_parts_of(mesh, stop_check);
   corners = right_corners(found.whole, stop_check);  // a piece shows less of an edge than the whole
   curved = std::move(found.curved);
   flat_parts = std::move(found).in_pieces();
-  const refine::Bounds box = refine::bounds(triangles);
-  middle = 0.5 * (box.lowest + box.highest).cast<double>();
-  radius_m = 0.5 * double((box.highest - box.lowest).norm());
+  const Eigen::AlignedBox3d box = mesh.box();
+  middle = box.center();
+  radius_m = 0.5 * box.diagonal().norm();
   constexpr std::size_t per_block = 16;
   for (std::size_t first = 0; first < flat_parts.size(); first += per_block)
     blocks.emplace_back(flat_parts, curved, first, std::min(per_block, flat_parts.size() - first));
+  move(Eigen::Isometry3d(Eigen::Translation3d(mesh.place)));
 }
 
 void ObjectSurface::place_at(const Eigen::Isometry3d& place, ObjectSurface& there) const {
   there = *this;
-  const Eigen::Matrix3f turn = place.linear().cast<float>();
-  there.middle = place * middle;
-  for (FlatPart& flat_part : there.flat_parts) {
-    flat_part.middle = place * flat_part.middle;
+  there.move(place);
+}
+
+void ObjectSurface::move(const Eigen::Isometry3d& motion) {
+  const Eigen::Matrix3f turn = motion.linear().cast<float>();
+  middle = motion * middle;
+  for (FlatPart& flat_part : flat_parts) {
+    flat_part.middle = motion * flat_part.middle;
     for (Eigen::Vector3f* axis : {&flat_part.normal, &flat_part.along, &flat_part.across})
       *axis = turn * *axis;
   }
-  for (FacetCorner& corner : there.curved.corners) {
-    corner.place = (place * corner.place.cast<double>()).cast<float>();
+  for (FacetCorner& corner : curved.corners) {
+    corner.place = motion * corner.place;
     corner.normal = turn * corner.normal;
   }
-  for (FlatPartBlock& block : there.blocks) {
-    block.middle = place * block.middle;
-    block.axis = place.linear() * block.axis;
+  for (FlatPartBlock& block : blocks) {
+    block.middle = motion * block.middle;
+    block.axis = motion.linear() * block.axis;
   }
-  for (RightCorner& corner : there.corners) {
-    corner.middle = place * corner.middle;
+  for (RightCorner& corner : corners) {
+    corner.middle = motion * corner.middle;
     for (Eigen::Vector3f* axis : {&corner.edge, &corner.one, &corner.other}) *axis = turn * *axis;
   }
 }
@@ -140,51 +144,30 @@ double nearest_flat_part_m(std::span<const ObjectSurface> objects, const Vector3
 
 std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor, int threads,
                                            const std::function<void()>& stop_check) {
-  const std::size_t count = seafloor.objects.size();
-  if (count == 0 || seafloor.one_label()) return {};
-  struct Part {
-    std::uint32_t face;  // the number
-    refine::Face corners;
+  struct Part {  // of an object: its faces of one label
+    const ObjectMesh* mesh = nullptr;
+    std::vector<refine::Face> faces;
   };
-  std::vector<std::vector<Part>> parts(seafloor.labels.size());
-  const auto take = [&](std::uint32_t face, const auto& corners_of) {
-    const std::uint16_t label = seafloor.label_of(face);
-    const std::size_t number = std::size_t{seafloor.labels[label].instance} - 1;
-    if (number >= count) return;
-    parts[label].push_back({face, corners_of()});
-  };
-  std::span<const Eigen::Vector3f> positions = seafloor.mesh.positions;
-  if (const refine::ProgressiveMesh* mesh = seafloor.progressive.get()) {
-    positions = mesh->points;
-    for (std::size_t slot = 0; slot < mesh->faces.size(); ++slot) {
-      const std::uint32_t face = mesh->source_face[slot];
-      if (face < seafloor.bed_faces || face >= seafloor.faces) continue;
-      take(face, [&] {
-        if (slot / 2 < mesh->mid.size()) mesh->verify_node(static_cast<std::uint32_t>(slot / 2));
-        const refine::Face corners = mesh->faces[slot];
-        for (const std::uint32_t leaf : corners) mesh->verify_leaf(leaf);
-        return corners;
-      });
+  std::vector<Part> parts(seafloor.labels.size());
+  auto number = static_cast<std::uint32_t>(seafloor.bed_faces);  // of a face
+  for (const ObjectMesh& mesh : seafloor.object_meshes)
+    for (const refine::Face& face : mesh.faces) {
+      Part& part = parts[seafloor.label_of(number++)];
+      part.mesh = &mesh;
+      part.faces.push_back(face);
     }
-  } else {
-    const std::uint32_t first = seafloor.first_in_mesh();
-    for (std::size_t i = seafloor.bed_faces - first; i < seafloor.mesh.faces.size(); ++i)
-      take(first + static_cast<std::uint32_t>(i), [&] { return seafloor.mesh.faces[i]; });
-  }
   std::vector<std::uint16_t> labels;  // of objects
   for (std::size_t label = 0; label < parts.size(); ++label)
-    if (!parts[label].empty()) labels.push_back(static_cast<std::uint16_t>(label));
+    if (parts[label].mesh) labels.push_back(static_cast<std::uint16_t>(label));
   std::vector<std::optional<ObjectSurface>> made(labels.size());
   refine::parallel_for(labels.size(), threads, [&](std::size_t i, int) {
     if (stop_check) stop_check();
-    std::vector<Part>& of_object = parts[labels[i]];
-    std::ranges::sort(of_object, {}, &Part::face);
-    refine::TriangleMesh own;
-    for (const Part& part : of_object) {
-      const auto first = static_cast<std::uint32_t>(own.positions.size());
-      for (const std::uint32_t corner : part.corners) own.positions.push_back(positions[corner]);
-      own.faces.push_back({first, first + 1, first + 2});
-    }
+    Part& part = parts[labels[i]];
+    ObjectMesh own;
+    own.positions = part.mesh->positions;
+    own.faces = std::move(part.faces);
+    own.place = part.mesh->place;
+    own.rounding_m = part.mesh->rounding_m;
     made[i].emplace(own, labels[i], stop_check);
   });
   std::vector<ObjectSurface> objects;

@@ -9,10 +9,10 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/engine/seafloor/object_mesh.h>
 #include <ensonify/engine/seafloor/objects/flat_parts.h>
 #include <ensonify/engine/seafloor/objects/right_corners.h>
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
@@ -46,19 +46,23 @@ struct ObjectSurface {
   std::vector<RightCorner> corners;   ///< of the flat parts
 
   ObjectSurface() = default;
-  ObjectSurface(refine::Triangles triangles, std::uint16_t its_label,
+  /// Everything is found in the mesh's own frame, and then moved to its place.
+  ObjectSurface(const ObjectMesh& mesh, std::uint16_t its_label,
                 const std::function<void()>& stop_check = {});
   /// Makes `there` a copy of this surface, moved to a place. Allocates nothing if `there` had as
   /// many flat parts.
   void place_at(const Eigen::Isometry3d& place, ObjectSurface& there) const;
+
+ private:
+  void move(const Eigen::Isometry3d& motion);
 };
 
 /// The distance from a place to the nearest flat part of these objects; at most farthest_m.
 double nearest_flat_part_m(std::span<const ObjectSurface> objects, const Eigen::Vector3d& from,
                            double farthest_m);
 
-/// The objects of a seafloor, in the order of their labels. The same for a mesh and for its
-/// progressive mesh and with any number of threads, each of which calls `stop_check` now and then.
+/// The objects of a seafloor, in the order of their labels. The same with any number of threads,
+/// each of which calls `stop_check` now and then.
 std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor, int threads,
                                            const std::function<void()>& stop_check);
 

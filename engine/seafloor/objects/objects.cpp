@@ -4,9 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -163,12 +166,13 @@ class Table {
     const RandomStream burial(seed_, Purpose::object_burial, {number_, copy});
     SetDown placed = is_line() ? lay_down(options_, spot, bed_, what_, burial)
                                : set_down(body.mesh, options_, spot, bed_, what_, body.sunk_m);
-    const refine::Bounds box = refine::bounds(placed.mesh);
-    const Vector3d low = box.lowest.cast<double>(), high = box.highest.cast<double>();
-    PlacedObjects::One object{.mesh = std::move(placed.mesh),
+    const Eigen::AlignedBox3d box = placed.mesh.box();
+    const Vector3d middle_m = placed.mesh.place + box.center();
+    PlacedObjects::One object{.mesh = placed.mesh.in_floats(),
+                              .own = std::move(placed.mesh),
                               .record = {.table = number_,
-                                         .middle_m = 0.5 * (low + high),
-                                         .size_m = high - low,
+                                         .middle_m = middle_m,
+                                         .size_m = box.sizes(),
                                          .heading_rad = spot.heading_rad,
                                          .scale = spot.scale,
                                          .buried = placed.buried},
@@ -279,7 +283,7 @@ class Table {
 /// Collects bodies whose facets are too wide for their material's lobe; warns of the worst one.
 class CoarseFacets {
  public:
-  void look_at(const BodySource& source, const refine::TriangleMesh& mesh,
+  void look_at(const BodySource& source, const ObjectMesh& mesh,
                std::span<const Material> materials) {
     const ObjectOptions& table = source.options();
     const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
@@ -316,6 +320,38 @@ class CoarseFacets {
   double worst_ = 0.0;
   std::string what_;
 };
+
+/// The mean length of the edges of a mesh's faces.
+double mean_edge_m(const ObjectMesh& mesh) {
+  double sum_m = 0.0;
+  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face)
+    for (int k = 0; k < 3; ++k)
+      sum_m += (mesh.corner(face, (k + 1) % 3) - mesh.corner(face, k)).norm();
+  return sum_m / (3.0 * static_cast<double>(mesh.faces.size()));
+}
+
+/// A warning of objects that lie so far from the seabed's middle that floats turn their facets; it
+/// names the one that lies farthest.
+std::optional<std::string> warning_of_distance(const BodySource& source,
+                                               std::span<const PlacedObjects::One> objects) {
+  constexpr double most_turned = 0.1;  // rad, about 6 degrees
+  const auto off_m = [](const PlacedObjects::One& object) {
+    return object.record.middle_m.head<2>().cwiseAbs().maxCoeff();
+  };
+  const PlacedObjects::One& farthest = *std::ranges::max_element(objects, {}, off_m);
+  const auto off = static_cast<float>(off_m(farthest));
+  const double step_m = std::nextafter(off, std::numeric_limits<float>::infinity()) - off;
+  const double edge_m = mean_edge_m(farthest.own);
+  if (!(step_m > most_turned * edge_m)) return std::nullopt;
+  return fmt::format(
+      "objects.{} ({}): lies {:.3g} km from the middle of the seabed, where vertices are {:.2g} m "
+      "apart, and the edges of its facets are {:.2g} m long: rays meet a rougher shape there, "
+      "although its glints stay right; use larger facets, or a seabed whose middle is nearer",
+      source.number(),
+      source.options().shape.empty() ? source.options().mesh.path.filename().string()
+                                     : source.options().shape,
+      1e-3 * double(off), step_m, edge_m);
+}
 
 }  // namespace
 
@@ -363,10 +399,13 @@ PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t
       else
         of_table[t].push_back(table.one(0, layout));
       if (of_table[t].empty()) continue;
+      if (auto warning = warning_of_distance(table.sources().front(), of_table[t]))
+        placed.warnings.push_back(std::move(*warning));
       for (const BodySource& source : table.sources())
-        coarse.look_at(source,
-                       table.sources().size() == 1 ? of_table[t].front().mesh : source.body(0).mesh,
-                       materials);
+        if (table.sources().size() == 1)
+          coarse.look_at(source, of_table[t].front().own, materials);
+        else
+          coarse.look_at(source, source.body(0).mesh, materials);
     }
   if (auto warning = coarse.warning()) placed.warnings.push_back(std::move(*warning));
   for (std::vector<PlacedObjects::One>& objects : of_table)

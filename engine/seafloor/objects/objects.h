@@ -11,6 +11,7 @@
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/memory_plan.h>
+#include <ensonify/engine/seafloor/object_mesh.h>
 #include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor.h>
@@ -22,7 +23,8 @@ namespace ensonify::engine {
 /// All objects of a scene at their final places.
 struct PlacedObjects {
   struct One {
-    refine::TriangleMesh mesh;
+    refine::TriangleMesh mesh;  ///< local metres, as rays see it
+    ObjectMesh own;
     ObjectRecord record;
     std::vector<ObjectPart> parts;         ///< all different; number 0 is the object's own label
     std::vector<std::uint16_t> face_part;  ///< number of each face's part; empty: all 0
@@ -30,8 +32,8 @@ struct PlacedObjects {
   std::vector<One> objects;  ///< in the order of the tables, those of one table by number
   /// One per mesh file.
   std::vector<std::pair<std::filesystem::path, refine::RepairReport>> repairs;
-  /// About meshes so large that a vertex may be misplaced, and about facets too coarse for their
-  /// material's lobe.
+  /// About meshes so large that a vertex may be misplaced, facets too coarse for their material's
+  /// lobe, and objects so far away that floats turn their facets.
   std::vector<std::string> warnings;
 };
 

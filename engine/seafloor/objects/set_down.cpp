@@ -188,32 +188,35 @@ Eigen::Matrix3d attitude(const ObjectOptions& object, double heading_rad) {
 
 SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, const Spot& spot,
                  const BedGrid& bed, const std::string& what, double sunk_m) {
-  SetDown placed{.mesh = {.positions = mesh.positions, .faces = mesh.faces}};
+  SetDown placed{.mesh = mesh};
+  placed.mesh.rounding_m *= spot.scale;
+  placed.mesh.place = {spot.east_m, spot.north_m, 0.0};
   const Vector3d middle = refine::bounds(mesh).middle();
+  refine::TriangleMesh in_floats;  // as the bed is
   const auto put = [&](const Eigen::Matrix3d& turn, double z_m) {
-    const Vector3d place(spot.east_m, spot.north_m, z_m);
+    placed.mesh.place.z() = z_m;
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
-      placed.mesh.positions[i] =
-          (spot.scale * (turn * (mesh.positions[i].cast<double>() - middle)) + place).cast<float>();
+      placed.mesh.positions[i] = spot.scale * (turn * (mesh.positions[i].cast<double>() - middle));
+    in_floats = placed.mesh.in_floats();
   };
   Eigen::Matrix3d turn = attitude(object, spot.heading_rad);
   put(turn, 0.0);
   if (object.follow_slope) {
-    const Plane plane = plane_below(refine::bounds(placed.mesh), bed);
+    const Plane plane = plane_below(refine::bounds(in_floats), bed);
     if (std::isnan(plane.height_m)) throw no_bed(what, spot.east_m, spot.north_m);
     const Vector3d normal(-plane.slope.x(), -plane.slope.y(), 1.0);
     turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), normal).toRotationMatrix() * turn;
     put(turn, 0.0);
   }
   const double burial = object.burial.value_or(0.0);
-  const Drops drops = drops_of(placed.mesh, bed, burial > 0.0);
+  const Drops drops = drops_of(in_floats, bed, burial > 0.0);
   if (!std::isfinite(drops.touching_m)) throw no_bed(what, spot.east_m, spot.north_m);
   double lowered_m = drops.touching_m + spot.scale * sunk_m;
   if (burial > 0.0) lowered_m += burial * (drops.hidden_m + cover_m - drops.touching_m);
   put(turn, object.height_m.value_or(0.0) - lowered_m);
-  Plane below = plane_below(refine::bounds(placed.mesh), bed);
+  Plane below = plane_below(refine::bounds(in_floats), bed);
   if (!object.follow_slope) below.slope.setZero();
-  placed.buried = buried_share(placed.mesh, below);
+  placed.buried = buried_share(in_floats, below);
   return placed;
 }
 
@@ -225,12 +228,12 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
     size.*dimension.size = spot.scale * kind.size_m(object.size, dimension.size);
   const double diameter_m = line_diameter_m(kind, size);
   const Eigen::Rotation2Dd turn(-spot.heading_rad);
-  std::vector<Vector2d> path;
-  for (const Vector2d& place : object.path)
-    path.emplace_back(Vector2d(spot.east_m, spot.north_m) + spot.scale * (turn * place));
+  std::vector<Vector2d> path;  // from the spot
+  for (const Vector2d& place : object.path) path.emplace_back(spot.scale * (turn * place));
   const auto ground_m = [&](const Vector2d& place) {
-    const double z = bed.height_m(place.x(), place.y());
-    if (std::isnan(z)) throw no_bed(what, place.x(), place.y());
+    const double x = spot.east_m + place.x(), y = spot.north_m + place.y();
+    const double z = bed.height_m(x, y);
+    if (std::isnan(z)) throw no_bed(what, x, y);
     return z;
   };
   const double step_m = object.size.facet_m.value_or(std::clamp(diameter_m, 0.05, 1.0));
@@ -246,6 +249,7 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
       object.height_m.value_or(0.0), ground_m);
   sink(line, object, diameter_m + cover_m, burial);
   SetDown placed{.mesh = make_line(kind, size, line)};
+  placed.mesh.place += Vector3d(spot.east_m, spot.north_m, 0.0);
   if (placed.mesh.faces.empty())
     throw refine::MeshError(fmt::format(
         "{}: its {:.3g} m are too short for a link; make it longer or its rod_m smaller", what,

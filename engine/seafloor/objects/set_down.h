@@ -6,6 +6,7 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed_height.h>
+#include <ensonify/engine/seafloor/object_mesh.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -20,7 +21,7 @@ struct Spot {
 
 /// An object on the bed.
 struct SetDown {
-  refine::TriangleMesh mesh;  ///< in the bed's local metres
+  ObjectMesh mesh;
   /// Share of its height under the bed's plane, as high as at its middle unless the object follows
   /// the slope.
   double buried = 0.0;

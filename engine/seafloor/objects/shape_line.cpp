@@ -18,6 +18,8 @@ using std::numbers::pi;
 // Size of a common link over its rod's thickness (ISO 1704: 6 long, 3.6 wide outside).
 constexpr double link_pitch = 4.0, link_half_width = 1.3;
 
+constexpr double rounding = 3e-8;  // as of other shapes, whose numbers are floats
+
 /// Adds one link with its length along `way`: two straight sides and two half circles of the rod.
 void add_link(Solids& solids, const Vector3d& middle, const Vector3d& way, const Vector3d& across,
               double rod_m) {
@@ -58,24 +60,31 @@ double line_diameter_m(const ShapeKind& kind, const ShapeSize& size) {
   return (std::sqrt(2.0) * link_half_width + 1.0) * kind.size_m(size, &ShapeSize::rod_m);
 }
 
-refine::TriangleMesh make_line(const ShapeKind& kind, const ShapeSize& size,
-                               std::span<const Vector3d> points) {
+ObjectMesh make_line(const ShapeKind& kind, const ShapeSize& size,
+                     std::span<const Vector3d> points) {
   if (!kind.along_path || points.size() < 2)
     throw std::invalid_argument(
         fmt::format("a {} cannot be laid along {} points", kind.name, points.size()));
+  std::vector<Vector3d> own;
+  for (const Vector3d& point : points) own.emplace_back(point - points.front());
+  const double diameter_m = line_diameter_m(kind, size);
   Solids solids;
   if (kind.name == "chain") {
-    add_chain(solids, points, kind.size_m(size, &ShapeSize::rod_m));
+    add_chain(solids, own, kind.size_m(size, &ShapeSize::rod_m));
   } else {
-    const double diameter_m = line_diameter_m(kind, size);
     const double usual_m =
         std::min(diameter_m / 8.0, 0.5 * diameter_m * size.facet_rad.value_or(pi));
     const double facet_m = size.facet_m.value_or(usual_m);
-    solids.sweep(points,
+    solids.sweep(own,
                  circle(0.5 * diameter_m, static_cast<int>(std::clamp(
                                               std::ceil(pi * diameter_m / facet_m), 8.0, 256.0))));
   }
-  return std::move(solids.mesh);
+  ObjectMesh line;
+  line.positions = std::move(solids.exact);
+  line.faces = std::move(solids.mesh.faces);
+  line.place = points.front();
+  line.rounding_m = rounding * diameter_m;
+  return line;
 }
 
 }  // namespace ensonify::engine

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/object_mesh.h>
 #include <ensonify/engine/seafloor/objects/shape_size.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -71,9 +72,10 @@ ShapeBody make_body(const ShapeKind& kind, const ShapeSize& size, const RandomSt
 
 /// The outer diameter of a kind that is laid along a path.
 double line_diameter_m(const ShapeKind& kind, const ShapeSize& size);
-/// The mesh of a pipeline, cable, rope or chain along the points of its middle line. Throws
+/// The mesh of a pipeline, cable, rope or chain along the points of its middle line, with its place
+/// at the first of them. Throws
 /// std::invalid_argument for a kind that is a body, and for fewer than two points.
-refine::TriangleMesh make_line(const ShapeKind& kind, const ShapeSize& size,
-                               std::span<const Eigen::Vector3d> points);
+ObjectMesh make_line(const ShapeKind& kind, const ShapeSize& size,
+                     std::span<const Eigen::Vector3d> points);
 
 }  // namespace ensonify::engine

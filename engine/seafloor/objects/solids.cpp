@@ -29,6 +29,7 @@ CrossSection rectangle(double width_m, double shape_height_m) {
 
 std::uint32_t Solids::add(const Vector3d& point) {
   mesh.positions.push_back(point.cast<float>());
+  exact.push_back(point);
   return static_cast<std::uint32_t>(mesh.positions.size() - 1);
 }
 

@@ -67,6 +67,7 @@ class Solids {
   Eigen::AlignedBox3d box(std::size_t from) const;
 
   refine::TriangleMesh mesh;
+  std::vector<Eigen::Vector3d> exact;  ///< its positions before they were rounded and moved
 
  private:
   std::uint32_t add(const Eigen::Vector3d& point);

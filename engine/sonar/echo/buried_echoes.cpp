@@ -77,12 +77,6 @@ std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d
   }
 }
 
-/// Whether less than half a bin of sediment is in the way, which add_facets() and add_glint()
-/// ignore.
-bool ObjectEchoes::is_thinly_covered(const BuriedWay& way) const {
-  return way.path.sediment_m < tolerance_m_;
-}
-
 /// The echo of 1 m^2 of cross-section by that way; energy 0 if there is none.
 ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way) const {
   Line line;
@@ -91,7 +85,7 @@ ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way) const {
       way.ray.range_m + way.path.sediment_m / way.sediment->sound_speed_ratio;
   if (time_range_m > view_->fan->range_m) return {};
   // The bed's relief hides nothing that lies deeper than the relief is high.
-  const double seen = seen_share(line.in_fan, way.ray.range_m - way.path.sediment_m);
+  const double seen = seen_share(line.in_fan, way.ray.range_m - way.path.sediment_m, nullptr);
   // The factor of the energy for the further spreading in the sediment.
   const double more = std::pow(way.ray.apparent.squaredNorm() / way.path.spreading_m2, 2);
   return {.time_range_m = time_range_m,
@@ -128,7 +122,6 @@ void ObjectEchoes::add_buried_facets(const BuriedPart& part, const BuriedGroup& 
     if (!way) continue;
     const double facing = -way->arrival.dot(normal);
     if (facing <= 0.0 && !label.two_sided) continue;
-    if (small(group.label) && is_thinly_covered(*way)) continue;
     const BuriedSight sight = see_buried(*way);
     if (!(sight.energy > 0.0)) continue;
     const double sine = std::min(std::abs(facing), 1.0);
@@ -175,7 +168,7 @@ void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& g
   const Vector3d from_part = off + mirror->offset;
   const auto way =
       way_into_bed(to + from_part, part.depth_m - from_part.dot(part.bed_normal), part);
-  if (!way || is_thinly_covered(*way)) return;
+  if (!way) return;
   const BuriedSight sight = see_buried(*way);
   if (!(sight.energy > 0.0)) return;
   add_mirror_at(to + from_part, sight.time_range_m, sight.energy * specular, group.label, flat_part,

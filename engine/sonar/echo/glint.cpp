@@ -347,7 +347,7 @@ std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& c
     Corners corners;
     for (std::size_t i = 0; i < 4; ++i) {
       const FacetCorner& corner = curved.corners[facet.corners[i]];
-      corners[i] = {corner.place.cast<double>(), front * corner.normal.cast<double>(), sonar,
+      corners[i] = {corner.place, front * corner.normal.cast<double>(), sonar,
                     double(corner.per_m2)};
     }
     if (sonar_from) {

@@ -186,7 +186,10 @@ void ObjectEchoes::add_facets(const FlatPart& flat_part, const Vector3d& away,
     const Vector3d arrival = ray->apparent.normalized();
     const double sine = std::min(std::abs(arrival.dot(normal)), 1.0);
     const double slope = std::sqrt(1.0 - sine * sine) / sine;
-    const double seen = seen_share(line.in_fan, ray->range_m, object.label, small_m, slope);
+    // No convex body lies before its tangent plane: one that is nearer by more hides the place.
+    const double own_m = std::min(small_m, slope * apart_m(line.in_fan, ray->range_m));
+    const OwnPlace own{place, object.label, own_m};
+    const double seen = seen_share(line.in_fan, ray->range_m, &own);
     if (!(seen > 0.0)) continue;
     const double area_m2 = cell_length_m * cell_width_m;
     const double cross_section_m2 = gain * table.sigma_over_sine(sine) * sine * area_m2;
@@ -236,14 +239,16 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
       mirror_of(flat_part, object.curved, apparent, wavelength_m_, sonar_from, &beam);
   if (!mirror) return;
   Vector3d place = away + mirror->offset;
-  std::optional<Sight> sight = sight_of(place, away + mirror->inside, 0.0, !mirror->in_beam);
+  const Vector3d shows_seen = away + mirror->inside;
+  std::optional<Sight> sight = sight_of(place, {shows_seen, object.label}, !mirror->in_beam);
   if (!sight) return;
   bool partly_hidden = false;
   if (flat_part.facets == 0) {
     const FlatPartInBeam in_beam(flat_part, apparent, (apparent + mirror->offset).norm(),
                                  wavelength_m_, beam);
-    const std::optional<SeenCells> cells = look_closer(
-        [&](std::size_t count) { return look_at_cells(flat_part, away, in_beam, count); });
+    const std::optional<SeenCells> cells = look_closer([&](std::size_t count) {
+      return look_at_cells(flat_part, {away, object.label}, in_beam, count);
+    });
     if (cells) sight->seen = cells->least;
     partly_hidden = cells && cells->least < cells->most;
     if (partly_hidden) mirror = in_beam.mirror(&*cells);
@@ -251,8 +256,10 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
     const MirrorLine line = *mirror->line;
     const BeamOnLine in_beam(line.away, line.along, 0.5 * line.length_m,
                              (apparent + mirror->offset).norm(), wavelength_m_, beam);
-    const std::optional<SeenLine> seen = look_closer(
-        [&](std::size_t count) { return look_at_line(line, away + line.middle, in_beam, count); });
+    const Vector3d middle = away + line.middle;
+    const std::optional<SeenLine> seen = look_closer([&](std::size_t count) {
+      return look_at_line(line, {middle, object.label}, in_beam, count);
+    });
     if (seen) sight->seen = seen->least;
     partly_hidden = seen && seen->least < seen->most;
     if (partly_hidden) {
@@ -264,7 +271,7 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
   if (!mirror) return;
   if (partly_hidden) {
     place = away + mirror->offset;
-    sight = sight_of(place, place, 0.0, false);
+    sight = sight_of(place, {place, object.label}, false);
     if (!sight) return;
     sight->seen = 1.0;
   }
@@ -300,12 +307,14 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   const Vector3d inner =
       to + std::clamp(lengthwise->place_m, -0.4 * length_m, 0.4 * length_m) * edge;
   const auto seen_of = [&](const Eigen::Vector3f& from_edge, float reach_m, double sine) {
-    const std::optional<RayToPlace> ray =
-        ray_to(inner + 0.5 * double(reach_m) * from_edge.cast<double>());
+    const Vector3d on_part = inner + 0.5 * double(reach_m) * from_edge.cast<double>();
+    const std::optional<RayToPlace> ray = ray_to(on_part);
     Line line;
     if (!ray || !see(*ray, line)) return 0.0;
     const double slope = std::sqrt(std::max(1.0 - sine * sine, 0.0)) / sine;
-    return seen_share(line.in_fan, ray->range_m, object.label, double(reach_m), slope);
+    const double own_m = std::min(double(reach_m), slope * apart_m(line.in_fan, ray->range_m));
+    const OwnPlace own{on_part, object.label, own_m};
+    return seen_share(line.in_fan, ray->range_m, &own);
   };
   const double flat_parts_seen = (*labels_)[object.label].two_sided
                                      ? std::min(seen_of(corner.one, corner.one_m, sine_one),
@@ -313,8 +322,9 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
                                      : 1.0;
   if (!(flat_parts_seen > 0.0)) return;
   // The corner's own flat parts are nearer than its edge.
+  const double own_m = double(std::max(corner.one_m, corner.other_m));
   const std::optional<Sight> sight =
-      sight_of(place, place, double(std::max(corner.one_m, corner.other_m)), !lengthwise->in_beam);
+      sight_of(place, {place, object.label, own_m}, !lengthwise->in_beam);
   if (!sight || !(sight->seen > 0.0)) return;
   const double cross_section_m2 =
       corner_power_m2(width_m, double(corner.excess_rad), range_m, wavelength_m_) *
@@ -335,14 +345,15 @@ void ObjectEchoes::find_walls(const ObjectSurface& object) {
     if (may_be_in_beam(block.middle, block.radius_m))
       for (const FlatPart& flat_part : flat_parts.subspan(block.first, block.count))
         if (std::abs(double(flat_part.normal.z())) < steepest_wall)
-          add_wall(flat_part, mirror, label.two_sided);
+          add_wall(flat_part, mirror, object.label);
 }
 
-void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror, bool two_sided) {
+void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
+                            std::uint16_t its_label) {
   const Vector3d to = flat_part.middle - view_->fan->origin;
   Vector3d normal = flat_part.normal.cast<double>();
   if (to.dot(normal) >= 0.0) {
-    if (!two_sided) return;
+    if (!(*labels_)[its_label].two_sided) return;
     normal = -normal;
   }
   // The extents of its rectangle in the level direction and across it, by second moments.
@@ -358,7 +369,7 @@ void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
   const double along = level.dot(axis);
   const double off_m = std::abs(along) > 1e-6 ? -to.dot(axis) / along : 0.0;
   const Vector3d place = to + std::clamp(off_m, -0.4 * length_m, 0.4 * length_m) * level;
-  const std::optional<Sight> sight = sight_of(place, place);
+  const std::optional<Sight> sight = sight_of(place, {place, its_label});
   if (!sight || !(sight->seen > 0.0)) return;
   // A facet of a curved surface stands for normals on either side of its own, as in its glint.
   const auto curved = [&](const Eigen::Vector3f& direction, float bend_rad) {

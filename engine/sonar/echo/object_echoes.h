@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -50,6 +51,8 @@ struct ObjectSurfaces {
   std::span<const std::optional<scatter::Sediment>> sediments = {};
   /// By Label::sediment; empty: walls are not looked for.
   std::span<const WallMirror> mirrors = {};
+  /// The height of the bed, as BedGrid::height_m(); none: there is no bed.
+  std::function<double(double x_m, double y_m)> bed_height_m = {};
 };
 
 /// What the rays of a fan met first: straight ones as runs, others as hits.
@@ -91,7 +94,8 @@ struct FirstHits {
 ///
 /// Rays decide how much of a flat part is seen: those of the fan next to the ray that leads to it,
 /// or for a glint to its cells; of a buried one, next to the ray that leads to the place where its
-/// sound enters the bed. Where rays are bent, a flat part has the echo of one at the range sqrt(J),
+/// sound enters the bed. Of a place that lies under the bed, only rays that meet the object itself
+/// see anything. Where rays are bent, a flat part has the echo of one at the range sqrt(J),
 /// in the direction in which the sound arrives; J is here the geometric mean of the ray's spreading
 /// on both ways. Sound enters the bed as a straight ray does that arrives there in the same
 /// direction with the same spreading.
@@ -131,20 +135,29 @@ class ObjectEchoes {
     }
   };
   RaysAround rays_around(const FanPlace& place) const;
-  double seen_share(const FanPlace& place, double time_range_m, int own_label = -1,
-                    double own_m = 0.0, double own_slope = 0.0) const;
+  struct OwnPlace {  // of an object
+    const Eigen::Vector3d& away;
+    std::uint16_t label;
+    /// A hit with the same label that is nearer by less than this does not hide the place.
+    double own_m = 0.0;
+  };
+  double seen_share(const FanPlace& place, double time_range_m, const OwnPlace* own) const;
+  double apart_m(const FanPlace& place, double time_range_m) const;
+  bool is_covered(const Eigen::Vector3d& away) const;
+  bool is_other(int label, const OwnPlace& own) const;
+  double rounding_m(const Eigen::Vector3d& away) const;
   struct Sight {  // of a place
     double range_m;
     double seen;    // share of the sound that reaches it
     double energy;  // of 1 m^2 of cross-section there, if all of it is seen
   };
-  std::optional<Sight> sight_of(const Eigen::Vector3d& place, const Eigen::Vector3d& shows_seen,
-                                double nearer_m = 0.0, bool with_arrays = true) const;
-  std::optional<double> seen_through(const FlatPart& flat_part, const Eigen::Vector3d& away,
+  std::optional<Sight> sight_of(const Eigen::Vector3d& place, const OwnPlace& shows_seen,
+                                bool with_arrays = true) const;
+  std::optional<double> seen_through(const FlatPart& flat_part, const OwnPlace& middle,
                                      const Eigen::Vector3d& off) const;
-  std::optional<SeenCells> look_at_cells(const FlatPart& flat_part, const Eigen::Vector3d& away,
+  std::optional<SeenCells> look_at_cells(const FlatPart& flat_part, const OwnPlace& middle,
                                          const FlatPartInBeam& in_beam, std::size_t count) const;
-  std::optional<SeenLine> look_at_line(const MirrorLine& line, const Eigen::Vector3d& middle,
+  std::optional<SeenLine> look_at_line(const MirrorLine& line, const OwnPlace& middle,
                                        const BeamOnLine& in_beam, std::size_t count) const;
   GlintBeam glint_beam() const;
   struct FirstHit {  // of a ray
@@ -152,6 +165,7 @@ class ObjectEchoes {
     int label = -1;
   };
   std::array<FirstHit, 2> first_hits(std::size_t plane, std::size_t ray) const;
+  bool hides(const FirstHit& hit, double range_m, const OwnPlace& own) const;
   static bool is_short(const ObjectSurface& object, const Eigen::Vector3d& axis, double length_m);
   double widest_step_rad(const ObjectSurface& object) const;
   void look_at(const ObjectSurface& object);
@@ -178,10 +192,9 @@ class ObjectEchoes {
   struct BuriedSight {
     double time_range_m = 0.0, energy = 0.0;  // energy: of 1 m^2 of cross-section
   };
-  bool is_thinly_covered(const BuriedWay& way) const;
   BuriedSight see_buried(const BuriedWay& way) const;
   void find_walls(const ObjectSurface& object);
-  void add_wall(const FlatPart& flat_part, const WallMirror& mirror, bool two_sided);
+  void add_wall(const FlatPart& flat_part, const WallMirror& mirror, std::uint16_t its_label);
   void look_into_bed(const BuriedGroup& group);
   void add_buried_facets(const BuriedPart& part, const BuriedGroup& group, const Label& label);
   void add_buried_glint(const BuriedPart& part, const BuriedGroup& group, double specular);

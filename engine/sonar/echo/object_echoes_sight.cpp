@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -141,64 +142,119 @@ ObjectEchoes::RaysAround ObjectEchoes::rays_around(const FanPlace& place) const 
   return {plane.first, ray.first, plane.second, ray.second};
 }
 
-/// The share of the sound that reaches a place: of the traced ones of the four rays around it,
-/// those that go at least as far. A hit with own_label (-1: none) that is nearer by less than own_m
-/// does not hide the place if the tangent plane there can be as near (own_slope: its range over the
-/// distance across), because no convex body lies before its tangent plane.
-double ObjectEchoes::seen_share(const FanPlace& place, double time_range_m, int own_label,
-                                double own_m, double own_slope) const {
+/// Whether a place of an object lies under the topmost face of the bed.
+bool ObjectEchoes::is_covered(const Eigen::Vector3d& away) const {
+  if (!surfaces_.bed_height_m) return false;
+  const Eigen::Vector3d place = view_->fan->origin + away;
+  return surfaces_.bed_height_m(place.x(), place.y()) >= place.z();
+}
+
+/// Whether a label is that of another object.
+bool ObjectEchoes::is_other(int label, const OwnPlace& own) const {
+  if (label < 0) return false;
+  const Label& met = (*labels_)[static_cast<std::uint16_t>(label)];
+  return met.instance != (*labels_)[own.label].instance && met.instance > 0 && !met.feature;
+}
+
+/// How far what rays meet may lie from where it is, because its vertices are floats.
+double ObjectEchoes::rounding_m(const Eigen::Vector3d& away) const {
+  return double(std::numeric_limits<float>::epsilon()) *
+         (view_->fan->origin + away).cwiseAbs().maxCoeff();
+}
+
+/// Whether what a ray next to a place met hides the place, which is range_m away. The ray has
+/// another direction: the object itself and the bed may be a little nearer there. Another object
+/// may not, because the place may lie just behind its surface. A place under the bed is hidden from
+/// rays that do not meet the object: some meet the bed farther away than the place.
+bool ObjectEchoes::hides(const FirstHit& hit, double range_m, const OwnPlace& own) const {
+  const double own_m = hit.label == int{own.label} ? own.own_m : 0.0;
+  const double nearer_m =
+      rounding_m(own.away) + (is_other(hit.label, own) ? 0.0 : tolerance_m_ + own_m);
+  if (hit.range_m < range_m - nearer_m) return true;
+  const bool is_own =
+      hit.label >= 0 &&
+      (*labels_)[static_cast<std::uint16_t>(hit.label)].instance == (*labels_)[own.label].instance;
+  return !is_own && is_covered(own.away);
+}
+
+/// How far apart the rays around a direction are at a range.
+double ObjectEchoes::apart_m(const FanPlace& place, double time_range_m) const {
   const FanGrid& grid = *view_->fan->grid;
   const RaysAround around = rays_around(place);
-  const double apart_m =
-      time_range_m *
-      std::hypot(grid.planes[around.plane + 1].sin_azimuth - grid.planes[around.plane].sin_azimuth,
-                 grid.sin_elevation[around.ray + 1] - grid.sin_elevation[around.ray]);
-  own_m = std::min(own_m, own_slope * apart_m);
-  double traced = 0.0, seen = 0.0;
+  return time_range_m *
+         std::hypot(
+             grid.planes[around.plane + 1].sin_azimuth - grid.planes[around.plane].sin_azimuth,
+             grid.sin_elevation[around.ray + 1] - grid.sin_elevation[around.ray]);
+}
+
+/// The share of the sound that reaches a place, of an object or (none) of the bed: of the traced
+/// ones of the four rays around it, those from which nothing hides it. If all four meet one other
+/// object, the place is hidden if it lies behind the plane through their hits: with shares w_i of
+/// their directions u_i, 1 / r = sum(w_i / r_i) / |sum(w_i u_i)|.
+double ObjectEchoes::seen_share(const FanPlace& place, double time_range_m,
+                                const OwnPlace* own) const {
+  const FanGrid& grid = *view_->fan->grid;
+  const RaysAround around = rays_around(place);
+  double traced = 0.0, seen = 0.0, per_m = 0.0;
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  int others = 0, other = -1;
   for (const std::size_t p : {0, 1}) {
     const std::array<FirstHit, 2> ends = first_hits(around.plane + p, around.ray);
+    const Eigen::Vector3d in_plane = view_->fan->plane_direction(around.plane + p);
     for (const std::size_t j : {0, 1}) {
       if (!grid.within_beam(around.plane + p, around.ray + j)) continue;
-      const double own = ends[j].label == own_label ? own_m : 0.0;
       const double share = around.share(p, j);
       traced += share;
-      if (!(ends[j].range_m < time_range_m - tolerance_m_ - own)) seen += share;
+      if (own && (others == 0 || ends[j].label == other) && is_other(ends[j].label, *own)) {
+        ++others;
+        other = ends[j].label;
+        per_m += share / ends[j].range_m;
+        direction += share * view_->fan->direction(in_plane, around.ray + j);
+      }
+      const bool hidden =
+          own ? hides(ends[j], time_range_m, *own) : ends[j].range_m < time_range_m - tolerance_m_;
+      if (!hidden) seen += share;
     }
   }
+  if (others == 4)
+    return direction.norm() / per_m < time_range_m - rounding_m(own->away) ? 0.0 : 1.0;
   return traced > 0.0 ? seen / traced : 0.0;
 }
 
 /// The place, and how much of it is seen: whether the rays to the place that shows this, or as near
-/// to it along the array as rays of all planes reach, go as far, less nearer_m. None if it is not
-/// in the fan and its beam.
+/// to it along the array as rays of all planes reach, go as far. None if it is not in the fan and
+/// its beam.
 std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Eigen::Vector3d& place,
-                                                          const Eigen::Vector3d& shows_seen,
-                                                          double nearer_m, bool with_arrays) const {
+                                                          const OwnPlace& shows_seen,
+                                                          bool with_arrays) const {
   const std::optional<RayToPlace> ray = ray_to(place);
   Line line;
   if (!ray || !see(*ray, line, with_arrays)) return std::nullopt;
   const RayFan& fan = *view_->fan;
   // Between its last planes and the truncation some rays are missing.
   const double farthest_m = 0.7 * fan.grid->sin_truncation * place.norm();
-  const double from_m = place.dot(fan.array_axis), to_m = shows_seen.dot(fan.array_axis);
+  const double from_m = place.dot(fan.array_axis), to_m = shows_seen.away.dot(fan.array_axis);
   const double kept_m =
       std::clamp(to_m, std::min(from_m, -farthest_m), std::max(from_m, farthest_m));
-  const std::optional<RayToPlace> there = ray_to(shows_seen + (kept_m - to_m) * fan.array_axis);
+  const Eigen::Vector3d kept = shows_seen.away + (kept_m - to_m) * fan.array_axis;
+  const std::optional<RayToPlace> there = ray_to(kept);
   Line line_there;
-  const double seen = there && see(*there, line_there)
-                          ? seen_share(line_there.in_fan, there->range_m - nearer_m)
-                          : seen_share(line.in_fan, ray->range_m - nearer_m);
+  const auto seen_at = [&](const Line& its_line, double range_m, const Eigen::Vector3d& away) {
+    const OwnPlace own{away, shows_seen.label, shows_seen.own_m};
+    return seen_share(its_line.in_fan, range_m, &own);
+  };
+  const double seen = there && see(*there, line_there) ? seen_at(line_there, there->range_m, kept)
+                                                       : seen_at(line, ray->range_m, place);
   return Sight{.range_m = ray->range_m, .seen = seen, .energy = line.energy};
 }
 
 /// The share of the sound that reaches a place of a flat part, by those of the rays around it that
 /// pass through the flat part; none if none does. What other rays meet lies next to it. off: of the
-/// place, from the flat part's middle, which is `away`.
-std::optional<double> ObjectEchoes::seen_through(const FlatPart& flat_part,
-                                                 const Eigen::Vector3d& away,
+/// place, from the flat part's middle.
+std::optional<double> ObjectEchoes::seen_through(const FlatPart& flat_part, const OwnPlace& middle,
                                                  const Eigen::Vector3d& off) const {
   constexpr double inside = 0.95;  // the rectangle may reach beyond the flat part
-  const std::optional<RayToPlace> ray = ray_to(away + off);
+  const std::optional<RayToPlace> ray = ray_to(middle.away + off);
   const std::optional<FanPlace> in_fan = ray ? place_in_fan(*ray) : std::nullopt;
   if (!in_fan) return std::nullopt;
   const RayFan& fan = *view_->fan;
@@ -225,7 +281,9 @@ std::optional<double> ObjectEchoes::seen_through(const FlatPart& flat_part,
       if (!passes) continue;
       const double share = around.share(p, j);
       passing += share;
-      if (!(ends[j].range_m < ray->range_m + aside.dot(arrival) - tolerance_m_)) seen += share;
+      const Eigen::Vector3d there = middle.away + meets;
+      const double farther_m = (ray->apparent + aside).norm() - ray->apparent.norm();
+      if (!hides(ends[j], ray->range_m + farther_m, {there, middle.label})) seen += share;
     }
   }
   if (!(passing > 0.0)) return std::nullopt;
@@ -234,14 +292,14 @@ std::optional<double> ObjectEchoes::seen_through(const FlatPart& flat_part,
 
 /// Looks at the cells of a flat part; none if no ray shows any.
 std::optional<SeenCells> ObjectEchoes::look_at_cells(const FlatPart& flat_part,
-                                                     const Eigen::Vector3d& away,
+                                                     const OwnPlace& middle,
                                                      const FlatPartInBeam& in_beam,
                                                      std::size_t count) const {
   std::optional<SeenCells> cells = in_beam.cells(count);
   if (!cells) return std::nullopt;
   const std::optional<ShownCells> shown =
       show(count, count, [&](std::size_t column, std::size_t row) {
-        return seen_through(flat_part, away, in_beam.middle_of(*cells, column, row));
+        return seen_through(flat_part, middle, in_beam.middle_of(*cells, column, row));
       });
   if (!shown) return std::nullopt;
   cells->seen = shown->seen;
@@ -252,8 +310,7 @@ std::optional<SeenCells> ObjectEchoes::look_at_cells(const FlatPart& flat_part,
 
 /// Looks at the cells of a line whose middle is `middle` from the sonar, by rays that pass through
 /// the plane that touches the surface there; none if none shows any.
-std::optional<SeenLine> ObjectEchoes::look_at_line(const MirrorLine& line,
-                                                   const Eigen::Vector3d& middle,
+std::optional<SeenLine> ObjectEchoes::look_at_line(const MirrorLine& line, const OwnPlace& middle,
                                                    const BeamOnLine& in_beam,
                                                    std::size_t count) const {
   const std::optional<LineCells> cells = in_beam.cells(count);

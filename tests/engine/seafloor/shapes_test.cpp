@@ -35,7 +35,8 @@ refine::TriangleMesh body(std::string_view name, const ShapeSize& size = {}) {
 
 refine::TriangleMesh line(std::string_view name, const ShapeSize& size = {}) {
   return make_line(shape_named(name), size,
-                   std::vector<Vector3d>{{0, 0, 0}, {0, 4, 0}, {1, 7, 0.3}, {3, 8, 0}});
+                   std::vector<Vector3d>{{0, 0, 0}, {0, 4, 0}, {1, 7, 0.3}, {3, 8, 0}})
+      .in_floats();
 }
 
 refine::TriangleMesh any(const ShapeKind& kind) {
@@ -124,8 +125,8 @@ TEST_CASE("Boulders and debris differ from one another and are the same for the 
 TEST_CASE("A chain's links follow one another at a distance of four rod thicknesses") {
   ShapeSize size;
   size.rod_m = 0.1;
-  const refine::TriangleMesh chain = make_line(
-      shape_named("chain"), size, std::vector<Vector3d>{{0, 0, 0}, {0, 2, 0}, {0, 4.0001, 0}});
+  const ObjectMesh chain = make_line(shape_named("chain"), size,
+                                     std::vector<Vector3d>{{0, 0, 0}, {0, 2, 0}, {0, 4.0001, 0}});
   const std::size_t link_faces = 14 * 8 * 2;
   CHECK(chain.faces.size() == 10 * link_faces);
 }
