@@ -155,7 +155,7 @@ void ObjectEchoes::add_small_body(const SmallBody& body, double specular,
   const std::optional<RayToPlace> ray = ray_to(place);
   if (!ray) return;
   // Its own surface is nearer than its middle.
-  const std::optional<Sight> sight = sight_of(place, place, object.radius_m);
+  const std::optional<Sight> sight = sight_of(place, {place, object.label, object.radius_m});
   if (!sight || !(sight->seen > 0.0)) return;
   const double cross_section_m2 = body.cross_section_m2(-ray->apparent.normalized(), wavelength_m_);
   add_glint_at(place, sight->range_m, sight->seen * sight->energy * specular * cross_section_m2,
