@@ -165,7 +165,8 @@ class ObjectEchoes {
     int label = -1;
   };
   std::array<FirstHit, 2> first_hits(std::size_t plane, std::size_t ray) const;
-  bool hides(const FirstHit& hit, double range_m, const OwnPlace& own) const;
+  bool is_nearer(const FirstHit& hit, double range_m, const OwnPlace& own) const;
+  bool is_own(const FirstHit& hit, const OwnPlace& own) const;
   static bool is_short(const ObjectSurface& object, const Eigen::Vector3d& axis, double length_m);
   double widest_step_rad(const ObjectSurface& object) const;
   void look_at(const ObjectSurface& object);

@@ -162,19 +162,21 @@ double ObjectEchoes::rounding_m(const Eigen::Vector3d& away) const {
          (view_->fan->origin + away).cwiseAbs().maxCoeff();
 }
 
-/// Whether what a ray next to a place met hides the place, which is range_m away. The ray has
-/// another direction: the object itself and the bed may be a little nearer there. Another object
-/// may not, because the place may lie just behind its surface. A place under the bed is hidden from
-/// rays that do not meet the object: some meet the bed farther away than the place.
-bool ObjectEchoes::hides(const FirstHit& hit, double range_m, const OwnPlace& own) const {
+/// Whether what a ray next to a place met is nearer than the place, which is range_m away. The ray
+/// has another direction: the object itself and the bed may be a little nearer there. Another
+/// object may not, because the place may lie just behind its surface.
+bool ObjectEchoes::is_nearer(const FirstHit& hit, double range_m, const OwnPlace& own) const {
   const double own_m = hit.label == int{own.label} ? own.own_m : 0.0;
   const double nearer_m =
       rounding_m(own.away) + (is_other(hit.label, own) ? 0.0 : tolerance_m_ + own_m);
-  if (hit.range_m < range_m - nearer_m) return true;
-  const bool is_own =
-      hit.label >= 0 &&
-      (*labels_)[static_cast<std::uint16_t>(hit.label)].instance == (*labels_)[own.label].instance;
-  return !is_own && is_covered(own.away);
+  return hit.range_m < range_m - nearer_m;
+}
+
+/// Whether a ray met the object of a place. A place under the bed is hidden from rays that did not:
+/// some of them meet the bed farther away than the place.
+bool ObjectEchoes::is_own(const FirstHit& hit, const OwnPlace& own) const {
+  return hit.label >= 0 && (*labels_)[static_cast<std::uint16_t>(hit.label)].instance ==
+                               (*labels_)[own.label].instance;
 }
 
 /// How far apart the rays around a direction are at a range.
@@ -195,7 +197,7 @@ double ObjectEchoes::seen_share(const FanPlace& place, double time_range_m,
                                 const OwnPlace* own) const {
   const FanGrid& grid = *view_->fan->grid;
   const RaysAround around = rays_around(place);
-  double traced = 0.0, seen = 0.0, per_m = 0.0;
+  double traced = 0.0, seen = 0.0, past_object = 0.0, per_m = 0.0;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
   int others = 0, other = -1;
   for (const std::size_t p : {0, 1}) {
@@ -211,13 +213,14 @@ double ObjectEchoes::seen_share(const FanPlace& place, double time_range_m,
         per_m += share / ends[j].range_m;
         direction += share * view_->fan->direction(in_plane, around.ray + j);
       }
-      const bool hidden =
-          own ? hides(ends[j], time_range_m, *own) : ends[j].range_m < time_range_m - tolerance_m_;
-      if (!hidden) seen += share;
+      const bool hidden = own ? is_nearer(ends[j], time_range_m, *own)
+                              : ends[j].range_m < time_range_m - tolerance_m_;
+      if (!hidden) (own && !is_own(ends[j], *own) ? past_object : seen) += share;
     }
   }
   if (others == 4)
     return direction.norm() / per_m < time_range_m - rounding_m(own->away) ? 0.0 : 1.0;
+  if (past_object > 0.0 && !is_covered(own->away)) seen += past_object;
   return traced > 0.0 ? seen / traced : 0.0;
 }
 
@@ -283,7 +286,10 @@ std::optional<double> ObjectEchoes::seen_through(const FlatPart& flat_part, cons
       passing += share;
       const Eigen::Vector3d there = middle.away + meets;
       const double farther_m = (ray->apparent + aside).norm() - ray->apparent.norm();
-      if (!hides(ends[j], ray->range_m + farther_m, {there, middle.label})) seen += share;
+      const OwnPlace own{there, middle.label};
+      if (!is_nearer(ends[j], ray->range_m + farther_m, own) &&
+          (is_own(ends[j], own) || !is_covered(there)))
+        seen += share;
     }
   }
   if (!(passing > 0.0)) return std::nullopt;

@@ -38,7 +38,7 @@ TEST_CASE("heading, pitch and roll are applied in that order") {
 }
 
 TEST_CASE("a fan looks to its side, and its pole points upwards") {
-  Sonar sonar;
+  const Sonar sonar{.sector_high_rad = 0.5 * std::numbers::pi};
   const RayLayout layout = make_ray_layout(sonar, 0.00375, 7.5);
   const Pose north{};
   const RayFan starboard = place_fan(layout, north, Side::starboard, 75.0);
