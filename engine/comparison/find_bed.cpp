@@ -10,6 +10,7 @@
 #include <span>
 
 #include <ensonify/engine/quantile.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -366,6 +367,30 @@ bool begins_behind_bed(Smooth& smooth, std::size_t recorded_from, const BedSampl
   return 2 * ratios.size() >= stated.size() && median(std::move(ratios)) < much_darker;
 }
 
+/// As FoundBed::water_darker_db: the median of the pings.
+double water_darker_db(const RecordedLine& line, Side side, std::size_t recorded_from,
+                       const BedSamples& bed) {
+  constexpr std::size_t fewest = 8;  // samples of either
+  std::vector<double> ratios;
+  for (std::size_t ping = 0; ping < bed.size(); ++ping) {
+    if (!bed[ping]) continue;
+    const std::span<const float> row = line.row(side, ping);
+    const auto mean = [&](double from, double to) {
+      const auto first = std::max(static_cast<std::size_t>(std::max(from, 0.0)), recorded_from),
+                 end = std::min(static_cast<std::size_t>(std::max(to, 0.0)), line.samples);
+      if (end < first + fewest) return std::numeric_limits<double>::quiet_NaN();
+      const std::span<const float> part = row.subspan(first, end - first);
+      return std::accumulate(part.begin(), part.end(), 0.0) / static_cast<double>(part.size());
+    };
+    // The transmit leakage lies before, and the bed rises between.
+    const double ratio =
+        mean(1.1 * *bed[ping], 2.0 * *bed[ping]) / mean(0.5 * *bed[ping], 0.92 * *bed[ping]);
+    if (!std::isnan(ratio)) ratios.push_back(ratio);
+  }
+  return 2 * ratios.size() < bed.size() ? std::numeric_limits<double>::quiet_NaN()
+                                        : scatter::amplitude_to_db(median(std::move(ratios)));
+}
+
 }  // namespace
 
 FoundBed find_bed(const RecordedLine& line, Side side) {
@@ -407,8 +432,12 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
       for (std::size_t i = 0; i < pings; ++i)
         bed[i] = rises[i].empty() ? 0.0 : static_cast<double>(rises[i].front().sample);
   }
-  if (!found.stated && begins_as_stated(line, side, water.growth, as_stated, bed)) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  found.water_darker_db = found.stated ? unknown : water_darker_db(line, side, recorded_from, bed);
+  if (!found.stated && (begins_as_stated(line, side, water.growth, as_stated, bed) ||
+                        (found.doubtful() && 2 * known(as_stated) >= pings))) {
     found.stated = true;
+    found.water_darker_db = unknown;
     bed = as_stated;
   }
   for (std::size_t i = 0; i < pings; ++i)

@@ -311,13 +311,18 @@ void set_altitudes(const RecordedLine& line, VehiclePath& path) {
           "the recording shows no bottom line in most of its pings, and they have no altitude; "
           "expected a water column before the bed, or altitudes");
   }
+  std::vector<FoundBed> beds;
+  for (const Side side : line.sides()) beds.push_back(find_bed(line, side));
+  if (std::ranges::all_of(beds, &FoundBed::doubtful))
+    throw RecordingError(fmt::format(
+        "what lies before the bottom line is only {:.1f} dB darker than the bed behind it, as where "
+        "noise hides the water column or where it was cut off, and most pings have no altitude; "
+        "expected a water column that is {:.0f} dB darker or more, or altitudes",
+        std::max(beds.front().water_darker_db, 0.0), clearly_darker_db));
   path.altitude_m.resize(pings);
   for (std::size_t i = 0; i < ranges.size(); ++i)
     path.altitude_m[i] = ranges[i] * (path.pitch_rad.empty() ? 1.0 : std::cos(path.pitch_rad[i]));
-  const bool shown = !ranges.empty() &&
-                     std::ranges::any_of(std::array{Side::port, Side::starboard}, [&](Side side) {
-                       return !line.side(side).empty() && !find_bed(line, side).stated;
-                     });
+  const bool shown = !ranges.empty() && !std::ranges::all_of(beds, &FoundBed::stated);
   path.altitude = shown ? Evidence{Confidence::measured, "bottom line"}
                         : Evidence{Confidence::stated, "altitudes that they state"};
   const Values depths = column(line, [](const RecordedPing& ping) { return ping.depth_m; });

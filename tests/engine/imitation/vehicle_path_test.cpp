@@ -118,6 +118,29 @@ TEST_CASE("a line without a bottom line is refused") {
   CHECK_THROWS_AS(vehicle_path(line), RecordingError);
 }
 
+TEST_CASE("water that is hardly darker than the bed shows no bottom line, however short the line") {
+  // The gain makes far ranges brighter, so that the ranges are not even.
+  const auto line = [](double column_db, std::size_t pings) {
+    return made_line({.pings = pings,
+                      .spreading = 36.0,
+                      .level = 0.05,
+                      .column = 0.05 * std::pow(10.0, column_db / 20.0)});
+  };
+  for (const std::size_t pings : {64u, 320u}) {
+    CAPTURE(pings);
+    RecordedLine faint = line(-1.0, pings);
+    CHECK_THROWS_WITH(vehicle_path(faint), Catch::Contains("dB darker than the bed behind it"));
+    for (RecordedPing& ping : faint.pings) ping.altitude_m = 8.0;
+    const VehiclePath stated = vehicle_path(faint);
+    CHECK(stated.altitude.how == Confidence::stated);
+    CHECK(std::ranges::max(stated.altitude_m) == 8.0);
+    CHECK(std::ranges::min(stated.altitude_m) == 8.0);
+    const VehiclePath shown = vehicle_path(line(-8.0, pings));
+    CHECK(shown.altitude.how == Confidence::measured);
+    CHECK(shown.altitude_m[pings / 2] == Approx(8.0).margin(0.4));
+  }
+}
+
 TEST_CASE("an oscillation has the rms and the period that were put in, whatever the turns") {
   std::vector<double> values;
   for (int i = 0; i < 3000; ++i) {
