@@ -20,8 +20,9 @@ struct FoundBed {
   /// recorded one if all are bed, the number of samples if the ping is silent.
   std::vector<std::size_t> first_sample;
   bool stated = false;  ///< the bed is from the stated altitudes: the samples do not show it
-  /// How much darker the water column is than the bed just behind it, in the samples; NaN without a
-  /// column, or if the bed is from the stated altitudes.
+  /// How much darker the water column is than the bed just behind it: its brightest third, or, if
+  /// one is darker by 10 dB, its darkest. NaN without a column, or if the bed is from the stated
+  /// altitudes.
   double water_darker_db = std::numeric_limits<double>::quiet_NaN();
   /// Whether what lies before the line may be bed as well: it is hardly darker.
   bool doubtful() const { return water_darker_db < clearly_darker_db; }

@@ -141,6 +141,16 @@ TEST_CASE("water that is hardly darker than the bed shows no bottom line, howeve
   }
 }
 
+TEST_CASE("a dark part of the bed behind bright water is no water column") {
+  RecordedLine line = made_line({.column = 0.09});  // 1 dB darker than the bed
+  for (std::vector<float>* side : {&line.port, &line.starboard})
+    for (std::size_t i = 0; i < side->size(); ++i)  // as where the beam receives weakly
+      if (i % samples > 80 && i % samples < 105) (*side)[i] *= 0.5f;
+  CHECK_THROWS_WITH(vehicle_path(line), Catch::Contains("dB darker than the bed behind it"));
+  for (RecordedPing& ping : line.pings) ping.altitude_m = 8.0;
+  CHECK(std::ranges::max(vehicle_path(line).altitude_m) == 8.0);
+}
+
 TEST_CASE("an oscillation has the rms and the period that were put in, whatever the turns") {
   std::vector<double> values;
   for (int i = 0; i < 3000; ++i) {
