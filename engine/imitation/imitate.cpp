@@ -177,7 +177,7 @@ void note_missing(const RecordedLine& line, const LineModel& model,
         "whether the bottom line is right: the samples before it are only {:.0f} dB darker than the "
         "bed, as where noise is strong, where the water column was cut off, or where the samples "
         "were moved to ground range",
-        darker_db));
+        std::max(darker_db, 0.0)));
   for (const Side side : line.sides()) {
     constexpr double noticed = 0.05;
     if (const double share = silent_share(line, side); share > noticed)

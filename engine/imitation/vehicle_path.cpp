@@ -79,6 +79,14 @@ Values moving_median(const Values& values, std::size_t reach) {
   return medians;
 }
 
+/// Single values, or two, that are far off those around them are replaced by their median.
+Values without_single(Values values, double far) {
+  const Values usual = moving_median(values, 2);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (std::abs(values[i] - usual[i]) > far) values[i] = usual[i];
+  return values;
+}
+
 /// The median of the values around one, of as many before as behind it: otherwise a slope near an
 /// end of the line would seem to be far off.
 double usual_at(const Values& values, std::size_t i) {
@@ -263,10 +271,13 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
   const auto within = [](std::optional<double> angle_rad, double max_rad) {
     return angle_rad && std::abs(*angle_rad) <= max_rad ? angle_rad : std::nullopt;
   };
-  path.roll_rad =
-      column(line, [&](const RecordedPing& ping) { return within(ping.roll_rad, 90.0 * degree); });
-  path.pitch_rad =
-      column(line, [&](const RecordedPing& ping) { return within(ping.pitch_rad, 60.0 * degree); });
+  constexpr double far_rad = 5.0 * degree;  // no vehicle pitches by as much and back in two pings
+  path.roll_rad = without_single(
+      column(line, [&](const RecordedPing& ping) { return within(ping.roll_rad, 90.0 * degree); }),
+      far_rad);
+  path.pitch_rad = without_single(
+      column(line, [&](const RecordedPing& ping) { return within(ping.pitch_rad, 60.0 * degree); }),
+      far_rad);
   const ChosenHeadings headings = choose_headings(line);
   path.heading_instead = headings.instead;
   // They are unwrapped over the pings that have one, so that gaps do not turn about.
@@ -305,7 +316,8 @@ void set_altitudes(const RecordedLine& line, VehiclePath& path) {
         "gain makes it, or noise that hides all echoes, and its pings have no altitude; expected "
         "altitudes, or a recording without automatic gain");
   if (ranges.empty()) {
-    path.altitude_m = column(line, [](const RecordedPing& ping) { return ping.altitude_m; });
+    path.altitude_m =
+        moving_median(column(line, [](const RecordedPing& ping) { return ping.altitude_m; }), 2);
     if (path.altitude_m.empty())
       throw RecordingError(
           "the recording shows no bottom line in most of its pings, and they have no altitude; "

@@ -111,6 +111,23 @@ TEST_CASE("a roll or a pitch that no sonar has is unknown") {
   CHECK(path.roll_rad == std::vector<double>(320, 3.0 * degree));
 }
 
+TEST_CASE("a wrong pitch or stated altitude of single pings moves no altitude") {
+  RecordedLine line = made_line({});
+  for (RecordedPing& ping : line.pings) ping.pitch_rad = 1.0 * degree;
+  line.pings[50].pitch_rad = line.pings[120].pitch_rad = -50.0 * degree;
+  line.pings[121].pitch_rad = 55.0 * degree;
+  const VehiclePath path = vehicle_path(line);
+  CHECK(path.pitch_rad == std::vector<double>(320, 1.0 * degree));
+  for (const double altitude_m : path.altitude_m) CHECK(altitude_m == Approx(8.0).margin(0.3));
+  // Without a bottom line the stated altitudes count.
+  std::ranges::fill(line.port, 0.0f);
+  std::ranges::fill(line.starboard, 0.0f);
+  for (RecordedPing& ping : line.pings) ping.altitude_m = 8.0;
+  line.pings[70].altitude_m = 0.5;
+  line.pings[200].altitude_m = 45.0;
+  CHECK(vehicle_path(line).altitude_m == std::vector<double>(320, 8.0));
+}
+
 TEST_CASE("a line without a bottom line is refused") {
   RecordedLine line = made_line({});
   std::ranges::fill(line.port, 100.0f);
