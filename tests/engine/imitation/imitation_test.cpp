@@ -246,6 +246,7 @@ TEST_CASE("a contrast that no texture reaches, and a key at its limit, are named
         (*side)[i] = static_cast<float>(
             1.0 + std::min(32000.0, double{(*side)[i]} * std::sqrt(power(random) / 0.03)));
   const Imitation uneven = imitate(line, folder / "uneven", {});
+  CHECK(named(uneven, contrast));
   CHECK(named(uneven, limit));
 }
 
