@@ -46,18 +46,6 @@ RecordedLine chosen_line(const ImitateArguments& arguments) {
   return std::move(lines[number - 1]);
 }
 
-/// The share of known statistics that differ by no more than the spread of the recording's halves.
-std::pair<std::size_t, std::size_t> within_spread(const Imitation& made) {
-  std::size_t within = 0, known = 0;
-  for (const ComparedStatistic& one : made.statistics) {
-    const double ratio = one.ratio();
-    if (std::isnan(ratio)) continue;
-    ++known;
-    within += ratio <= 1.0;
-  }
-  return {within, known};
-}
-
 /// A field of CSV, in quotes if it needs them.
 std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\n") == text.npos) return text;
@@ -91,11 +79,15 @@ nlohmann::ordered_json as_json(const Imitation& made, const fs::path& folder) {
   for (const ComparedStatistic& one : made.statistics)
     statistics[one.name] = {
         {"recording", one.a}, {"imitation", one.b}, {"spread", one.spread}, {"ratio", one.ratio()}};
+  const Likeness alike = likeness(made.statistics);
   return {{"folder", folder.string()},
           {"keys", keys},
           {"materials", made.materials},
           {"unknown", made.unknown},
-          {"statistics", statistics}};
+          {"statistics", statistics},
+          {"level_over_angle_off_db", alike.level_over_grazing_db},
+          {"level_over_range_off_db", alike.level_over_range_db},
+          {"contrast_off_db", alike.contrast_db}};
 }
 
 void make_imitation(const ImitateArguments& arguments) {
@@ -137,11 +129,11 @@ void make_imitation(const ImitateArguments& arguments) {
     print(summary(made));
   if (arguments.quiet) return;
   for (const std::string& what : made.unknown) print_note("not known: {}\n", what);
-  const auto [within, known] = within_spread(made);
+  const Likeness alike = likeness(made.statistics);
   print_note(
       "{} of {} statistics of pings that the fit did not see differ by no more than the "
-      "recording's halves; scene and report are in {}\n",
-      within, known, arguments.folder.string());
+      "recording's halves; {}; scene and report are in {}\n",
+      alike.within, alike.known, alike.decibels(), arguments.folder.string());
 }
 
 }  // namespace

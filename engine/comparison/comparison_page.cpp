@@ -99,11 +99,13 @@ std::string picture_section(const std::string& name_a, const RecordedLine& a,
 
 std::string statistics_section(const std::string& name_a, const std::string& name_b,
                                std::span<const ComparedStatistic> statistics) {
+  const Likeness alike = likeness(statistics);
   std::string section = fmt::format(
       "<p>The ratio is the difference over the spread between the halves of {}. Rows with a ratio "
-      "over 1 are bold.</p>\n<table><tr><th>statistic</th><th>{}</th><th>{}</th><th>spread</th>"
+      "over 1 are bold; {} of {} have a ratio of at most 1. In decibels: {}.</p>\n<table><tr><th>statistic</th><th>{}</th><th>{}</th><th>spread</th>"
       "<th>ratio</th></tr>\n",
-      html_text(name_a), html_text(name_a), html_text(name_b));
+      html_text(name_a), alike.within, alike.known, alike.decibels(), html_text(name_a),
+      html_text(name_b));
   for (const ComparedStatistic& one : statistics)
     section +=
         fmt::format("<tr{}><td>{}</td>{}{}{}{}</tr>\n", one.ratio() > 1.0 ? " class=\"apart\"" : "",

@@ -10,6 +10,7 @@
 #include <span>
 
 #include <ensonify/engine/quantile.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -366,6 +367,40 @@ bool begins_behind_bed(Smooth& smooth, std::size_t recorded_from, const BedSampl
   return 2 * ratios.size() >= stated.size() && median(std::move(ratios)) < much_darker;
 }
 
+/// As FoundBed::water_darker_db. Before a line that was found behind a dark part of the bed, water
+/// and the nearest bed are bright. Fish may be as bright, but not in all of a dark column.
+double water_darker_db(const RecordedLine& line, Side side, std::size_t recorded_from,
+                       const BedSamples& bed) {
+  constexpr std::size_t fewest = 8;  // samples
+  // The transmit leakage lies before, and the bed rises between.
+  constexpr std::array<double, 4> parts{0.33, 0.53, 0.73, 0.92};
+  constexpr double bed_begin = 1.1, bed_end = 2.0;
+  constexpr double dark_db = 10.0;
+  double darker_db = std::numeric_limits<double>::quiet_NaN(), darkest_db = darker_db;
+  for (std::size_t part = 0; part + 1 < parts.size(); ++part) {
+    std::vector<double> ratios;  // by ping
+    for (std::size_t ping = 0; ping < bed.size(); ++ping) {
+      if (!bed[ping]) continue;
+      const std::span<const float> row = line.row(side, ping);
+      const auto mean = [&](double from, double to) {
+        const auto first = std::max(static_cast<std::size_t>(from * *bed[ping]), recorded_from),
+                   end = std::min(static_cast<std::size_t>(to * *bed[ping]), line.samples);
+        if (end < first + fewest) return std::numeric_limits<double>::quiet_NaN();
+        const std::span<const float> samples = row.subspan(first, end - first);
+        return std::accumulate(samples.begin(), samples.end(), 0.0) /
+               static_cast<double>(samples.size());
+      };
+      const double ratio = mean(bed_begin, bed_end) / mean(parts[part], parts[part + 1]);
+      if (!std::isnan(ratio)) ratios.push_back(ratio);
+    }
+    if (2 * ratios.size() < bed.size() || ratios.empty()) continue;
+    const double its_db = scatter::amplitude_to_db(median(std::move(ratios)));
+    darker_db = std::fmin(darker_db, its_db);
+    darkest_db = std::fmax(darkest_db, its_db);
+  }
+  return darkest_db > dark_db ? darkest_db : darker_db;
+}
+
 }  // namespace
 
 FoundBed find_bed(const RecordedLine& line, Side side) {
@@ -407,8 +442,12 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
       for (std::size_t i = 0; i < pings; ++i)
         bed[i] = rises[i].empty() ? 0.0 : static_cast<double>(rises[i].front().sample);
   }
-  if (!found.stated && begins_as_stated(line, side, water.growth, as_stated, bed)) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  found.water_darker_db = found.stated ? unknown : water_darker_db(line, side, recorded_from, bed);
+  if (!found.stated && (begins_as_stated(line, side, water.growth, as_stated, bed) ||
+                        (found.doubtful() && 2 * known(as_stated) >= pings))) {
     found.stated = true;
+    found.water_darker_db = unknown;
     bed = as_stated;
   }
   for (std::size_t i = 0; i < pings; ++i)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include <ensonify/engine/recording/recorded_line.h>
@@ -9,12 +10,22 @@ namespace ensonify::engine {
 
 constexpr std::size_t bed_found_early = 2;  ///< because means over 5 samples are searched
 
+/// Patches of a bed and the gain over range make as much: what is darker by less is not known to be
+/// water.
+constexpr double clearly_darker_db = 3.0;
+
 /// Where the bed begins in the pings of one side.
 struct FoundBed {
   /// By ping: the first sample of the bed, set bed_found_early samples before its edge; the first
   /// recorded one if all are bed, the number of samples if the ping is silent.
   std::vector<std::size_t> first_sample;
   bool stated = false;  ///< the bed is from the stated altitudes: the samples do not show it
+  /// How much darker the water column is than the bed just behind it: its brightest third, or, if
+  /// one is darker by 10 dB, its darkest. NaN without a column, or if the bed is from the stated
+  /// altitudes.
+  double water_darker_db = std::numeric_limits<double>::quiet_NaN();
+  /// Whether what lies before the line may be bed as well: it is hardly darker.
+  bool doubtful() const { return water_darker_db < clearly_darker_db; }
 };
 
 /// Finds the bottom line. The bed may begin wherever 8 samples of a ping in succession are above
@@ -28,7 +39,7 @@ struct FoundBed {
 /// leaves out, the place is interpolated, or is the stated altitude corrected by that distance. The
 /// stated altitude is used uncorrected if the samples of most pings show no bed, if they begin
 /// behind it, or if the line lies far behind it although the samples behind it are brighter, on
-/// average, than those before it; and if ranges_are_even().
+/// average, than those before it; if the line is doubtful(); and if ranges_are_even().
 FoundBed find_bed(const RecordedLine& line, Side side);
 
 /// Whether all ranges are equally bright, on the mean of all pings. No water column is as bright as

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -13,6 +15,7 @@
 #include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/engine/quantile.h>
+#include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
 
@@ -219,6 +222,9 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
   const auto add = [&](std::string name, double value, CurvePart part = {}) {
     all.push_back({std::move(name), value, part});
   };
+  const auto add_of_path = [&](std::string name, double value) {
+    all.push_back({std::move(name), value, {}, true});
+  };
   const auto& [port, starboard] = samples.bed_power;
   const double bed_power = Mean{port.sum + starboard.sum, port.count + starboard.count}.value();
   const auto level = [&](const Mean& power) { return scatter::to_db(power.value() / bed_power); };
@@ -258,8 +264,8 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
   for (std::size_t i = 0; i < tone_lags.size(); ++i)
     add(fmt::format("tone_change_over_{}_pings_db", tone_lags[i]),
         std::sqrt(median_of_enough(samples.tone_changes_db2[i]) / normal_median_square));
-  add("sideways_drift_m",
-      sideways_drift_m(samples.drift_m[0], samples.drift_m[1]).value_or(unknown));
+  add_of_path("sideways_drift_m",
+              sideways_drift_m(samples.drift_m[0], samples.drift_m[1]).value_or(unknown));
   add("ping_brightness",
       1.4826 * median_of_enough(samples.row_brightness));  // sd of a normal distribution
   const double column = median_of_enough(samples.column);
@@ -269,8 +275,8 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
                                      ? unknown
                                      : 1e4 * static_cast<double>(samples.column_bright) /
                                            static_cast<double>(samples.column.size()));
-  add("first_return_m", median_of_enough(samples.first_m));
-  add("first_return_wander_m", 1.4826 * median_of_enough(samples.wander_m));
+  add_of_path("first_return_m", median_of_enough(samples.first_m));
+  add_of_path("first_return_wander_m", 1.4826 * median_of_enough(samples.wander_m));
   add("first_return_overshoot_db", median_of_enough(samples.overshoot_db));
   add("clipped_share", samples.all < fewest ? unknown
                                             : static_cast<double>(samples.clipped) /
@@ -288,23 +294,110 @@ double ComparedStatistic::ratio() const {
   return difference <= rounding * std::abs(a) ? 0.0 : difference / spread;
 }
 
+std::array<std::vector<std::size_t>, 2> halves_at_equal_altitude(const RecordedLine& line) {
+  constexpr std::size_t block = 32;
+  constexpr double alike = 0.05;
+  const std::size_t pings = line.pings.size(),
+                    blocks = 2 * std::max<std::size_t>(1, pings / (2 * block));
+  std::vector<std::vector<std::size_t>> beds;
+  for (const Side side : line.sides()) beds.push_back(find_bed(line, side).first_sample);
+  const auto first_of = [&](std::size_t part, std::size_t parts) { return part * pings / parts; };
+  const auto bed_in = [&](std::size_t part, std::size_t parts) {
+    std::vector<double> samples;
+    for (const std::vector<std::size_t>& bed : beds)
+      for (std::size_t i = first_of(part, parts); i < first_of(part + 1, parts); ++i)
+        if (bed[i] < line.samples) samples.push_back(static_cast<double>(bed[i]));
+    return median(std::move(samples));
+  };
+  std::vector<std::size_t> order(blocks);
+  std::iota(order.begin(), order.end(), 0);
+  if (const double early = bed_in(0, 2), late = bed_in(1, 2);
+      std::abs(early - late) > alike * std::max(early, late)) {
+    std::vector<double> altitudes;
+    for (std::size_t part = 0; part < blocks; ++part) altitudes.push_back(bed_in(part, blocks));
+    std::ranges::stable_sort(order, {}, [&](std::size_t part) { return altitudes[part]; });
+    std::vector<std::size_t> first, second;
+    for (std::size_t i = 0; i < blocks; i += 2) {
+      first.push_back(std::min(order[i], order[i + 1]));
+      second.push_back(std::max(order[i], order[i + 1]));
+    }
+    std::ranges::sort(first);
+    std::ranges::sort(second);
+    std::ranges::copy(first, order.begin());
+    std::ranges::copy(second, order.begin() + static_cast<std::ptrdiff_t>(blocks / 2));
+  }
+  std::array<std::vector<std::size_t>, 2> halves;
+  for (std::size_t i = 0; i < blocks; ++i)
+    for (std::size_t ping = first_of(order[i], blocks); ping < first_of(order[i] + 1, blocks);
+         ++ping)
+      halves[2 * i / blocks].push_back(ping);
+  return halves;
+}
+
 std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b,
                                              const std::function<void()>& stop_check) {
   const std::size_t pings = a.pings.size(), half = pings / 2;
   const auto statistics = [&](const RecordedLine& line, std::size_t begin, std::size_t end) {
     return line_statistics(line, begin, end, stop_check);
   };
-  const std::vector<LineStatistic> of_a = statistics(a, 0, pings), first = statistics(a, 0, half),
-                                   second = statistics(a, half, pings),
-                                   of_b = statistics(b, 0, b.pings.size());
+  using Statistics = std::vector<LineStatistic>;
+  const Statistics of_a = statistics(a, 0, pings), first = statistics(a, 0, half),
+                   second = statistics(a, half, pings), of_b = statistics(b, 0, b.pings.size());
+  const std::array<std::vector<std::size_t>, 2> equal = halves_at_equal_altitude(a);
+  const bool as_they_are = equal[0].empty() || equal[0].back() < equal[1].front();
+  const auto at_equal = [&](std::size_t which) {
+    const RecordedLine part = some_pings(a, equal[which]);
+    return statistics(part, 0, part.pings.size());
+  };
+  const Statistics one = as_they_are ? first : at_equal(0),
+                   other = as_they_are ? second : at_equal(1);
   std::vector<ComparedStatistic> all;
   for (std::size_t i = 0; i < of_a.size(); ++i)
     all.push_back({.name = of_a[i].name,
                    .a = of_a[i].value,
                    .b = of_b[i].value,
-                   .spread = std::abs(first[i].value - second[i].value),
+                   .spread = of_a[i].of_path ? std::abs(first[i].value - second[i].value)
+                                             : std::abs(one[i].value - other[i].value),
                    .part = of_a[i].part});
   return all;
+}
+
+Likeness likeness(std::span<const ComparedStatistic> statistics) {
+  const auto rms = [&](StatisticCurve curve, auto&& difference_db) {
+    double squares = 0.0, number = 0.0;
+    for (const ComparedStatistic& one : statistics) {
+      if (one.part.curve != curve) continue;
+      const double off_db = difference_db(one);
+      if (!std::isfinite(off_db)) continue;
+      squares += off_db * off_db;
+      number += 1.0;
+    }
+    return std::sqrt(squares / number);
+  };
+  const auto levels = [](const ComparedStatistic& one) { return one.b - one.a; };
+  Likeness found;
+  found.level_over_grazing_db = rms(StatisticCurve::level_over_grazing, levels);
+  found.level_over_range_db = rms(StatisticCurve::level_over_range, levels);
+  found.contrast_db = rms(StatisticCurve::contrast_over_grazing, [](const ComparedStatistic& one) {
+    return scatter::amplitude_to_db(one.b / one.a);
+  });
+  for (const ComparedStatistic& one : statistics) {
+    const double ratio = one.ratio();
+    if (std::isnan(ratio)) continue;
+    ++found.known;
+    found.within += ratio <= 1.0;
+  }
+  return found;
+}
+
+std::string Likeness::decibels() const {
+  std::string text;
+  for (const auto& [what, off_db] : {std::pair{"the level over the angle", level_over_grazing_db},
+                                     {"the level over the range", level_over_range_db},
+                                     {"the contrast", contrast_db}})
+    if (std::isfinite(off_db))
+      text += fmt::format("{}{} is {:.1f} dB off", text.empty() ? "" : ", ", what, off_db);
+  return text.empty() ? "no level is known of both" : text + " (root mean square)";
 }
 
 }  // namespace ensonify::engine

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,6 +26,7 @@ struct LineStatistic {
   std::string name;  ///< with its unit
   double value;      ///< NaN: the line has no such value
   CurvePart part;
+  bool of_path = false;  ///< it describes where the vehicle goes, not what the sonar receives
 };
 
 /// The statistics of pings [first, end) of a line, always the same names in the same order;
@@ -47,14 +50,32 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
 struct ComparedStatistic {
   std::string name;
   double a, b;
-  double spread;  ///< between the halves of A's pings
+  double spread;  ///< between the halves of A's pings: halves_at_equal_altitude(), or, of a
+                  ///< statistic of the path, the first and the second half
   CurvePart part;
   /// |b - a| over the spread; 0 if a file's rounding explains the difference, infinite if only the
   /// spread is 0, NaN if a number is unknown.
   double ratio() const;
 };
+/// The pings of a line in two halves: the first and the second, unless their altitudes differ by
+/// more than a twentieth. The level and the texture at each range change with the altitude, so that
+/// halves at two altitudes would excuse nearly any difference. In that case blocks of some 32 pings
+/// are ordered by their altitude, and of each two in succession the earlier ping's is in the first
+/// half.
+std::array<std::vector<std::size_t>, 2> halves_at_equal_altitude(const RecordedLine& line);
+
 /// `stop_check` as in line_statistics().
 std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b,
                                              const std::function<void()>& stop_check = {});
+
+/// How alike two lines are.
+struct Likeness {
+  std::size_t within = 0, known = 0;  ///< statistics whose ratio is 1 or less, and all known ones
+  /// Root mean squares of the differences along the curves, of the contrast as 20 log10 of the
+  /// ratio, dB; NaN if nothing is known.
+  double level_over_grazing_db, level_over_range_db, contrast_db;
+  std::string decibels() const;  ///< the differences in words
+};
+Likeness likeness(std::span<const ComparedStatistic> statistics);
 
 }  // namespace ensonify::engine

@@ -17,7 +17,16 @@ std::string_view name_of(Confidence how);
 /// The evidence for a value.
 struct Evidence {
   Confidence how = Confidence::assumed;
-  std::string why;  ///< a few words
+  std::string why;        ///< a few words
+  bool at_limit = false;  ///< the fit would have gone on, but no further values are tried
 };
+
+/// The evidence of a value that the fit keeps within two limits, with a note if it is at one.
+inline Evidence within_limits(Evidence evidence, double value, double least, double most) {
+  evidence.at_limit = value <= least || value >= most;
+  if (evidence.at_limit)
+    evidence.why += value <= least ? "; the smallest that is tried" : "; the largest that is tried";
+  return evidence;
+}
 
 }  // namespace ensonify::engine

@@ -177,7 +177,7 @@ void note_missing(const RecordedLine& line, const LineModel& model,
         "whether the bottom line is right: the samples before it are only {:.0f} dB darker than the "
         "bed, as where noise is strong, where the water column was cut off, or where the samples "
         "were moved to ground range",
-        darker_db));
+        std::max(darker_db, 0.0)));
   for (const Side side : line.sides()) {
     constexpr double noticed = 0.05;
     if (const double share = silent_share(line, side); share > noticed)
@@ -266,6 +266,31 @@ struct Halves {
   }
 };
 
+/// What the fit did not reach: keys at their limits, and contrasts that differ all the same.
+void note_limits(const Imitation& made, std::vector<std::string>& unknown) {
+  for (const FoundKey& key : found_keys(made.model))
+    if (key.evidence.at_limit)
+      unknown.push_back(fmt::format("which {} would fit: {} is at its limit ({})", key.name(),
+                                    key.value, key.evidence.why));
+  constexpr double alike = 0.1;
+  std::string contrasts;
+  bool too_smooth = false;
+  for (const ComparedStatistic& one : made.statistics) {
+    if (one.part.curve != StatisticCurve::contrast_over_grazing) continue;
+    if (!(std::abs(one.b / one.a - 1.0) > alike && one.ratio() > 1.0)) continue;
+    too_smooth = too_smooth || (one.b < one.a && made.model.texture_shape > 0.0);
+    contrasts +=
+        fmt::format("{} {:.2f} at {} to {} degrees, where the imitation has {:.2f}",
+                    contrasts.empty() ? "" : ",", one.a, one.part.low, one.part.high, one.b);
+  }
+  if (!contrasts.empty())
+    unknown.push_back(fmt::format(
+        "what makes the recording's contrast of{}{}", contrasts,
+        too_smooth ? "; where the beam is wide, it has many patches of texture, which average out, "
+                     "so that no texture makes the bed more uneven"
+                   : ""));
+}
+
 }  // namespace
 
 Imitation imitate(const RecordedLine& recording, const std::filesystem::path& folder,
@@ -328,6 +353,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
                      [&](std::size_t done, std::size_t of) { report("pings", done, of); });
   made.statistics =
       compare_lines(some_pings(made.line, made.judged), some_pings(made.imitated, made.judged));
+  note_limits(made, made.unknown);
   made.unknown.emplace_back(
       "single objects and forms of the bed: only their statistics are imitated");
   made.unknown.emplace_back(

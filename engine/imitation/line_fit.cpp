@@ -21,6 +21,8 @@ namespace ensonify::engine {
 namespace {
 
 constexpr const char* bandwidth_key = "sonar.sidescan.bandwidth_hz";
+constexpr const char* texture_shape_key = "material.bed.texture_shape";
+constexpr const char* glint_share_key = "material.bed.glint_share";
 constexpr const char* low_contrast = "contrast_at_8_to_14_deg";
 constexpr std::array low_kurtoses{"kurtosis_at_8_to_14_deg", "kurtosis_at_14_to_20_deg"};
 
@@ -339,7 +341,8 @@ class Fit {
     // The gain stays the same at half the range.
     model_.gain_db =
         *model_.gain_db - (model_.range_law.spreading - before) * std::log10(0.5 * model_.range_m);
-    model_.range_law.from = {Confidence::fitted, "level over range"};
+    model_.range_law.from = within_limits({Confidence::fitted, "level over range"},
+                                          model_.range_law.spreading, 0.0, 80.0);
   }
 
   void correct_floor(const Figures& simulated) {
@@ -355,10 +358,9 @@ class Fit {
     model_.output_noise_db =
         std::clamp(model_.output_noise_db + std::clamp(off, -20.0, 20.0), least_db, most_db);
     if (has > 0.0)
-      model_.evidence["sonar.sidescan.output_noise_db"] = {
-          Confidence::fitted,
-          fmt::format("level of the water column{}",
-                      model_.output_noise_db == most_db ? "; the largest that is tried" : "")};
+      model_.evidence["sonar.sidescan.output_noise_db"] =
+          within_limits({Confidence::fitted, "level of the water column"}, model_.output_noise_db,
+                        least_db, most_db);
   }
 
   /// Relief correlates samples at some distance from each other; texture below the cell does not.
@@ -372,12 +374,9 @@ class Fit {
     constexpr double least_m = 5e-4, most_m = 0.08;
     model_.height_at_1m_m =
         std::clamp(model_.height_at_1m_m * std::clamp(1.0 + 4.0 * off, 0.6, 1.5), least_m, most_m);
-    model_.evidence["seafloor.fractal.height_at_1m_m"] = {
-        Confidence::fitted,
-        fmt::format("correlation over 2 and 4 samples{}",
-                    model_.height_at_1m_m == most_m    ? "; the largest that is tried"
-                    : model_.height_at_1m_m == least_m ? "; the smallest that is tried"
-                                                       : "")};
+    model_.evidence["seafloor.fractal.height_at_1m_m"] =
+        within_limits({Confidence::fitted, "correlation over 2 and 4 samples"},
+                      model_.height_at_1m_m, least_m, most_m);
   }
 
   /// Contrast at low grazing angles above that of the bed without texture is attributed to texture.
@@ -416,6 +415,12 @@ class Fit {
     constexpr double min_share = 0.01, max_share = 0.8;
     model_.glint_share =
         std::clamp(model_.glint_share * std::clamp(change, 0.5, 2.0), min_share, max_share);
+    model_.evidence[texture_shape_key] =
+        within_limits({Confidence::fitted, "contrast at 8 to 14 degrees"}, model_.texture_shape,
+                      min_shape, max_shape);
+    model_.evidence[glint_share_key] =
+        within_limits({Confidence::fitted, "kurtosis at 8 to 20 degrees"}, model_.glint_share, 0.0,
+                      max_share);  // the smallest is none
   }
 
   /// The pulse that the correlations of samples show, where the file does not state it. No file
@@ -447,7 +452,9 @@ class Fit {
     model_.pulse.bandwidth_hz =
         std::clamp(model_.pulse.bandwidth_hz * std::clamp(apart(has) / apart(now), 0.6, 1.6),
                    min_bandwidth_hz(), max_bandwidth_hz());
-    model_.evidence[bandwidth_key] = {Confidence::fitted, "correlation of neighbouring samples"};
+    model_.evidence[bandwidth_key] =
+        within_limits({Confidence::fitted, "correlation of neighbouring samples"},
+                      model_.pulse.bandwidth_hz, min_bandwidth_hz(), max_bandwidth_hz());
   }
 
   /// Fits the array's length to the correlation of pings. In the near field, or where something
@@ -472,9 +479,11 @@ class Fit {
     tried_length_m_ = length_m;
     tried_correlation_ = now;
     const double factor = distance_over_length(now) / distance_over_length(has);
-    set_array(std::clamp(length_m * std::clamp(factor, 0.7, 1.4), 0.05, 5.0));
-    model_.evidence["sonar.sidescan.array_length_m"] = {Confidence::fitted,
-                                                        "correlation of neighbouring pings"};
+    constexpr double least_m = 0.05, most_m = 5.0;
+    set_array(std::clamp(length_m * std::clamp(factor, 0.7, 1.4), least_m, most_m));
+    model_.evidence["sonar.sidescan.array_length_m"] =
+        within_limits({Confidence::fitted, "correlation of neighbouring pings"},
+                      model_.array_length_m, least_m, most_m);
   }
   /// The gain compensates for the smaller area that a longer array's beam sees.
   void set_array(double length_m) {

@@ -134,14 +134,15 @@ LogSpeckle log_speckle(const std::vector<Spread>& blocks) {
   return {sd, cubes / number / std::pow(sd, 3)};
 }
 
+constexpr int most_looks = 16;
+
 /// The number of looks whose decibels have the skewness.
 int looks_of_skew(double skew, Detector detector) {
-  constexpr int most = 16;
   int best = 1;
   const auto off = [&](int looks) {
     return std::abs(speckle_of(detector, looks, TransferCurve::logarithmic).skew - skew);
   };
-  for (int looks = 2; looks <= most; ++looks)
+  for (int looks = 2; looks <= most_looks; ++looks)
     if (off(looks) < off(best)) best = looks;
   return best;
 }
@@ -185,16 +186,12 @@ void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
     signs.curve = TransferCurve::logarithmic;
 }
 
-/// The number of looks whose speckle has the contrast. Texture and relief only add to it, so a
-/// contrast that is clearly below that of a number of looks is that of more looks.
+/// The number of looks whose speckle is nearest to the contrast. Texture and relief add to it, but
+/// more looks than it shows would leave it to a texture that may not reach it.
 int looks_of(double contrast, Detector detector, TransferCurve curve) {
-  constexpr int most = 16;
-  constexpr double clearly_below = 0.95;
   const auto speckle = [&](int looks) { return speckle_of(detector, looks, curve).contrast; };
   int looks = 1;
-  while (looks < most && contrast < std::max(clearly_below * speckle(looks),
-                                             0.5 * (speckle(looks) + speckle(looks + 1))))
-    ++looks;
+  while (looks < most_looks && contrast < 0.5 * (speckle(looks) + speckle(looks + 1))) ++looks;
   return looks;
 }
 
@@ -228,8 +225,9 @@ void set_logarithmic_looks(const std::vector<Spread>& smooth, RecorderSigns& sig
   const double sd_db = speckle_of(signs.detector, signs.looks, TransferCurve::logarithmic).contrast;
   constexpr double least_db = 20.0, most_db = 200.0;
   signs.curve_range_db = std::clamp(sd_db * signs.full_scale / found.sd, least_db, most_db);
-  signs.looks_from = {Confidence::measured,
-                      fmt::format("skew of a smooth bed: {:.2f}", found.skew)};
+  signs.looks_from =
+      within_limits({Confidence::measured, fmt::format("skew of a smooth bed: {:.2f}", found.skew)},
+                    signs.looks, 0, most_looks);
 }
 
 void set_looks(const RecordedLine& line, const std::vector<Spread>& blocks, RecorderSigns& signs) {
@@ -259,10 +257,11 @@ void set_looks(const RecordedLine& line, const std::vector<Spread>& blocks, Reco
                                                         : median(std::move(skews))};
   tell_root(found, signs);
   signs.looks = looks_of(found.contrast, signs.detector, signs.curve);
-  signs.looks_from = {
-      Confidence::measured,
-      fmt::format("standard deviation over mean of a smooth bed: {:.2f}{}", found.contrast,
-                  line.peak_detector ? ", and the file states that the largest is kept" : "")};
+  signs.looks_from = within_limits(
+      {Confidence::measured,
+       fmt::format("standard deviation over mean of a smooth bed: {:.2f}{}", found.contrast,
+                   line.peak_detector ? ", and the file states that the largest is kept" : "")},
+      signs.looks, 0, most_looks);
 }
 
 double spread_of(const std::vector<double>& values) {
@@ -350,7 +349,8 @@ void set_automatic_gain(const RecordedLine& line, RecorderSigns& signs) {
 /// its leakage is no longer 4 times the column's amplitude.
 void set_column(const RecordedLine& line, RecorderSigns& signs) {
   constexpr double over_column = 4.0;
-  std::vector<double> lengths_m, columns;
+  std::vector<double> lengths_m, columns, levels;
+  float largest = 0.0f;
   for (const Side side : line.sides()) {
     const std::vector<std::size_t> bed = bed_edge(line, side);
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
@@ -366,6 +366,8 @@ void set_column(const RecordedLine& line, RecorderSigns& signs) {
       while (k < bed[ping] / 3 && row[k] > threshold) ++k;
       lengths_m.push_back(static_cast<double>(k) * line.pings[ping].range_m /
                           static_cast<double>(line.samples));
+      largest = std::max(largest, std::ranges::max(row));
+      if (k > 0) levels.push_back(std::ranges::max(row.first(k)));
     }
   }
   if (columns.empty() || signs.even_ranges) {
@@ -389,6 +391,16 @@ void set_column(const RecordedLine& line, RecorderSigns& signs) {
                          "the water column is below the digitiser's first step"};
   }
   signs.burst_from = {Confidence::measured, "bright samples before the water column"};
+  // A scene's leakage is at full scale. A weaker echo of the hull or of the pulse is none.
+  constexpr double as_leakage = 0.5;  // of the largest amplitude
+  const double share = expanded(median(std::move(levels)) / signs.full_scale, signs) /
+                       expanded(largest / signs.full_scale, signs);
+  if (signs.burst_m > 0.0 && share < as_leakage) {
+    signs.burst_m = 0.0;
+    signs.burst_from.why += fmt::format(
+        " are {:.0f} dB below the brightest, and a scene's leakage would be at full scale: left out",
+        -scatter::amplitude_to_db(share));
+  }
 }
 
 }  // namespace

@@ -79,6 +79,14 @@ Values moving_median(const Values& values, std::size_t reach) {
   return medians;
 }
 
+/// Single values, or two, that are far off those around them are replaced by their median.
+Values without_single(Values values, double far) {
+  const Values usual = moving_median(values, 2);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (std::abs(values[i] - usual[i]) > far) values[i] = usual[i];
+  return values;
+}
+
 /// The median of the values around one, of as many before as behind it: otherwise a slope near an
 /// end of the line would seem to be far off.
 double usual_at(const Values& values, std::size_t i) {
@@ -263,10 +271,13 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
   const auto within = [](std::optional<double> angle_rad, double max_rad) {
     return angle_rad && std::abs(*angle_rad) <= max_rad ? angle_rad : std::nullopt;
   };
-  path.roll_rad =
-      column(line, [&](const RecordedPing& ping) { return within(ping.roll_rad, 90.0 * degree); });
-  path.pitch_rad =
-      column(line, [&](const RecordedPing& ping) { return within(ping.pitch_rad, 60.0 * degree); });
+  constexpr double far_rad = 5.0 * degree;  // no vehicle pitches by as much and back in two pings
+  path.roll_rad = without_single(
+      column(line, [&](const RecordedPing& ping) { return within(ping.roll_rad, 90.0 * degree); }),
+      far_rad);
+  path.pitch_rad = without_single(
+      column(line, [&](const RecordedPing& ping) { return within(ping.pitch_rad, 60.0 * degree); }),
+      far_rad);
   const ChosenHeadings headings = choose_headings(line);
   path.heading_instead = headings.instead;
   // They are unwrapped over the pings that have one, so that gaps do not turn about.
@@ -305,19 +316,25 @@ void set_altitudes(const RecordedLine& line, VehiclePath& path) {
         "gain makes it, or noise that hides all echoes, and its pings have no altitude; expected "
         "altitudes, or a recording without automatic gain");
   if (ranges.empty()) {
-    path.altitude_m = column(line, [](const RecordedPing& ping) { return ping.altitude_m; });
+    path.altitude_m =
+        moving_median(column(line, [](const RecordedPing& ping) { return ping.altitude_m; }), 2);
     if (path.altitude_m.empty())
       throw RecordingError(
           "the recording shows no bottom line in most of its pings, and they have no altitude; "
           "expected a water column before the bed, or altitudes");
   }
+  std::vector<FoundBed> beds;
+  for (const Side side : line.sides()) beds.push_back(find_bed(line, side));
+  if (std::ranges::all_of(beds, &FoundBed::doubtful))
+    throw RecordingError(fmt::format(
+        "what lies before the bottom line is only {:.1f} dB darker than the bed behind it, as where "
+        "noise hides the water column or where it was cut off, and most pings have no altitude; "
+        "expected a water column that is {:.0f} dB darker or more, or altitudes",
+        std::max(beds.front().water_darker_db, 0.0), clearly_darker_db));
   path.altitude_m.resize(pings);
   for (std::size_t i = 0; i < ranges.size(); ++i)
     path.altitude_m[i] = ranges[i] * (path.pitch_rad.empty() ? 1.0 : std::cos(path.pitch_rad[i]));
-  const bool shown = !ranges.empty() &&
-                     std::ranges::any_of(std::array{Side::port, Side::starboard}, [&](Side side) {
-                       return !line.side(side).empty() && !find_bed(line, side).stated;
-                     });
+  const bool shown = !ranges.empty() && !std::ranges::all_of(beds, &FoundBed::stated);
   path.altitude = shown ? Evidence{Confidence::measured, "bottom line"}
                         : Evidence{Confidence::stated, "altitudes that they state"};
   const Values depths = column(line, [](const RecordedPing& ping) { return ping.depth_m; });

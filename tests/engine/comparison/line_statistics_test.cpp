@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <map>
 #include <random>
@@ -238,6 +239,75 @@ TEST_CASE("a recorder's scale changes no statistic, and a line equals itself") {
     CHECK((std::isnan(one.a) == std::isnan(one.b)));
     if (!std::isnan(one.a)) CHECK(one.b == Approx(one.a).epsilon(1e-4).margin(1e-4));
   }
+}
+
+namespace {
+
+/// A bed whose amplitude is the sine of the grazing angle, at an altitude that may fall from 120 to
+/// 60 samples along the line.
+RecordedLine lambert_line(bool falls) {
+  std::mt19937 random(9);
+  std::exponential_distribution<double> power;
+  RecordedLine line{.samples = samples};
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    const double altitude =
+        falls ? 120.0 - 60.0 * static_cast<double>(ping) / static_cast<double>(pings) : 90.0;
+    line.pings.push_back({.number = ping, .range_m = 60.0, .samples = samples});
+    for (std::vector<float>* side : {&line.port, &line.starboard})
+      for (std::size_t k = 0; k < samples; ++k) {
+        const double r = static_cast<double>(k) + 0.5,
+                     rms = r < altitude ? 5.0 : 1e3 * altitude / r;
+        side->push_back(static_cast<float>(rms * std::sqrt(power(random))));
+      }
+  }
+  return line;
+}
+
+}  // namespace
+
+TEST_CASE("the halves of a line that are compared are at equal altitude, and are all of it") {
+  for (const bool falls : {true, false}) {
+    CAPTURE(falls);
+    const RecordedLine line = lambert_line(falls);
+    const auto halves = halves_at_equal_altitude(line);
+    std::set<std::size_t> all;
+    std::array<double, 2> mean{};
+    for (const std::size_t half : {0u, 1u})
+      for (const std::size_t ping : halves[half]) {
+        all.insert(ping);
+        mean[half] += static_cast<double>(ping) / static_cast<double>(halves[half].size());
+      }
+    CHECK(all.size() == pings);
+    CHECK(halves[0].size() + halves[1].size() == pings);
+    // By pairs of neighbours where the altitude falls; else the first and the second half.
+    CHECK(mean[1] - mean[0] == Approx(falls ? 400.0 / 12.0 : 200.0).margin(1.0));
+    // The level over the whole line's at one range is that of the altitude: 10 log10 of (120 /
+    // 60)^2 from end to end, half as much between plain halves.
+    for (const ComparedStatistic& one : compare_lines(line, line)) {
+      CAPTURE(one.name);
+      CHECK((std::isnan(one.a) || one.ratio() == 0.0));
+      if (one.name == "level_at_80_to_90_percent_of_range_db") CHECK(one.spread < 1.0);
+      if (one.name == "first_return_m") CHECK(one.spread == Approx(falls ? 3.0 : 0.0).margin(0.3));
+    }
+  }
+}
+
+TEST_CASE("the likeness counts ratios up to 1, and has the differences in decibels") {
+  const double none = std::nan("");
+  const std::vector<ComparedStatistic> statistics{
+      {"a", 1.0, 4.0, 5.0, {StatisticCurve::level_over_grazing, 5, 10}},
+      {"b", 1.0, -3.0, 2.0, {StatisticCurve::level_over_grazing, 10, 15}},
+      {"c", none, 4.0, 5.0, {StatisticCurve::level_over_grazing, 15, 20}},
+      {"d", 0.5, 1.0, 0.1, {StatisticCurve::contrast_over_grazing, 8, 14}},
+      {"e", 7.0, 7.0, 0.0, {}}};
+  const Likeness found = likeness(statistics);
+  CHECK(found.within == 2);
+  CHECK(found.known == 4);
+  CHECK(found.level_over_grazing_db == Approx(std::sqrt(12.5)));
+  CHECK(found.contrast_db == Approx(6.02).margin(0.01));
+  CHECK(std::isnan(found.level_over_range_db));
+  CHECK(found.decibels() ==
+        "the level over the angle is 3.5 dB off, the contrast is 6.0 dB off (root mean square)");
 }
 
 TEST_CASE("a line too short to tell gives unknown numbers") {

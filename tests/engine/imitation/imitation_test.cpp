@@ -187,9 +187,10 @@ exr = false
 }
 
 /// A recording of the level scene with 300 samples per side.
-RecordedLine level_line(const tests::TemporaryFolder& folder) {
+RecordedLine level_line(const tests::TemporaryFolder& folder, int altitude_m = 8) {
   run(level_scene({"sonar.sidescan.bins=300", "sonar.sidescan.bandwidth_hz=20e3",
-                   "sonar.sidescan.elevations=500", "output.xtf=true"}),
+                   "sonar.sidescan.elevations=500", "output.xtf=true",
+                   fmt::format("track.altitude_m={}", altitude_m)}),
       folder / "run", {});
   return read_recording(folder / "run/sidescan.xtf").at(0);
 }
@@ -221,6 +222,32 @@ TEST_CASE("a weaker side stays weaker, and a silent one is left out and named") 
   const Imitation missing = imitate(line, folder / "missing", {});
   CHECK(missing.imitated.port.empty());
   CHECK(names_port(missing));
+}
+
+TEST_CASE("a contrast that no texture reaches, and a key at its limit, are named") {
+  const tests::TemporaryFolder folder;
+  RecordedLine line = level_line(folder, 4);
+  const auto named = [](const Imitation& made, std::string_view what) {
+    return std::ranges::any_of(made.unknown,
+                               [&](const std::string& one) { return one.find(what) != one.npos; });
+  };
+  constexpr std::string_view contrast = "what makes the recording's contrast of",
+                             limit = "material.bed.texture_shape would fit";
+  for (const char* name : {"even", "uneven"}) std::filesystem::create_directory(folder / name);
+  const Imitation even = imitate(line, folder / "even", {});
+  CHECK_FALSE(named(even, contrast));
+  CHECK_FALSE(named(even, limit));
+  // Nearly all of the bed is silent, and few samples are very bright.
+  std::mt19937 random(4);
+  std::gamma_distribution<double> power(0.03);
+  for (std::vector<float>* side : {&line.port, &line.starboard})
+    for (std::size_t i = 0; i < side->size(); ++i)
+      if (i % line.samples > 45)
+        (*side)[i] = static_cast<float>(
+            1.0 + std::min(32000.0, double{(*side)[i]} * std::sqrt(power(random) / 0.03)));
+  const Imitation uneven = imitate(line, folder / "uneven", {});
+  CHECK(named(uneven, contrast));
+  CHECK(named(uneven, limit));
 }
 
 TEST_CASE("an imitation has the recording's numbers, and begins where the recording does") {

@@ -53,8 +53,8 @@ TEST_CASE("the samples show looks, detector, scaled pings, curve, floor and clip
       CHECK(signs.column_db ==
             Approx(-60.0 + 20.0 * std::log10(32767.0 / signs.full_scale)).margin(1.0));
   }
-  // Texture adds to the contrast, which then lies nearer to that of 2 looks.
-  CHECK(recorder_signs(made_line({.looks = 3, .texture = 0.16})).looks == 3);
+  // Texture adds to the contrast; that of 3 looks remains the nearest.
+  CHECK(recorder_signs(made_line({.looks = 3, .texture = 0.12})).looks == 3);
   const RecorderSigns peak = recorder_signs(made_line({.looks = 3, .peak = true}));
   CHECK(peak.detector == Detector::peak);
   CHECK(peak.looks == 3);
@@ -78,6 +78,33 @@ TEST_CASE("the samples show looks, detector, scaled pings, curve, floor and clip
       recorder_signs(made_line({.spreading = 15.0, .logarithmic = true}));
   CHECK(logarithmic.curve == TransferCurve::logarithmic);
   CHECK(logarithmic.curve_range_db == Approx(80.0).epsilon(0.15));
+}
+
+TEST_CASE("a contrast somewhat under that of one look is one look, not two") {
+  // Two looks would have 0.37, and leave a seventh of the recording's contrast to texture.
+  RecordedLine line = made_line({});
+  const double mean = 0.1 * 32767.0 * 0.5 * std::sqrt(std::numbers::pi);
+  for (std::vector<float>* side : {&line.port, &line.starboard})
+    for (std::size_t i = 0; i < side->size(); ++i)
+      if (float& value = (*side)[i]; i % samples > 80)
+        value = static_cast<float>(std::round(mean + 0.92 * (value - mean)));
+  const RecorderSigns signs = recorder_signs(line);
+  CHECK(signs.looks == 1);
+  CHECK_FALSE(signs.looks_from.at_limit);
+  CHECK(recorder_signs(made_line({.looks = 30})).looks_from.at_limit);
+}
+
+TEST_CASE("bright samples at the beginning are a burst only if they are as bright as one") {
+  for (const double share : {1.0, 0.02}) {
+    CAPTURE(share);
+    RecordedLine line = made_line({});
+    for (std::vector<float>* side : {&line.port, &line.starboard})
+      for (std::size_t i = 0; i < side->size(); ++i)
+        if (i % samples < 10) (*side)[i] = static_cast<float>(std::floor(32767.0 * share));
+    const RecorderSigns signs = recorder_signs(line);
+    CHECK((signs.burst_m > 0.0) == (share == 1.0));
+    CHECK(signs.burst_from.why.ends_with("left out") == (share < 1.0));
+  }
 }
 
 TEST_CASE("the skew of decibels shows the looks of a logarithmic recorder, and they its range") {

@@ -111,11 +111,61 @@ TEST_CASE("a roll or a pitch that no sonar has is unknown") {
   CHECK(path.roll_rad == std::vector<double>(320, 3.0 * degree));
 }
 
+TEST_CASE("a wrong pitch or stated altitude of single pings moves no altitude") {
+  RecordedLine line = made_line({});
+  for (RecordedPing& ping : line.pings) ping.pitch_rad = 1.0 * degree;
+  line.pings[50].pitch_rad = line.pings[120].pitch_rad = -50.0 * degree;
+  line.pings[121].pitch_rad = 55.0 * degree;
+  const VehiclePath path = vehicle_path(line);
+  CHECK(path.pitch_rad == std::vector<double>(320, 1.0 * degree));
+  for (const double altitude_m : path.altitude_m) CHECK(altitude_m == Approx(8.0).margin(0.3));
+  // Without a bottom line the stated altitudes count.
+  std::ranges::fill(line.port, 0.0f);
+  std::ranges::fill(line.starboard, 0.0f);
+  for (RecordedPing& ping : line.pings) ping.altitude_m = 8.0;
+  line.pings[70].altitude_m = 0.5;
+  line.pings[200].altitude_m = 45.0;
+  CHECK(vehicle_path(line).altitude_m == std::vector<double>(320, 8.0));
+}
+
 TEST_CASE("a line without a bottom line is refused") {
   RecordedLine line = made_line({});
   std::ranges::fill(line.port, 100.0f);
   std::ranges::fill(line.starboard, 100.0f);
   CHECK_THROWS_AS(vehicle_path(line), RecordingError);
+}
+
+TEST_CASE("water that is hardly darker than the bed shows no bottom line, however short the line") {
+  // The gain makes far ranges brighter, so that the ranges are not even.
+  const auto line = [](double column_db, std::size_t pings) {
+    return made_line({.pings = pings,
+                      .spreading = 36.0,
+                      .level = 0.05,
+                      .column = 0.05 * std::pow(10.0, column_db / 20.0)});
+  };
+  for (const std::size_t pings : {64u, 320u}) {
+    CAPTURE(pings);
+    RecordedLine faint = line(-1.0, pings);
+    CHECK_THROWS_WITH(vehicle_path(faint), Catch::Contains("dB darker than the bed behind it"));
+    for (RecordedPing& ping : faint.pings) ping.altitude_m = 8.0;
+    const VehiclePath stated = vehicle_path(faint);
+    CHECK(stated.altitude.how == Confidence::stated);
+    CHECK(std::ranges::max(stated.altitude_m) == 8.0);
+    CHECK(std::ranges::min(stated.altitude_m) == 8.0);
+    const VehiclePath shown = vehicle_path(line(-8.0, pings));
+    CHECK(shown.altitude.how == Confidence::measured);
+    CHECK(shown.altitude_m[pings / 2] == Approx(8.0).margin(0.4));
+  }
+}
+
+TEST_CASE("a dark part of the bed behind bright water is no water column") {
+  RecordedLine line = made_line({.column = 0.09});  // 1 dB darker than the bed
+  for (std::vector<float>* side : {&line.port, &line.starboard})
+    for (std::size_t i = 0; i < side->size(); ++i)  // as where the beam receives weakly
+      if (i % samples > 80 && i % samples < 105) (*side)[i] *= 0.5f;
+  CHECK_THROWS_WITH(vehicle_path(line), Catch::Contains("dB darker than the bed behind it"));
+  for (RecordedPing& ping : line.pings) ping.altitude_m = 8.0;
+  CHECK(std::ranges::max(vehicle_path(line).altitude_m) == 8.0);
 }
 
 TEST_CASE("an oscillation has the rms and the period that were put in, whatever the turns") {
