@@ -1,6 +1,7 @@
 #include <ensonify/scatter/rigid_body.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <cstddef>
@@ -14,10 +15,34 @@ using std::numbers::pi;
 constexpr double large_ka = 20.0;  // from which on a body has the cross-section of short waves
 constexpr double small_ka = 0.01;  // below which the first terms are exact to rounding
 
+constexpr unsigned most_modes = static_cast<unsigned>(large_ka) + 14;
 /// As many as count.
 unsigned modes(double ka) { return static_cast<unsigned>(ka) + 14; }
 
+/// Derivatives of Bessel functions of the orders 0 to n - 1. From two orders the others follow by
+/// f of n - 1 = (2 n + odd) / x f of n - f of n + 1, which is stable downwards for j, upwards for
+/// y.
+struct Slopes {
+  std::array<double, most_modes + 2> of_j{}, of_y{};
+  Slopes(double x, unsigned n, double odd, double (*j)(unsigned, double),
+         double (*y)(unsigned, double)) {
+    std::array<double, most_modes + 2> its_j{}, its_y{};
+    its_j[n + 1] = j(n + 1, x), its_j[n] = j(n, x);
+    for (unsigned i = n; i > 0; --i) its_j[i - 1] = (2 * i + odd) / x * its_j[i] - its_j[i + 1];
+    its_y[0] = y(0, x), its_y[1] = y(1, x);
+    for (unsigned i = 1; i <= n; ++i) its_y[i + 1] = (2 * i + odd) / x * its_y[i] - its_y[i - 1];
+    for (unsigned i = 0; i < n; ++i) {
+      of_j[i] = i / x * its_j[i] - its_j[i + 1];
+      of_y[i] = i / x * its_y[i] - its_y[i + 1];
+    }
+  }
+};
+
 double limit_of_sphere(double ka) { return 25.0 / 9.0 * std::pow(ka, 4); }
+double limit_of_cylinder(double ka) { return 9.0 * pi / 4.0 * std::pow(ka, 3); }
+
+constexpr double steps_per_ka = 32.0;  // of tables
+double slowly(double limit) { return limit / (1.0 + limit); }
 
 /// 3 j_1(u) / u.
 double form_factor(double u) {
@@ -42,39 +67,57 @@ double carlson_d(double x, double y, double z) {
 double rigid_sphere_gain(double ka) {
   if (!(ka < large_ka)) return 1.0;
   if (ka < small_ka) return limit_of_sphere(ka);
+  const Slopes slopes(ka, modes(ka), 1.0, std::sph_bessel, std::sph_neumann);
   std::complex<double> sum = 0.0;
   for (unsigned n = 0; n < modes(ka); ++n) {
-    // f' = n f / x - f of the next order.
-    const auto slope = [&](auto f) { return n / ka * f(n, ka) - f(n + 1, ka); };
-    const double of_j = slope([](unsigned i, double x) { return std::sph_bessel(i, x); });
-    const double of_y = slope([](unsigned i, double x) { return std::sph_neumann(i, x); });
     const double sign = n % 2 == 0 ? 1.0 : -1.0;
-    sum += sign * (2.0 * n + 1.0) * of_j / std::complex(of_j, of_y);
+    sum += sign * (2.0 * n + 1.0) * slopes.of_j[n] / std::complex(slopes.of_j[n], slopes.of_y[n]);
   }
   return 4.0 / (ka * ka) * std::norm(sum);
 }
 
 double rigid_cylinder_gain(double ka) {
   if (!(ka < large_ka)) return 1.0;
-  if (ka < small_ka) return 9.0 * pi / 4.0 * std::pow(ka, 3);
+  if (ka < small_ka) return limit_of_cylinder(ka);
+  const Slopes slopes(
+      ka, modes(ka), 0.0, [](unsigned n, double x) { return std::cyl_bessel_j(double(n), x); },
+      [](unsigned n, double x) { return std::cyl_neumann(double(n), x); });
   std::complex<double> sum = 0.0;
   for (unsigned n = 0; n < modes(ka); ++n) {
-    const auto slope = [&](auto f) { return n / ka * f(n, ka) - f(n + 1.0, ka); };
-    const double of_j = slope([](double i, double x) { return std::cyl_bessel_j(i, x); });
-    const double of_y = slope([](double i, double x) { return std::cyl_neumann(i, x); });
     const double weight = n == 0 ? 1.0 : n % 2 == 0 ? 2.0 : -2.0;
-    sum += weight * of_j / std::complex(of_j, of_y);
+    sum += weight * slopes.of_j[n] / std::complex(slopes.of_j[n], slopes.of_y[n]);
   }
   return 4.0 / (pi * ka) * std::norm(sum);
 }
 
-double rigid_surface_gain(double k_per_m, double radius_m, double other_radius_m) {
+RigidGains::RigidGains()
+    : sphere_{.limit = limit_of_sphere, .at_steps = {}},
+      cylinder_{.limit = limit_of_cylinder, .at_steps = {}} {
+  const auto fill = [](Table& table, double (*gain)(double)) {
+    table.at_steps.push_back(1.0);
+    for (double ka = 1.0 / steps_per_ka; ka < large_ka; ka += 1.0 / steps_per_ka)
+      table.at_steps.push_back(gain(ka) / slowly(table.limit(ka)));
+    table.at_steps.push_back(1.0);
+  };
+  fill(sphere_, rigid_sphere_gain);
+  fill(cylinder_, rigid_cylinder_gain);
+}
+
+double RigidGains::at(const Table& table, double ka) {
+  if (!(ka < large_ka)) return 1.0;
+  const double place = ka * steps_per_ka;
+  const auto step = static_cast<std::size_t>(place);
+  const double share = place - static_cast<double>(step);
+  return slowly(table.limit(ka)) *
+         ((1.0 - share) * table.at_steps[step] + share * table.at_steps[step + 1]);
+}
+
+double RigidGains::surface(double k_per_m, double radius_m, double other_radius_m) const {
   const auto [smaller_m, greater_m] = std::minmax(radius_m, other_radius_m);
   const double ka = k_per_m * smaller_m;
   if (!(ka < large_ka)) return 1.0;
   const double evenness = smaller_m / greater_m;
-  return std::pow(rigid_sphere_gain(ka), evenness) *
-         std::pow(rigid_cylinder_gain(ka), 1.0 - evenness);
+  return std::pow(sphere(ka), evenness) * std::pow(cylinder(ka), 1.0 - evenness);
 }
 
 std::array<double, 3> ellipsoid_shares(const std::array<double, 3>& half_axes_m) {

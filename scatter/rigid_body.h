@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 namespace ensonify::scatter {
 
@@ -24,10 +25,25 @@ double rigid_sphere_gain(double ka);
 /// ka is small; 1 from ka = 20 on, where the sum is within 0.1 dB of it.
 double rigid_cylinder_gain(double ka);
 
-/// The same for a place of a surface with these radii of curvature, in any order, over R1 R2 / 4:
-/// that of a sphere if they are equal, of a cylinder if one is far greater. In between their
-/// logarithms are interpolated over the ratio of the radii. The smaller radius is the a of ka.
-double rigid_surface_gain(double k_per_m, double radius_m, double other_radius_m);
+/// Both as tables, within 0.02 dB of the sums, which take far longer.
+class RigidGains {
+ public:
+  RigidGains();
+  double sphere(double ka) const { return at(sphere_, ka); }
+  double cylinder(double ka) const { return at(cylinder_, ka); }
+  /// For a place of a surface with these radii of curvature, in any order, over R1 R2 / 4: that of
+  /// a sphere if they are equal, of a cylinder if one is far greater. In between their logarithms
+  /// are interpolated over the ratio of the radii. The smaller radius is the a of ka.
+  double surface(double k_per_m, double radius_m, double other_radius_m) const;
+
+ private:
+  struct Table {
+    double (*limit)(double ka);    ///< of small ka
+    std::vector<double> at_steps;  ///< the gain over limit / (1 + limit), which changes slowly
+  };
+  static double at(const Table& table, double ka);
+  Table sphere_, cylinder_;
+};
 
 /// A body as an ellipsoid: its volume and the half axes with its second moments.
 struct RigidBody {

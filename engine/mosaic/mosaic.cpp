@@ -396,10 +396,18 @@ class Mosaic {
       const Vector2d from_corner = (place + line.offset_m - corner_m_) / cell_m;
       return Vector2d(from_corner.x(), -from_corner.y());
     };
+    // The inner edges of both pings' first bins belong together, also if these are not the same
+    // bin: the edge of the other ping's bin may lie far behind, and would leave a gap.
+    const auto inner_edge = [](const PlacedSide& of) {
+      return 2 * static_cast<std::size_t>(std::ranges::find(of.shown, true) - of.shown.begin());
+    };
+    const std::size_t own_inner = inner_edge(ground);
     const auto halfway = [&](std::size_t entry) -> Vector2d {
       const Vector2d& place = ground.places_m[entry];
-      return neighbour ? Vector2d(0.5 * (place + neighbour->places_m[entry]))
-                       : Vector2d(place + ahead_m);
+      if (!neighbour) return place + ahead_m;
+      const std::size_t there =
+          entry == own_inner ? std::min(entry, inner_edge(*neighbour)) : entry;
+      return 0.5 * (place + neighbour->places_m[there]);
     };
     for (std::size_t entry = 2 * ground.shown.size(); entry-- > 0;) {
       const std::size_t bin = entry / 2;

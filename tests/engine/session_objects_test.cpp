@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <thread>
 #include <utility>
@@ -138,6 +139,7 @@ TEST_CASE("an added box echoes as the box of a scene does, without an echo from 
 TEST_CASE("bent rays meet an added object as one of the scene, at any height") {
   const tests::TemporaryFolder folder;
   Scene scene = bent_scene(folder);
+  scene.sonars.front().sector_high_rad = 0.5 * std::numbers::pi;
   scene.seafloor.fractal.height_at_1m_m = 0.0;
   scene.seafloor.depth_m = 20.0;
   scene.sonars.front().range_m = 30.0;

@@ -465,7 +465,7 @@ class Sessions(unittest.TestCase):
             other.add({"shape": "boulder", "material": "plain", "diameter_m": 2}, ensonify.Pose(5, 0, -19))
             line = other.ping(self.pose, 0)[1]
             boulders.append(line["z_m"][line["instance"] == 1].tolist())
-            self.assertGreater(len(boulders[-1]), 3)
+            self.assertGreater(len(boulders[-1]), 2)
         self.assertEqual(boulders[0], boulders[1])
         self.assertNotEqual(boulders[0], boulders[2])
         numpy.testing.assert_array_equal(empty, simulator.ping(self.pose, 0)[1]["intensity_mean"])

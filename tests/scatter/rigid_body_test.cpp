@@ -96,11 +96,11 @@ TEST_CASE("rigid spheres and cylinders have the sums over their modes, and Rayle
 }
 
 TEST_CASE("a rigid surface between a sphere's and a cylinder's has what lies between them") {
-  CHECK(rigid_surface_gain(2.0, 0.3, 0.3) == Approx(rigid_sphere_gain(0.6)));
-  CHECK(rigid_surface_gain(2.0, 0.3, 1e9) == Approx(rigid_cylinder_gain(0.6)));
-  CHECK(rigid_surface_gain(2.0, 1e9, 0.3) == Approx(rigid_cylinder_gain(0.6)));
-  CHECK(rigid_surface_gain(2.0, 0.3, 0.6) ==
-        Approx(std::sqrt(rigid_sphere_gain(0.6) * rigid_cylinder_gain(0.6))));
+  const RigidGains gains;
+  CHECK(gains.surface(2.0, 0.3, 0.3) == Approx(gains.sphere(0.6)));
+  CHECK(gains.surface(2.0, 0.3, 1e9) == Approx(gains.cylinder(0.6)));
+  CHECK(gains.surface(2.0, 1e9, 0.3) == Approx(gains.cylinder(0.6)));
+  CHECK(gains.surface(2.0, 0.3, 0.6) == Approx(std::sqrt(gains.sphere(0.6) * gains.cylinder(0.6))));
 }
 
 TEST_CASE("an ellipsoid's shares are a third for a sphere, and those of spheroids") {
@@ -128,4 +128,17 @@ TEST_CASE("a small sphere has its modes, other small bodies Rayleigh's limit") {
         Approx(limit * std::pow(1.0 + 1.0 / (1.0 - shares[0]), 2)).epsilon(0.002));
   CHECK(small_body_cross_section(needle, {0.0, 1.0, 0.0}, k) ==
         Approx(limit * std::pow(1.0 + 1.0 / (1.0 - shares[1]), 2)).epsilon(0.002));
+}
+
+TEST_CASE("the tables of rigid bodies are within 0.02 dB of the sums over modes") {
+  const RigidGains gains;
+  for (double ka = 0.003; ka < 19.99; ka *= 1.0173) {
+    CAPTURE(ka);
+    CHECK(to_db(gains.sphere(ka) / rigid_sphere_gain(ka)) == Approx(0.0).margin(0.02));
+    CHECK(to_db(gains.cylinder(ka) / rigid_cylinder_gain(ka)) == Approx(0.0).margin(0.02));
+  }
+  for (const double ka : {0.0, 20.0, 1e300}) {
+    CHECK(gains.sphere(ka) == (ka > 0.0 ? 1.0 : 0.0));
+    CHECK(gains.cylinder(ka) == (ka > 0.0 ? 1.0 : 0.0));
+  }
 }

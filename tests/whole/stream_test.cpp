@@ -96,7 +96,8 @@ TEST_CASE("a stream's lines equal the simulator's, as a block of floats and as J
 TEST_CASE("in a stream a sonar can be set, and objects can be added, moved and removed") {
   const Folder folder;
   const tests::Outcome outcome = folder.stream(
-      R"({"set": {"sonar.left-right.range_m": 10, "sonar.left-right.bins": 50}})"
+      // Without what a side hears past nadir, the other side has no object.
+      R"({"set": {"sonar.left-right.range_m": 10, "sonar.left-right.bins": 50, "sonar.left-right.sector_high_deg": 90}})"
       "\n" +
           pose +
           R"({"add": {"shape": "cylinder", "length_m": 2}, "x_m": 5, "y_m": 0, "z_m": -18})"

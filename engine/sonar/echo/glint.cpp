@@ -8,12 +8,16 @@
 #include <numbers>
 #include <span>
 
+#include <ensonify/engine/made_once.h>
 #include <ensonify/engine/sonar/echo/glint_in_beam.h>
 #include <ensonify/engine/sonar/instrument/sinc.h>
 #include <ensonify/scatter/rigid_body.h>
 
 namespace ensonify::engine {
 namespace {
+
+scatter::RigidGains made_rigid_gains() { return {}; }
+const scatter::RigidGains& rigid_gains() { return made_once<made_rigid_gains>(); }
 
 using Eigen::Vector3d;
 using std::numbers::inv_sqrtpi, std::numbers::pi;
@@ -211,12 +215,12 @@ std::optional<Mirror> triangle_mirror(std::span<const Corner, 3> corners, const 
       std::clamp(1.0 + more_per_m2 / mean_per_m2, 0.5, 2.0) * std::abs(mean_per_m2);
   const double radius_m = smaller_radius_m(corners, of_surface_per_m2);
   const double other_radius_m = 1.0 / std::max(std::abs(of_surface_per_m2) * radius_m, 1e-12);
-  return Mirror{.offset = place - middle,
-                .inside = place - middle,
-                .cross_section_m2 =
-                    scatter::rigid_surface_gain(2.0 * pi / wavelength_m, radius_m, other_radius_m) *
-                    0.25 / std::max(turn_per_m2, 1.0 / (range_m * range_m)),
-                .phase_rad = 0.0};
+  return Mirror{
+      .offset = place - middle,
+      .inside = place - middle,
+      .cross_section_m2 = rigid_gains().surface(2.0 * pi / wavelength_m, radius_m, other_radius_m) *
+                          0.25 / std::max(turn_per_m2, 1.0 / (range_m * range_m)),
+      .phase_rad = 0.0};
 }
 
 /// |integral of the root of the width exp(i k (z - r t)^2 / r) dz|^2 where the width is not the
@@ -271,8 +275,8 @@ std::optional<Mirror> strip_mirror(const Corners& corners, const Vector3d& middl
   // Planes that are w apart on a body of the radius a are w (a + r) / a apart at the range r.
   const double widest_radius_m = line->range_m * std::min(wider_m / (most_m - wider_m), 1.0);
   const double radius_m = 0.5 * (first_m + last_m) / wider_m * widest_radius_m;
-  const double per_m = scatter::rigid_cylinder_gain(2.0 * pi / wavelength_m * radius_m) *
-                       line->range_m / (2.0 * wavelength_m * most_m);
+  const double per_m = rigid_gains().cylinder(2.0 * pi / wavelength_m * radius_m) * line->range_m /
+                       (2.0 * wavelength_m * most_m);
   return Mirror{.offset = place - middle,
                 .inside = place - middle,
                 .cross_section_m2 = per_m * line->power_m3,
