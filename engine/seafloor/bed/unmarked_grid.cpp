@@ -18,9 +18,10 @@ UnmarkedGrid::UnmarkedGrid(const std::filesystem::path& file,
 /// `stem` is the grid's, which GDAL also finds in the names of the files beside it.
 void UnmarkedGrid::add(const std::filesystem::path& file, const std::string& stem) {
   constexpr std::string_view mark = "\xef\xbb\xbf";
-  Copy& copy = copies_.emplace_back(fmt::format("/vsimem/ensonify-{}/grid{}", fmt::ptr(this),
-                                                file.filename().string().substr(stem.size())),
-                                    refine::read_user_file<refine::MeshError>(file));
+  copies_.push_back({.name = fmt::format("/vsimem/ensonify-{}/grid{}", fmt::ptr(this),
+                                         file.filename().string().substr(stem.size())),
+                     .content = refine::read_user_file<refine::MeshError>(file)});
+  Copy& copy = copies_.back();
   const std::size_t begin = copy.content.starts_with(mark) ? mark.size() : 0;
   VSILFILE* const opened =
       VSIFileFromMemBuffer(copy.name.c_str(), reinterpret_cast<GByte*>(copy.content.data() + begin),
