@@ -126,7 +126,7 @@ TEST_CASE("a JSF without seconds since 1970 has the time of its calendar") {
                                              .margin(1e-6));
   }
   for (const auto& [year, day] : {std::pair{0, 60}, {2024, 0}, {2024, 367}}) {
-    const RecordedLine line = altered([&](auto header, auto) {
+    const RecordedLine line = altered([year = year, day = day](auto header, auto) {
       put<std::int32_t>(header, 0, 0);
       put(header, 156, static_cast<std::int16_t>(year));
       put(header, 158, static_cast<std::int16_t>(day));

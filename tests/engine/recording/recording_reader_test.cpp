@@ -446,13 +446,16 @@ TEST_CASE("impossible places and angles of an XTF are left out and named") {
                                      {208, "roll"},
                                      {212, "heading"},
                                      {124, "heading of the ship"}}) {
-    line =
-        with([&](std::string& bytes, std::size_t at) { put<float>(bytes, at + offset, 361.0f); });
+    line = with([offset = offset](std::string& bytes, std::size_t at) {
+      put<float>(bytes, at + offset, 361.0f);
+    });
     CHECK(line.warnings ==
           std::vector{fmt::format("r: 2 pings state an impossible {}; it is left out; the first is "
                                   "ping 9, with 361 degrees",
                                   name)});
-    line = with([&](std::string& bytes, std::size_t at) { put<float>(bytes, at + offset, NAN); });
+    line = with([offset = offset](std::string& bytes, std::size_t at) {
+      put<float>(bytes, at + offset, NAN);
+    });
     CHECK(line.warnings.empty());  // that is how some recorders write what they do not know
   }
 }
