@@ -10,8 +10,8 @@ namespace ensonify::engine {
 /// ends.
 ///
 /// It stands for a static variable of a function, whose making other threads wait for. In the child
-/// of a fork() they would wait without end, if a thread of the parent was making it. Here nobody
-/// waits: threads that come at the same time each make the constant, and the first is kept.
+/// of a fork() they would wait without end, if a thread of the parent was making it. Here no
+/// thread waits: those that come at the same time each make the constant, and the first is kept.
 template <auto make>
 const std::invoke_result_t<decltype(make)>& made_once() {
   using Constant = const std::invoke_result_t<decltype(make)>;
