@@ -562,7 +562,7 @@ TEST_CASE(
   CHECK(std::ranges::count(read_only.err, '\n') == 1);
 }
 
-TEST_CASE("a sample that is in a tar, but whose folder cannot be removed, needs nobody's help") {
+TEST_CASE("a sample that is in a tar, but whose folder cannot be removed, is no hindrance") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", changed(tiny_recipe, "samples = 8\nseafloors = 4",
                                              "samples = 4\nseafloors = 4\nsamples_per_tar = 4"));

@@ -59,8 +59,9 @@ struct EchoBins {
 /// PieceEchoes.
 struct PiecesToLay {
   std::size_t count;
-  /// So many of the first ones lie past nadir. They count as another plane: where a side hears the
-  /// bed on both sides of nadir is no layover, and a shadow on its own side is one.
+  /// The number of pieces, from the first on, that lie past nadir. They count as another plane:
+  /// where a side hears the bed on both sides of nadir is no layover, and a shadow on its own side
+  /// is one.
   std::size_t past;
   const std::int32_t* answers;
   const double *from_m, *until_m, *energy;
