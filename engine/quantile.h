@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <numeric>
 #include <span>
@@ -18,6 +19,14 @@ inline double quantile(std::vector<double> values, double share) {
 }
 
 inline double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
+
+/// 1.4826 times the median distance from the median: of a normal distribution, its standard
+/// deviation; single values far off hardly change it.
+inline double robust_deviation(std::vector<double> values) {
+  const double middle = median(values);
+  for (double& value : values) value = std::abs(value - middle);
+  return 1.4826 * median(std::move(values));
+}
 
 /// 0 if empty.
 inline double mean_of(std::span<const double> values) {

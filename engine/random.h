@@ -39,6 +39,7 @@ enum class Purpose : std::uint64_t {
   dataset_split = 61,
   background_chip = 62,
   imitated_tones = 63,
+  ping_gain = 64,
 };
 
 /// Random numbers that depend only on (seed, purpose, what they belong to, index). There is no

@@ -8,6 +8,7 @@
 
 #include <ensonify/engine/imitation/crab.h>
 #include <ensonify/engine/imitation/line_fit.h>
+#include <ensonify/engine/imitation/ping_gains.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/quantile.h>
@@ -266,6 +267,24 @@ struct Halves {
   }
 };
 
+/// Where objects lie that the imitation lacks.
+void note_objects(const RecordedLine& line, const LineModel& model,
+                  std::vector<std::string>& unknown) {
+  const std::vector<BrightObject> objects = bright_objects(line, model.path, model.recorder);
+  if (objects.empty()) return;
+  constexpr std::size_t named = 5;
+  std::string places;
+  for (std::size_t i = 0; i < std::min(objects.size(), named); ++i)
+    places += fmt::format("{}{:.1f} m to {} of ping {} ({:.0f} dB)", i == 0 ? "" : ", ",
+                          objects[i].range_m, objects[i].side == Side::port ? "port" : "starboard",
+                          line.pings[objects[i].ping].number, objects[i].over_bed_db);
+  if (objects.size() > named) places += fmt::format(" and {} more", objects.size() - named);
+  unknown.push_back(
+      "single bright objects, which the imitation lacks; they exceed the bed around them at a range "
+      "of " +
+      places);
+}
+
 /// What the fit did not reach: keys at their limits, and contrasts that differ all the same.
 void note_limits(const Imitation& made, std::vector<std::string>& unknown) {
   for (const FoundKey& key : found_keys(made.model))
@@ -307,7 +326,10 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   const Halves halves(made.line.pings.size());
   made.judged = halves.judged;
   LineModel& model = made.model;
-  const RecordedLine half = some_pings(made.line, halves.fit);
+  // The bed, the beam and the sediment are those of pings with one gain.
+  const PingGains gains = ping_gains(made.line, recorder_signs(made.line));
+  const RecordedLine even = without_ping_gains(made.line, gains, recorder_signs(made.line));
+  const RecordedLine half = some_pings(even, halves.fit);
   model = first_model(half);
   note_gaps(half, model, made.unknown);
   // The path is that of all pings: where the vehicle is, is not fitted.
@@ -339,13 +361,14 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   LineModel part = model;
   part.path = some_pings(model.path, halves.simulated);
   std::vector<NearSediment> sediments;
-  fit_line(part, some_pings(made.line, halves.simulated), folder, control.threads, rounds,
+  fit_line(part, some_pings(even, halves.simulated), folder, control.threads, rounds,
            beam_is_stated, sediments, [&](int round) -> AfterPings {
              return [&, round](std::size_t done, std::size_t) {
                report("fit", static_cast<std::size_t>(round) * in_round + done, rounds * in_round);
              };
            });
   part.path = model.path;
+  part.ping_gain_db = gains.rms_db;
   model = std::move(part);
   for (const NearSediment& sediment : sediments) made.materials.push_back(sediment.name);
   made.imitated =
@@ -354,6 +377,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   made.statistics =
       compare_lines(some_pings(made.line, made.judged), some_pings(made.imitated, made.judged));
   note_limits(made, made.unknown);
+  note_objects(even, model, made.unknown);
   made.unknown.emplace_back(
       "single objects and forms of the bed: only their statistics are imitated");
   made.unknown.emplace_back(

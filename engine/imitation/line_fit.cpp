@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/comparison/line_statistics.h>
+#include <ensonify/engine/imitation/lasting_peaks.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/quantile.h>
@@ -23,17 +24,21 @@ namespace {
 constexpr const char* bandwidth_key = "sonar.sidescan.bandwidth_hz";
 constexpr const char* texture_shape_key = "material.bed.texture_shape";
 constexpr const char* glint_share_key = "material.bed.glint_share";
-constexpr const char* low_contrast = "contrast_at_8_to_14_deg";
-constexpr std::array low_kurtoses{"kurtosis_at_8_to_14_deg", "kurtosis_at_14_to_20_deg"};
+/// The bands of grazing angle whose samples show texture best, degrees.
+constexpr std::array low_bands{"8_to_14", "14_to_20"};
+
+std::string contrast_at(const char* band) { return fmt::format("contrast_at_{}_deg", band); }
 
 /// The numbers that the fit compares.
 struct Figures {
   std::map<std::string, double> statistics;
   std::map<int, double> level_over_range;  // by the percent of the range where its part begins
   std::array<GrazingLevels, 2> levels;
+  double lasting_peaks;
 
   Figures(const RecordedLine& line, const RecorderSigns& recorder)
-      : levels(grazing_levels_of_sides(line, recorder)) {
+      : levels(grazing_levels_of_sides(line, recorder)),
+        lasting_peaks(engine::lasting_peaks(line)) {
     for (const LineStatistic& one : line_statistics(line, 0, line.pings.size())) {
       statistics[one.name] = one.value;
       if (one.part.curve == StatisticCurve::level_over_range)
@@ -383,16 +388,26 @@ class Fit {
   /// The contrast shows the shape of its patches: the variance that they add goes with 1 / shape
   /// (scatter::GroundTexture). The kurtosis shows the share of single points, on which it depends
   /// far more than on the shape. It hardly depends on the points' number per area, which stays the
-  /// sediment's.
+  /// sediment's. Points last from ping to ping. Where the recording's bright samples do not last as
+  /// long, something else makes the kurtosis, and more points would only draw threads along the
+  /// track.
   void correct_texture(const Figures& simulated) {
-    const double has = real_[low_contrast], now = simulated[low_contrast];
-    double peaked = 1.0;  // how much more than now
-    for (const char* name : low_kurtoses) {
+    // Where the range ends at a steeper angle, the first band has no samples.
+    const auto known = std::ranges::find_if(low_bands, [&](const char* band) {
+      return std::isfinite(real_[contrast_at(band)] + simulated[contrast_at(band)]);
+    });
+    if (known == low_bands.end()) return;
+    const double has = real_[contrast_at(*known)], now = simulated[contrast_at(*known)];
+    std::vector<double> peaks;  // how much more than now, as logarithms
+    for (const char* band : low_bands) {
       // One more than the kurtosis is nearly proportional to the share.
-      const auto raised = [&](const Figures& of) { return std::max(of[name] + 1.0, 0.1); };
-      peaked *= std::sqrt(raised(real_) / raised(simulated));
+      const auto raised = [&](const Figures& of) {
+        return std::max(of[fmt::format("kurtosis_at_{}_deg", band)] + 1.0, 0.1);
+      };
+      if (const double more = std::log(raised(real_) / raised(simulated)); std::isfinite(more))
+        peaks.push_back(more);
     }
-    if (!std::isfinite(has + now + peaked)) return;
+    const double peaked = std::exp(mean_of(peaks));
     const bool first = model_.texture_shape == 0.0;
     if (first) even_contrast_ = now;
     const double even = even_contrast_ * even_contrast_;
@@ -412,15 +427,23 @@ class Fit {
         std::clamp(model_.texture_shape / std::clamp(uneven, 0.2, 5.0), min_shape, max_shape);
     // Where the patches hardly differ, the points make the contrast too.
     const double change = model_.texture_shape < alike ? peaked : std::sqrt(peaked * uneven);
-    constexpr double min_share = 0.01, max_share = 0.8;
+    constexpr double min_share = 0.01, max_share = 0.8, as_lasting = 0.1;
+    const bool too_lasting = simulated.lasting_peaks > real_.lasting_peaks + as_lasting;
     model_.glint_share =
-        std::clamp(model_.glint_share * std::clamp(change, 0.5, 2.0), min_share, max_share);
+        std::clamp(model_.glint_share * (too_lasting ? 0.5 : std::clamp(change, 0.5, 2.0)),
+                   min_share, max_share);
     model_.evidence[texture_shape_key] =
-        within_limits({Confidence::fitted, "contrast at 8 to 14 degrees"}, model_.texture_shape,
+        within_limits({Confidence::fitted, "contrast at low grazing angles"}, model_.texture_shape,
                       min_shape, max_shape);
-    model_.evidence[glint_share_key] =
+    Evidence of_share =
         within_limits({Confidence::fitted, "kurtosis at 8 to 20 degrees"}, model_.glint_share, 0.0,
                       max_share);  // the smallest is none
+    if (too_lasting && peaked > 1.0) {
+      of_share.at_limit = true;
+      of_share.why +=
+          "; more points would last longer from ping to ping than its bright samples do";
+    }
+    model_.evidence[glint_share_key] = std::move(of_share);
   }
 
   /// The pulse that the correlations of samples show, where the file does not state it. No file

@@ -88,7 +88,7 @@ std::string beginning(const LineModel& model) {
 void add_texture(const LineModel& model, Keys& keys) {
   if (!(model.texture_shape > 0.0)) return;
   keys.add("texture_shape", number(model.texture_shape),
-           {Confidence::fitted, "contrast at 8 to 14 degrees"});
+           {Confidence::fitted, "contrast at low grazing angles"});
   keys.add("glint_share", number(model.glint_share),
            {Confidence::fitted, "kurtosis at 8 to 20 degrees"});
   keys.assume("variation_db", "0", "the patches already have the slow changes");
@@ -167,6 +167,9 @@ void add_sonar(const LineModel& model, std::string_view beam, Keys& keys) {
   if (model.gain_db)
     keys.add("gain_db", number(std::round(100.0 * (*model.gain_db + headroom_db(model))) / 100.0),
              {});
+  if (model.ping_gain_db > 0.0)
+    keys.add("ping_gain_db", fmt::format("{:.2f}", model.ping_gain_db),
+             {Confidence::measured, "near and far bed get brighter together from ping to ping"});
   keys.add("looks", fmt::format("{}", recorder.looks), recorder.looks_from);
   keys.add("detector", recorder.detector == Detector::peak ? "\"peak\"" : "\"mean\"",
            recorder.looks_from);

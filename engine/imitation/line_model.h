@@ -38,6 +38,7 @@ struct LineModel {
   bool port = true, starboard = true;
   /// With the sediment's own strength; unset: the sonar's automatic gain.
   std::optional<double> gain_db;
+  double ping_gain_db = 0.0;  ///< as ReceiverOptions::ping_gain_db
   double output_noise_db = -60.0;
   double beamwidth_rad = 0.0, tilt_rad = 0.0;  ///< of the vertical beam
   /// By side and cell of grazing angle: two-way level of the vertical beam, dB; empty: the sonar's

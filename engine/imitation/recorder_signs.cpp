@@ -264,13 +264,6 @@ void set_looks(const RecordedLine& line, const std::vector<Spread>& blocks, Reco
       signs.looks, 0, most_looks);
 }
 
-double spread_of(const std::vector<double>& values) {
-  const double middle = median(values);
-  std::vector<double> off;
-  for (const double value : values) off.push_back(std::abs(value - middle));
-  return 1.4826 * median(std::move(off));  // sd of a normal distribution
-}
-
 /// Mean amplitudes over full scale of stretches of samples, and how far they differ: robust
 /// standard deviations over the median, and the same if parts of them varied independently.
 struct Stretches {
@@ -309,10 +302,10 @@ Stretches stretches_of(const RecordedLine& line, const RecorderSigns& signs, std
   for (std::size_t part = 0; part < parts; ++part) {
     std::vector<double> values;
     for (const Stretch& one : all) values.push_back(one.of_parts[part]);
-    variance += std::pow(spread_of(values), 2);
+    variance += std::pow(robust_deviation(values), 2);
   }
   const double middle = median(means);
-  return {middle, spread_of(means) / middle, std::sqrt(variance) / middle};
+  return {middle, robust_deviation(means) / middle, std::sqrt(variance) / middle};
 }
 
 /// Share of full scale that the mean amplitude of each ping of a side has; 0 if it differs from

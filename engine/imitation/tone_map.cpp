@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <ensonify/engine/comparison/tone_change.h>
+#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
@@ -15,10 +16,13 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double noticed_db = 4.0;  // of a tone, from the least to the next
+constexpr double noticed_db = 4.0;    // of a tone, from the least to the next
+constexpr double of_object_db = 6.0;  // over the bed around it
 
 /// A block of the bed: where it is, and its level.
 struct Spot {
+  std::size_t ping, column;  // of its middle; in blocks of samples
+  double range_m;
   Eigen::Vector2d place_m;
   std::size_t cell;  // of grazing angle
   double decades;    // of the range in metres
@@ -46,7 +50,8 @@ std::vector<Spot> spots_of(const RecordedLine& line, Side side, const VehiclePat
       constexpr double steepest = 0.9;  // of the sine: below the sonar, a block spans many angles
       if (!(power > 0.0) || altitude_m > steepest * range_m) continue;
       const double ground_m = std::sqrt(range_m * range_m - altitude_m * altitude_m);
-      spots.push_back({Eigen::Vector2d(path.x_m[middle], path.y_m[middle]) +
+      spots.push_back({middle, k / block_samples, range_m,
+                       Eigen::Vector2d(path.x_m[middle], path.y_m[middle]) +
                            ground_m * Eigen::Vector2d(std::sin(turned), std::cos(turned)),
                        std::min(static_cast<std::size_t>(std::asin(altitude_m / range_m) / degree /
                                                          grazing_cell_deg),
@@ -55,6 +60,42 @@ std::vector<Spot> spots_of(const RecordedLine& line, Side side, const VehiclePat
     }
   }
   return spots;
+}
+
+/// Makes the levels relative to their mean at the same grazing angle.
+void take_off_mean_of_angle(std::vector<Spot>& spots) {
+  std::array<double, grazing_cells> mean{}, number{};
+  for (const Spot& spot : spots) {
+    mean[spot.cell] += spot.level_db;
+    number[spot.cell] += 1.0;
+  }
+  for (Spot& spot : spots) spot.level_db -= mean[spot.cell] / number[spot.cell];
+}
+
+/// By how much each block that is part of a single object or of its shadow differs from the median
+/// of the 49 blocks around it; 0 for the others. Where more than a fiftieth of the blocks differ so
+/// much, the bed is like that.
+std::vector<double> off_bed_db(const std::vector<Spot>& spots, std::size_t pings,
+                               std::size_t samples) {
+  constexpr std::size_t reach = 3;
+  const std::size_t rows = pings / block_pings, columns = samples / block_samples;
+  std::vector<const Spot*> grid(rows * columns);
+  for (const Spot& spot : spots) grid[spot.ping / block_pings * columns + spot.column] = &spot;
+  std::vector<double> off_db;
+  std::vector<double> around_db;
+  for (const Spot& spot : spots) {
+    const std::size_t row = spot.ping / block_pings, column = spot.column;
+    around_db.clear();
+    for (std::size_t r = row - std::min(row, reach); r <= std::min(row + reach, rows - 1); ++r)
+      for (std::size_t c = column - std::min(column, reach);
+           c <= std::min(column + reach, columns - 1); ++c)
+        if (const Spot* other = grid[r * columns + c]) around_db.push_back(other->level_db);
+    const double one_db = spot.level_db - median(around_db);
+    off_db.push_back(std::abs(one_db) > of_object_db ? one_db : 0.0);
+  }
+  if (50 * static_cast<std::size_t>(std::ranges::count(off_db, 0.0)) < 49 * off_db.size())
+    std::ranges::fill(off_db, 0.0);
+  return off_db;
 }
 
 /// The mean of the known ones among a tile and its eight neighbours.
@@ -128,6 +169,33 @@ void draw_steps(const std::vector<double>& tones, ToneMap& map) {
 
 }  // namespace
 
+std::vector<BrightObject> bright_objects(const RecordedLine& line, const VehiclePath& path,
+                                         const RecorderSigns& recorder) {
+  std::vector<BrightObject> blocks;
+  for (const Side side : line.sides()) {
+    std::vector<Spot> spots = spots_of(line, side, path, recorder);
+    take_off_mean_of_angle(spots);
+    const std::vector<double> off_db = off_bed_db(spots, line.pings.size(), line.samples);
+    for (std::size_t i = 0; i < spots.size(); ++i)
+      if (off_db[i] > 0.0) blocks.push_back({spots[i].ping, side, spots[i].range_m, off_db[i]});
+  }
+  std::ranges::stable_sort(blocks, std::ranges::greater{}, &BrightObject::over_bed_db);
+  // Blocks next to a brighter one are of the same object.
+  const double next_m =
+      2.0 * block_samples * line.pings.front().range_m / static_cast<double>(line.samples);
+  std::vector<BrightObject> objects;
+  for (const BrightObject& block : blocks) {
+    const bool same = std::ranges::any_of(objects, [&](const BrightObject& object) {
+      const std::size_t apart =
+          std::max(object.ping, block.ping) - std::min(object.ping, block.ping);
+      return object.side == block.side && apart <= 2 * block_pings &&
+             std::abs(object.range_m - block.range_m) <= next_m;
+    });
+    if (!same) objects.push_back(block);
+  }
+  return objects;
+}
+
 ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const RecorderSigns& recorder,
                  double range_slope_db, double extent_east_m, double extent_north_m) {
   ToneMap map;
@@ -144,13 +212,12 @@ ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const Record
       recorder.ping_mean == 0.0 && std::isfinite(range_slope_db) ? range_slope_db : 0.0;
   for (const Side side : line.sides()) {
     std::vector<Spot> spots = spots_of(line, side, path, recorder);
-    std::array<double, grazing_cells> mean{}, number{};
-    for (Spot& spot : spots) {
-      spot.level_db -= slope_db * spot.decades;
-      mean[spot.cell] += spot.level_db;
-      number[spot.cell] += 1.0;
-    }
-    for (const Spot& spot : spots) {
+    for (Spot& spot : spots) spot.level_db -= slope_db * spot.decades;
+    take_off_mean_of_angle(spots);
+    const std::vector<double> off_db = off_bed_db(spots, line.pings.size(), line.samples);
+    for (std::size_t i = 0; i < spots.size(); ++i) {
+      const Spot& spot = spots[i];
+      if (off_db[i] != 0.0) continue;
       const double column = (spot.place_m.x() + 0.5 * extent_east_m) / side_m,
                    row = (0.5 * extent_north_m - spot.place_m.y()) / north_side_m;
       if (!(column >= 0.0 && row >= 0.0 && column < static_cast<double>(map.columns) &&
@@ -158,7 +225,7 @@ ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const Record
         continue;
       const std::size_t tile =
           static_cast<std::size_t>(row) * map.columns + static_cast<std::size_t>(column);
-      sums[tile] += spot.level_db - mean[spot.cell] / number[spot.cell];
+      sums[tile] += spot.level_db;
       counts[tile] += 1.0;
     }
   }

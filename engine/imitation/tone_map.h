@@ -18,10 +18,23 @@ struct ToneMap {
   std::vector<std::int8_t> steps;  ///< by pixel, from the north-west; empty: a single tone
 };
 
+/// Something bright on the bed that is no tone of it, where it is brightest.
+struct BrightObject {
+  std::size_t ping;  ///< index in the line
+  Side side;
+  double range_m, over_bed_db;
+};
+/// The objects that tone_map() leaves out, the brightest first: blocks of the bed (8 pings x 16
+/// samples) that are 6 dB brighter than the median of the 49 around. None if more than a fiftieth
+/// of the blocks differ so much.
+std::vector<BrightObject> bright_objects(const RecordedLine& line, const VehiclePath& path,
+                                         const RecorderSigns& recorder);
+
 /// From some pings of a line and their path; tiles between them are filled from their neighbours.
 /// The level changes that the altitude causes through the gain over range (range_slope_db()) are
-/// removed. There is a single tone if fewer than a twentieth of the tiles differ by 2 dB from the
-/// mean.
+/// removed. Single bright objects and
+/// their shadows are left out. There is a single tone if fewer than a twentieth of the tiles differ
+/// by 2 dB from the mean.
 ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const RecorderSigns& recorder,
                  double range_slope_db, double extent_east_m, double extent_north_m);
 

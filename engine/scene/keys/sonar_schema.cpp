@@ -188,6 +188,10 @@ Section<Sonar> made_sonar_section() {
            "The recorder's gain at 1 m: after it 0 dB is full scale, and more clips. Unset: the "
            "gain that records the bed at bed_level_db.",
            at(&Sonar::receiver, &ReceiverOptions::gain_db)},
+          {"ping_gain_db", "dB", {0, 20},
+           "Rms change of the gain from ping to ping, equal on both sides, as where the transmitter's "
+           "level changes: bright and dark rows of the picture.",
+           at(&Sonar::receiver, &ReceiverOptions::ping_gain_db)},
           {"bed_level_db", "dB re full scale", {-200, 0},
            "Level of the bed at half the range in the samples, if gain_db is unset.",
            at(&Sonar::receiver, &ReceiverOptions::bed_level_db)},

@@ -156,7 +156,7 @@ std::vector<double> cw_taps(const Pulse& pulse, double bin_s) {
   constexpr double longest = 64.0;  // in bins; above it the nearest whole number is close enough
   constexpr double least = 1e-12;   // of the spectrum, which is 0 at some angles
   const double bins = std::max(pulse.effective_length_s() / bin_s, 1.0);
-  if (bins > longest) return std::vector<double>(static_cast<std::size_t>(bins + 0.5), 1.0);
+  if (bins > longest) return std::vector<double>(static_cast<std::size_t>(std::lround(bins)), 1.0);
   const int last = static_cast<int>(std::ceil(bins)) - 1;
   const std::vector<double> c = cosine_series(last, [&](double angle) {
     return std::log(std::max(cw_spectrum(pulse, bin_s, angle), least));

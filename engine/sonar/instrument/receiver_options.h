@@ -30,6 +30,7 @@ struct ReceiverOptions {
   /// Amplitude over full scale per received amplitude at 1 m, without the time-varied gain, dB re
   /// 1/uPa; unset: automatic.
   std::optional<double> gain_db;
+  double ping_gain_db = 0.0;  ///< rms change of the gain from ping to ping
   /// At this level re full scale an automatic gain records the nominal bed at half the range.
   double bed_level_db = -16.0;
   int looks = 1;  ///< independent echoes per sample

@@ -262,7 +262,8 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
     if (options_.speckle) scatterers_.place(context.array, line.bins, channel(line).cells);
   }
   if (leak_ > 0.0f && lines.size() == 2) leak_power(context, lines, scratch);
-  const float step = gain_step(context), behind_rms = output_noise_rms(context.t_s);
+  const float step = gain_step(context), gain = step * ping_gain(context),
+              behind_rms = output_noise_rms(context.t_s);
   for (int look = 0; look < sonar_.receiver.looks; ++look) {
     for (const EchoLine& line : lines) {
       sum_scatterers(look, channel(line));
@@ -272,13 +273,13 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
       const Side opposite = line.side == Side::port ? Side::starboard : Side::port;
       const bool heard = leak_ > 0.0f && lines.size() == 2;
       detect_look(context, heard ? &scratch.channels[static_cast<std::size_t>(opposite)] : nullptr,
-                  look, step, behind_rms, channel(line));
+                  look, gain, behind_rms, channel(line));
     }
   }
   for (EchoLine& line : lines) {
     Channel& received = channel(line);
     std::copy_n(received.energy.begin(), line.bins.intensity.size(), line.bins.intensity.begin());
-    line.gain = step;
+    line.gain = gain;
     if (step != 1.0f) line.artefacts.add(Artefact::gain_step);
     if (options_.artefacts.automatic_gain > 0.0) follow_level(received);
     if (options_.artefacts.automatic_gain > 0.0 || sonar_.receiver.ping_mean > 0.0)
@@ -482,6 +483,16 @@ float SignalChain::gain_step(const PingContext& context) const {
                   static_cast<std::uint64_t>(number))
       .normal(random);
   return static_cast<float>(scatter::amplitude_from_db(artefacts.gain_step_db * random[0]));
+}
+
+/// The gain factor of this ping alone.
+float SignalChain::ping_gain(const PingContext& context) const {
+  const double rms_db = sonar_.receiver.ping_gain_db;
+  if (!(rms_db > 0.0)) return 1.0f;
+  std::array<double, 1> random;
+  RandomStream(options_.seed, Purpose::ping_gain, {options_.sonar_number, context.ping})
+      .normal(random);
+  return static_cast<float>(scatter::amplitude_from_db(rms_db * random[0]));
 }
 
 /// Applies the automatic gain, which compares the level over the last metres with that of the

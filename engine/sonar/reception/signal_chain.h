@@ -125,6 +125,7 @@ class SignalChain {
   void detect_look(const PingContext& context, const Channel* other, int look, float step,
                    float behind_rms, Channel& channel) const;
   float gain_step(const PingContext& context) const;
+  float ping_gain(const PingContext& context) const;
   float output_noise_rms(double t_s) const;
   void follow_level(Channel& channel) const;
   float ping_scale(const Channel& channel, std::size_t bins) const;

@@ -71,7 +71,7 @@ struct NearestHit : EmbreeQuery {
   // Explicit vector types: the compiler does not vectorise loops over arrays that may overlap.
   template <class Number, unsigned lanes>
   struct Register {
-    typedef Number Numbers __attribute__((vector_size(lanes * sizeof(Number))));
+    using Numbers __attribute__((vector_size(lanes * sizeof(Number)))) = Number;
   };
 
   // Embree drops hits that are not valid afterwards.
@@ -462,10 +462,10 @@ std::vector<std::string_view> instruction_sets() {
   const bool avx512 = avx2 && __builtin_cpu_supports("avx512f") &&
                       __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
                       __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
-  if (sse42) there.push_back("sse4.2");
-  if (avx) there.push_back("avx");
-  if (avx2) there.push_back("avx2");
-  if (avx512) there.push_back("avx512");
+  if (sse42) there.emplace_back("sse4.2");
+  if (avx) there.emplace_back("avx");
+  if (avx2) there.emplace_back("avx2");
+  if (avx512) there.emplace_back("avx512");
   return there;
 #else
   return {"neon"};

@@ -290,6 +290,38 @@ TEST_CASE("an imitation has the recording's numbers, and begins where the record
   CHECK(doubts(imitate(line, folder / "cut", {})));
 }
 
+TEST_CASE("bright and dark pings come back as such, and objects as places, not as clouds") {
+  const tests::TemporaryFolder folder;
+  run(level_scene({"sonar.sidescan.bins=300", "sonar.sidescan.bandwidth_hz=20e3",
+                   "sonar.sidescan.elevations=500", "output.xtf=true", "track.pings=256",
+                   "seafloor.extent_north_m=60", "sonar.sidescan.ping_gain_db=0.85",
+                   "conditions=ideal", "track.altitude_m=4"}),
+      folder / "run", {});
+  RecordedLine line = read_recording(folder / "run/sidescan.xtf").at(0);
+  for (std::size_t ping = 100; ping < 108; ++ping)
+    for (std::size_t k = 200; k < 216; ++k) line.port[ping * line.samples + k] = 32767.0f;
+  // Single bright samples all over the line, as clicks make them.
+  std::mt19937 random(4);
+  std::uniform_int_distribution<std::size_t> place(0, line.port.size() - 1);
+  for (std::vector<float>* side : {&line.port, &line.starboard})
+    for (std::size_t i = 0; i < line.port.size() / 120; ++i) (*side)[place(random)] = 20000.0f;
+  std::filesystem::create_directory(folder / "imitation");
+  const Imitation made = imitate(line, folder / "imitation", {});
+  CHECK(made.model.ping_gain_db == Approx(0.85).epsilon(0.15));
+  CHECK(made.model.tones.steps.empty());
+  const auto brightness = std::ranges::find_if(
+      made.statistics, [](const ComparedStatistic& one) { return one.name == "ping_brightness"; });
+  REQUIRE(brightness != made.statistics.end());
+  CHECK(brightness->b == Approx(brightness->a).epsilon(0.15));
+  CHECK(made.model.glint_share < 0.15);
+  const auto named = [&](std::string_view what) {
+    return std::ranges::any_of(made.unknown,
+                               [&](const std::string& one) { return one.find(what) != one.npos; });
+  };
+  CHECK(named("m to port of ping 10"));
+  CHECK(named("material.bed.glint_share would fit"));
+}
+
 TEST_CASE("a sweep whose bandwidth a file states gets its window, and the bed its level") {
   for (const PulseWindow window : {PulseWindow::none, PulseWindow::hann}) {
     const bool hann = window == PulseWindow::hann;

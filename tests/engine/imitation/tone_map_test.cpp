@@ -93,3 +93,35 @@ TEST_CASE("gain over range on a changing altitude makes no tones") {
   CHECK(tone_map(line, path, recorder, slope_db, 104.0, 184.0).steps.empty());
   CHECK_FALSE(tone_map(line, path, recorder, 0.0, 104.0, 184.0).steps.empty());
 }
+
+TEST_CASE("a single bright object is no tone, and its place is named") {
+  RecordedLine line = made_line({.pings = 800});
+  VehiclePath path = vehicle_path(line);
+  for (std::size_t i = 0; i < 800; ++i) path.y_m[i] = 0.1 * (static_cast<double>(i) - 400.0);
+  const RecorderSigns recorder = recorder_signs(line);
+  CHECK(bright_objects(line, path, recorder).empty());
+  // A darker half, so that there are tones.
+  for (std::size_t ping = 400; ping < 800; ++ping)
+    for (std::size_t k = 90; k < samples; ++k) line.starboard[ping * samples + k] *= 0.25f;
+  const ToneMap without = tone_map(line, path, recorder, 0.0, 104.0, 184.0);
+  REQUIRE_FALSE(without.steps.empty());
+  CHECK(bright_objects(line, path, recorder).empty());
+  for (std::size_t ping = 200; ping < 212; ++ping)
+    for (std::size_t k = 250; k < 280; ++k) {
+      line.port[ping * samples + k] = 20000.0f;
+      line.port[ping * samples + k + 40] = 1.0f;  // its shadow
+    }
+  const std::vector<BrightObject> objects = bright_objects(line, path, recorder);
+  REQUIRE(objects.size() == 1);
+  CHECK(objects[0].side == Side::port);
+  CHECK(objects[0].ping >= 198);
+  CHECK(objects[0].ping <= 214);
+  CHECK(objects[0].range_m == Approx(26.5).margin(1.6));
+  CHECK(objects[0].over_bed_db > 10.0);
+  const ToneMap with = tone_map(line, path, recorder, 0.0, 104.0, 184.0);
+  REQUIRE(with.steps.size() == without.steps.size());
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < with.steps.size(); ++i)
+    others += std::abs(with.steps[i] - without.steps[i]) > 0;
+  CHECK(static_cast<double>(others) < 0.01 * static_cast<double>(with.steps.size()));
+}

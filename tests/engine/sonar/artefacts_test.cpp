@@ -149,6 +149,41 @@ TEST_CASE("another sonar has its level over the noise at the vehicle's speed") {
   }
 }
 
+TEST_CASE("a gain from ping to ping is the same on both sides and in all bins of a ping") {
+  Sonar sonar = quiet_sonar();
+  const SignalChain even(sonar, {.speckle = false});
+  sonar.receiver.ping_gain_db = 1.5;
+  const SignalChain chain(sonar, {.speckle = false});
+  SignalChain::Scratch scratch;
+  double squares = 0.0, products = 0.0, before_db = 0.0;
+  constexpr int pings = 1000;
+  for (int ping = 0; ping < pings; ++ping) {
+    std::array<EchoLine, 2> lines{level_line(sonar, Side::port, array, altitude_m),
+                                  level_line(sonar, Side::starboard, array, altitude_m)};
+    for (EchoLine& line : lines)
+      for (float& mean : line.bins.intensity_mean) mean *= 1e9f;
+    std::array<EchoLine, 2> usual = lines;
+    const PingContext context{.ping = static_cast<std::uint64_t>(ping),
+                              .t_s = 0.1 * ping,
+                              .array = {array, {0, 1, 0}},
+                              .altitude_m = altitude_m};
+    even.receive(context, usual, scratch);
+    chain.receive(context, lines, scratch);
+    REQUIRE(lines[0].gain == lines[1].gain);
+    REQUIRE(lines[0].bins.intensity == usual[0].bins.intensity);
+    REQUIRE(usual[1].bins.sample[700] > 1000);
+    REQUIRE(lines[1].bins.sample[700] ==
+            Approx(lines[1].gain * static_cast<float>(usual[1].bins.sample[700])).margin(1.0));
+    CHECK(lines[0].artefacts.text() == usual[0].artefacts.text());
+    const double db = scatter::amplitude_to_db(lines[0].gain);
+    squares += db * db;
+    products += db * before_db;
+    before_db = db;
+  }
+  CHECK(std::sqrt(squares / pings) == Approx(1.5).epsilon(0.07));
+  CHECK(std::abs(products / squares) < 0.1);
+}
+
 TEST_CASE("gain steps change the recorded samples and not the received intensity") {
   const ArtefactOptions options{.gain_step_db = 6.0, .gain_step_s = 10.0};
   Receiver receiver(options);
