@@ -73,7 +73,7 @@ class HeightBlocks {
   const float* known_border(int column, int row);
   BlockInUse block_at(int column, int row);
   Block& block_for(const Place& place);
-  void fill(Block& block, const Place& place);
+  void fill(Block& to, const Place& place);
 
   const int across_;
   const Make make_;

@@ -48,11 +48,11 @@ class TiledField {
   };
   double amplitude(std::size_t band, double kx, double ky) const;
   double spacing_m(std::size_t band) const;
-  Band make_band(std::size_t band, int points) const;
+  Band make_band(std::size_t number, int points) const;
   static void fill_filter(Band& band);
   void take_mean_over(const Heightfield& grid);
   std::vector<double> waves(std::size_t band, const LatticeWindow& window) const;
-  std::vector<double> waves_of(std::size_t band, const LatticeWindow& window) const;
+  std::vector<double> waves_of(std::size_t number, const LatticeWindow& window) const;
 
   double cell_m_;
   SpectralField what_;

@@ -53,7 +53,7 @@ void foredeck_and_cabin(FamilyForm& form, const HullLines& lines, double plank_m
                         lines.length_m * (s - 0.5),
                         lines.top_m(s) + 0.04 * lines.beam_m * (1.0 - across * across));
       grid.front.push_back(at);
-      grid.back.push_back(at - Vector3d(0.0, 0.0, plank_m));
+      grid.back.emplace_back(at - Vector3d(0.0, 0.0, plank_m));
     }
   }
   solids.plate(grid);

@@ -264,7 +264,7 @@ FlatParts flat_parts_of(const ObjectMesh& mesh, const std::function<void()>& sto
   std::vector<double> areas_m2(faces);
   for (std::uint32_t f = 0; f < faces; ++f) {
     check_stop();
-    const Vector3d a = mesh.corner(f, 0);
+    const Vector3d& a = mesh.corner(f, 0);
     const Vector3d product = (mesh.corner(f, 1) - a).cross(mesh.corner(f, 2) - a);
     areas_m2[f] = 0.5 * product.norm();
     if (areas_m2[f] > 0.0) normals[f] = product.normalized();

@@ -30,8 +30,8 @@ void add_link(Solids& solids, const Vector3d& middle, const Vector3d& way, const
   for (const double end : {1.0, -1.0})
     for (int k = 0; k <= arc_points; ++k) {
       const double angle = pi * (static_cast<double>(k) / arc_points - 0.5);
-      loop.push_back(middle + end * ((half_side_m + radius_m * std::cos(angle)) * way +
-                                     radius_m * std::sin(angle) * across));
+      loop.emplace_back(middle + end * ((half_side_m + radius_m * std::cos(angle)) * way +
+                                        radius_m * std::sin(angle) * across));
     }
   solids.sweep(loop, circle(0.5 * rod_m, 8), way.cross(across), true);
 }

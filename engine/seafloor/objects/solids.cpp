@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <ranges>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -28,7 +29,7 @@ CrossSection rectangle(double width_m, double shape_height_m) {
 }
 
 std::uint32_t Solids::add(const Vector3d& point) {
-  mesh.positions.push_back(point.cast<float>());
+  mesh.positions.emplace_back(point.cast<float>());
   exact.push_back(point);
   return static_cast<std::uint32_t>(mesh.positions.size() - 1);
 }
@@ -79,8 +80,8 @@ void Solids::sweep(std::span<const Vector3d> points, const CrossSection& section
     Vector3d across = in + out;
     const bool sharp = across.norm() < 0.8;
     across = sharp ? in : across.normalized();
-    for (auto corner = section.rbegin(); corner != section.rend(); ++corner) {
-      const Vector3d offset = corner->x() * right + corner->y() * upright;
+    for (const Vector2d& corner : std::ranges::reverse_view(section)) {
+      const Vector3d offset = corner.x() * right + corner.y() * upright;
       rings[i].push_back(points[i] + offset - in * (offset.dot(across) / in.dot(across)));
     }
   }

@@ -136,7 +136,7 @@ void FacesWithBodies::gather() {
     Body& its = bodies_[body];
     const auto first = static_cast<std::uint32_t>(seen_.positions.size());
     for (const Eigen::Vector3f& p : its.mesh.positions)
-      seen_.positions.push_back((its.place * p.cast<double>()).cast<float>());
+      seen_.positions.emplace_back((its.place * p.cast<double>()).cast<float>());
     for (const refine::Face& face : its.mesh.faces)
       seen_.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
     seen_numbers_.resize(seen_.faces.size(), fixed_faces_ + static_cast<std::uint32_t>(body));
