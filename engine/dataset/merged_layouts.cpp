@@ -64,7 +64,7 @@ void write_lists(const std::string& folder, const PictureIndexes& indexes,
       const auto index = indexes.find({group, split});
       if (index == indexes.end() || index->second.pictures().empty()) continue;
       const std::string list = fmt::format("{}_{}.txt", group, split);
-      files.write(folder + "/" + list, index->second.yolo_list());
+      files.write(fmt::format("{}/{}", folder, list), index->second.yolo_list());
       lists += fmt::format("{}: {}\n", split, list);
     }
     // Without a `path`, YOLO looks for the lists next to this file, in any working directory.

@@ -16,7 +16,7 @@ class SampleFolders {
  public:
   SampleFolders(std::filesystem::path dataset, std::size_t samples_per_tar);
 
-  bool finished(std::size_t sample) const;  ///< as a folder or in its tar
+  bool finished(std::size_t number) const;  ///< as a folder or in its tar
   std::filesystem::path sample(std::size_t number) const;
   std::filesystem::path tar(std::size_t number) const;
   const std::filesystem::path& dataset() const { return dataset_; }

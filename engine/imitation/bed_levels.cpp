@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -184,7 +185,9 @@ RangeLaw corrected_law(const RangeLaw& law, double slope_db, double ours_db,
     better.absorption = false;  // the slope of 2 a r over log10(r), at half the range
     better.spreading += std::numbers::ln10 * absorption_db_per_m * range_m;
   }
-  better.spreading = std::clamp(better.spreading, 0.0, 80.0);
+  constexpr double least = 0.0, most = 80.0;
+  better.spreading = std::clamp(better.spreading, least, most);
+  better.from = within_limits(std::move(better.from), better.spreading, least, most);
   return better;
 }
 

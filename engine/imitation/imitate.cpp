@@ -327,8 +327,9 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   made.judged = halves.judged;
   LineModel& model = made.model;
   // The bed, the beam and the sediment are those of pings with one gain.
-  const PingGains gains = ping_gains(made.line, recorder_signs(made.line));
-  const RecordedLine even = without_ping_gains(made.line, gains, recorder_signs(made.line));
+  const RecorderSigns recorder = recorder_signs(made.line);
+  const PingGains gains = ping_gains(made.line, recorder);
+  const RecordedLine even = without_ping_gains(made.line, gains, recorder);
   const RecordedLine half = some_pings(even, halves.fit);
   model = first_model(half);
   note_gaps(half, model, made.unknown);

@@ -176,7 +176,8 @@ void add_sonar(const LineModel& model, std::string_view beam, Keys& keys) {
   keys.add("ping_mean", number(recorder.ping_mean), recorder.ping_mean_from);
   if (recorder.curve == TransferCurve::logarithmic) {
     keys.add("curve", "\"logarithmic\"", recorder.curve_from);
-    keys.add("curve_range_db", number(std::round(recorder.curve_range_db)), recorder.curve_from);
+    keys.add("curve_range_db", number(std::round(recorder.curve_range_db)),
+             recorder.curve_range_from);
   } else {
     keys.add("curve",
              recorder.curve == TransferCurve::square_root ? "\"square-root\"" : "\"linear\"",

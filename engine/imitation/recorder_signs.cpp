@@ -225,6 +225,8 @@ void set_logarithmic_looks(const std::vector<Spread>& smooth, RecorderSigns& sig
   const double sd_db = speckle_of(signs.detector, signs.looks, TransferCurve::logarithmic).contrast;
   constexpr double least_db = 20.0, most_db = 200.0;
   signs.curve_range_db = std::clamp(sd_db * signs.full_scale / found.sd, least_db, most_db);
+  signs.curve_range_from = within_limits({Confidence::measured, "contrast of a smooth bed"},
+                                         signs.curve_range_db, least_db, most_db);
   signs.looks_from =
       within_limits({Confidence::measured, fmt::format("skew of a smooth bed: {:.2f}", found.skew)},
                     signs.looks, 0, most_looks);

@@ -28,7 +28,8 @@ struct RecorderSigns {
   std::size_t even_samples = 0;
   bool has_automatic_gain() const { return even_ranges || even_samples > 0; }
   double column_db = -60.0;  ///< rms of the water column, dB re full scale
-  Evidence bits_from, ping_mean_from, curve_from, looks_from, burst_from, column_from;
+  Evidence bits_from, ping_mean_from, curve_from, curve_range_from, looks_from, burst_from,
+      column_from;
 };
 RecorderSigns recorder_signs(const RecordedLine& line);
 

@@ -9,7 +9,7 @@
 namespace ensonify::engine {
 
 /// The sound speed in the header of an XTF's ping; 0: not stated.
-double xtf_sound_speed_mps(const RecordingBytes& header);
+double xtf_sound_speed_mps(const RecordingBytes& ping);
 
 /// A ping as its header states it, without samples. `geographic`: the file states that places are
 /// longitudes and latitudes; those that cannot be are kept as metres for settle_units(). Impossible

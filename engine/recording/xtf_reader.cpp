@@ -133,7 +133,7 @@ constexpr int navigation_packet = 42, raw_navigation_packet = 107;
 /// What a packet is that has no sidescan samples (Triton, eXtended Triton Format, rev. 41,
 /// HeaderType).
 std::string kind_of_packet(int type) {
-  std::string_view kind = "";
+  std::string_view kind;
   switch (type) {
     case 0: kind = ", sonar without samples of port or starboard"; break;
     case 1: kind = ", notes"; break;

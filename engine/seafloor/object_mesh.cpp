@@ -48,7 +48,7 @@ bool is_sound(const ObjectMesh& mesh) {
 
 ObjectMesh::ObjectMesh(const refine::TriangleMesh& mesh) : faces(mesh.faces) {
   positions.reserve(mesh.positions.size());
-  for (const Eigen::Vector3f& p : mesh.positions) positions.push_back(p.cast<double>());
+  for (const Eigen::Vector3f& p : mesh.positions) positions.emplace_back(p.cast<double>());
   // A float x is off by up to half a unit of its last place, which is between epsilon x / 2 and
   // epsilon x: 0.14 to 0.29 epsilon x of standard deviation.
   const refine::Bounds box = refine::bounds(mesh);
@@ -67,7 +67,7 @@ Eigen::AlignedBox3d ObjectMesh::box() const {
 refine::TriangleMesh ObjectMesh::in_floats() const {
   refine::TriangleMesh mesh{.positions = {}, .faces = faces};
   mesh.positions.reserve(positions.size());
-  for (const Eigen::Vector3d& p : positions) mesh.positions.push_back((p + place).cast<float>());
+  for (const Eigen::Vector3d& p : positions) mesh.positions.emplace_back((p + place).cast<float>());
   return mesh;
 }
 

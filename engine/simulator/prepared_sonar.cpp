@@ -247,7 +247,7 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
                               made->profile ? &*made->profile : nullptr);
   made->material_tables.emplace_back(scatter::Lambert());  // of none: no face has it
   made->smooth_specular.push_back(0.0);
-  made->sediments.push_back(std::nullopt);
+  made->sediments.emplace_back();
   if (scene.arrivals.double_bounce) made->mirrors.push_back({});
   for (std::size_t i = 1; i < materials.size(); ++i) {
     if (stop_check) stop_check();

@@ -93,17 +93,17 @@ fs::path file_of(const fs::path& cache, const std::string& key, const char* exte
   return cache / (key + extension);
 }
 
-void trim_cache(const fs::path& folder, std::uintmax_t limit_bytes, const std::string& key) {
+void trim_cache(const fs::path& cache, std::uintmax_t limit_bytes, const std::string& key) {
   struct Entry {
     fs::file_time_type used;
     std::uintmax_t bytes;
     fs::path file;
   };
-  remove_temporaries(folder);
+  remove_temporaries(cache);
   std::vector<Entry> entries;
   std::uintmax_t total = 0;
   std::error_code gone;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(cache, gone)) {
     const Entry found{entry.last_write_time(gone), bytes_on_disk(entry.path()), entry.path()};
     if (gone) continue;
     if (std::ranges::find(cached_extensions, found.file.extension()) == cached_extensions.end())

@@ -371,7 +371,7 @@ std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& c
         corners[i].sonar = sonar_from(place) + off;
       }
     }
-    if (const std::optional<Mirror> mirror =
+    if (std::optional<Mirror> mirror =
             facet.strip
                 ? strip_mirror(corners, flat_part.middle, wavelength_m, beam)
                 : triangle_mirror(std::span(corners).first<3>(), flat_part.middle, wavelength_m))

@@ -169,7 +169,8 @@ std::uint32_t AdversarialRays::draw_face(Dice& dice) const {
 }
 
 Vector3d AdversarialRays::draw_target(Dice& dice, std::uint32_t face, int corner) const {
-  const Vector3d a = triangles_.corner(face, corner), b = triangles_.corner(face, (corner + 1) % 3),
+  Vector3d a = triangles_.corner(face, corner);
+  const Vector3d b = triangles_.corner(face, (corner + 1) % 3),
                  c = triangles_.corner(face, (corner + 2) % 3);
   switch (dice.pick(4)) {
     case 0: return a;

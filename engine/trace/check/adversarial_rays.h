@@ -27,7 +27,7 @@ class AdversarialRays {
   /// through the edges that its planes cross; half of the fans lie in the planes of the grid. Most
   /// are as narrow as beams, and the beam ends at the outermost ray. `reference` finds the faces
   /// in view. About 400 to 1500 rays.
-  RayFan aim(std::uint64_t fan, const Intersector& reference) const;
+  RayFan aim(std::uint64_t number, const Intersector& reference) const;
 
   /// Fills list number `list` with rays straight down from above the mesh: most at targets, some
   /// anywhere.

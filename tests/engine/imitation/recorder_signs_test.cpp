@@ -238,6 +238,11 @@ TEST_CASE("a varied altitude shows the gain over range, a constant one does not"
   const RangeLaw none = corrected_law({}, -25.0, 0.0, 0.01, range_m);
   CHECK_FALSE(none.absorption);
   CHECK(none.spreading == Approx(5.0 + std::numbers::ln10 * 0.01 * range_m));
+  CHECK_FALSE(none.from.at_limit);
+  // No scene has a larger gain than 80.
+  const RangeLaw most = corrected_law({}, 60.0, 0.0, 0.01, range_m);
+  CHECK(most.spreading == 80.0);
+  CHECK(most.from.at_limit);
   const RecordedLine level = made_line({});
   CHECK(std::isnan(range_slope_db(level, recorder_signs(level))));
   // A bed of patches of 40 pings, 12 dB apart.
