@@ -41,7 +41,7 @@ bool has_long_forms(const RecordedLine& line, const std::array<std::vector<std::
                     std::size_t first, double step_m) {
   // The speckle of pings is alike within the length of the array.
   constexpr double longest_array_m = 0.5;  // of most sonars
-  constexpr double min_lag = 4, max_lag = window / 2;
+  constexpr double min_lag = 4, max_lag = 0.5 * window;
   // Scenes with ripples or trawl marks have 0.3 to 0.8, most others and two real recordings less
   // than 0.25.
   constexpr double max_likeness = 0.25;

@@ -81,7 +81,7 @@ std::vector<Spread> spreads(const RecordedLine& line, double full_scale) {
               {mean, std::sqrt(variance),
                (cubes / count - mean * (3.0 * variance + mean * mean)) / std::pow(variance, 1.5),
                std::asin(nearest_bed(line, ping, begin) /
-                         static_cast<double>(k + block_samples / 2))});
+                         (static_cast<double>(k) + 0.5 * block_samples))});
       }
     }
   }

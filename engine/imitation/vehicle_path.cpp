@@ -219,7 +219,7 @@ Eigen::Vector2d move_origin_to_middle(VehiclePath& path) {
         "the positions of the pings span {:.3g} x {:.3g} km, expected one line of at most {:.0f} "
         "km; split the recording",
         1e-3 * (east - west), 1e-3 * (north - south), 1e-3 * max_m));
-  const Eigen::Vector2d middle(0.5 * (west + east), 0.5 * (south + north));
+  Eigen::Vector2d middle(0.5 * (west + east), 0.5 * (south + north));
   for (double& x_m : path.x_m) x_m -= middle.x();
   for (double& y_m : path.y_m) y_m -= middle.y();
   return middle;

@@ -23,7 +23,7 @@ class AdversarialRays {
   /// Fills list number `list`.
   void aim(std::uint64_t list, std::span<Ray> rays) const;
 
-  /// Fan number `fan`. Its planes go through vertices; its elevations go through vertices and
+  /// Fan number `number`. Its planes go through vertices; its elevations go through vertices and
   /// through the edges that its planes cross; half of the fans lie in the planes of the grid. Most
   /// are as narrow as beams, and the beam ends at the outermost ray. `reference` finds the faces
   /// in view. About 400 to 1500 rays.
