@@ -5,15 +5,14 @@
 #include <stdexcept>
 #include <utility>
 
+#include <ensonify/refine/index.h>
+
 namespace ensonify::refine {
 namespace {
 
-using Index = std::uint32_t;
+Index next_edge(Index half_edge) { return half_edge % 4 == 2 ? half_edge - 2 : half_edge + 1; }
+Index previous_edge(Index half_edge) { return half_edge % 4 == 0 ? half_edge + 2 : half_edge - 1; }
 
-Index next(Index half_edge) { return half_edge % 4 == 2 ? half_edge - 2 : half_edge + 1; }
-Index previous(Index half_edge) { return half_edge % 4 == 0 ? half_edge + 2 : half_edge - 1; }
-
-std::uint64_t pack(Index high, Index low) { return std::uint64_t{high} << 32 | low; }
 Index high(std::uint64_t packed) { return static_cast<Index>(packed >> 32); }
 Index low(std::uint64_t packed) { return static_cast<Index>(packed); }
 
@@ -268,8 +267,8 @@ void ActiveMesh::walk(Index vertex, Fan& fan) const {
   Index h = first, last = none;
   do {
     fan.half_edges.push_back(h);
-    fan.ring.push_back(from(next(h)));
-    last = previous(h);
+    fan.ring.push_back(from(next_edge(h)));
+    last = previous_edge(h);
     h = faces_[last / 4].opposites[last % 4];
   } while (h != none && h != first);
   fan.ring.push_back(from(last));
@@ -378,13 +377,13 @@ Index ActiveMesh::try_split(Index vertex) {
     if (cut_leaf[s] == none) continue;
     const Index f = make_face(first_slot + s), cut = fan.ring[at[s]];
     const Index from_cut = 4 * f + cut_corner[s];
-    across[s] = next(from_cut);
-    to_cut[s] = next(across[s]);
+    across[s] = next_edge(from_cut);
+    to_cut[s] = next_edge(across[s]);
     faces_[f].vertices[cut_corner[s]] = cut;
     faces_[f].vertices[across[s] % 4] = left + s;
     faces_[f].vertices[to_cut[s] % 4] = left + 1 - s;
     const bool has_in = at[s] > 0 || !fan.open, has_out = at[s] < count;
-    join(to_cut[s], has_in ? previous(fan.half_edges[(at[s] + count - 1) % count]) : none);
+    join(to_cut[s], has_in ? previous_edge(fan.half_edges[(at[s] + count - 1) % count]) : none);
     join(from_cut, has_out ? fan.half_edges[at[s]] : none);
     if (!has_out) nodes_[cut].half_edge = from_cut;
     if (all_leaves(left, left + 1, cut)) changes_.push_back(pack(faces_[f].source, faces_[f].slot));
@@ -435,9 +434,9 @@ bool ActiveMesh::is_free(Index node) {
       if (fans_[s].ring[j] == left + 1 - s) {
         const Index across = fans_[s].half_edges[j];
         doomed_[s] = {.face = across / 4,
-                      .cut = from(previous(across)),
-                      .in = opposite(next(across)),
-                      .out = opposite(previous(across))};
+                      .cut = from(previous_edge(across)),
+                      .in = opposite(next_edge(across)),
+                      .out = opposite(previous_edge(across))};
       }
   }
   if (++mark_ == 0) {

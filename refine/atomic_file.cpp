@@ -35,7 +35,7 @@ const char* advice(int error) {
   }
 }
 
-[[noreturn]] void fail(const std::filesystem::path& file, const char* step, int error) {
+[[noreturn]] void fail_to_write(const std::filesystem::path& file, const char* step, int error) {
   throw std::system_error(error, std::generic_category(),
                           fmt::format("{}: cannot {}; {}", file.string(), step, advice(error)));
 }
@@ -76,7 +76,7 @@ struct Temporary {
       if (errno != EEXIST) break;
       if (remove_abandoned(folder, numbered(n))) --n;  // the name is free now
     }
-    if (descriptor.number < 0) fail(file, "make a temporary file in its folder", errno);
+    if (descriptor.number < 0) fail_to_write(file, "make a temporary file in its folder", errno);
     while (++n < most && remove_abandoned(folder, numbered(n))) {
     }
   }
@@ -106,7 +106,7 @@ void write_all(const std::filesystem::path& file, int descriptor, std::uint64_t 
   while (!bytes.empty()) {
     const ssize_t written =
         ::pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(place));
-    if (written < 0 && errno != EINTR) fail(file, "write it", errno);
+    if (written < 0 && errno != EINTR) fail_to_write(file, "write it", errno);
     if (written <= 0) continue;
     bytes = bytes.subspan(static_cast<std::size_t>(written));
     place += static_cast<std::uint64_t>(written);
@@ -119,7 +119,7 @@ std::size_t read_all(const std::filesystem::path& file, int descriptor, std::uin
   while (done < bytes.size()) {
     const ssize_t count = ::pread(descriptor, bytes.data() + done, bytes.size() - done,
                                   static_cast<off_t>(place + done));
-    if (count < 0 && errno != EINTR) fail(file, "read it back", errno);
+    if (count < 0 && errno != EINTR) fail_to_write(file, "read it back", errno);
     if (count == 0) break;
     if (count > 0) done += static_cast<std::size_t>(count);
   }
@@ -129,7 +129,7 @@ std::size_t read_all(const std::filesystem::path& file, int descriptor, std::uin
 void sync_folder(const std::filesystem::path& file, int folder) {
   // EINVAL: the file system does not support this for folders.
   if (::fsync(folder) != 0 && errno != EINVAL)
-    fail(file, "write its folder to the disk (fsync)", errno);
+    fail_to_write(file, "write its folder to the disk (fsync)", errno);
 }
 
 }  // namespace
@@ -148,13 +148,13 @@ NewFile::NewFile(const std::filesystem::path& file) : file_(file), open_(std::ma
   std::error_code unknown;
   const auto status = std::filesystem::status(file, unknown);
   if (std::filesystem::is_directory(status))
-    fail(file, "write a file in place of a folder", EISDIR);
+    fail_to_write(file, "write a file in place of a folder", EISDIR);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    fail(file, "replace something other than a regular file", EINVAL);
+    fail_to_write(file, "replace something other than a regular file", EINVAL);
 
   const std::filesystem::path parent = file.has_parent_path() ? file.parent_path() : ".";
   open_->folder.number = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (open_->folder.number < 0) fail(file, "open its folder", errno);
+  if (open_->folder.number < 0) fail_to_write(file, "open its folder", errno);
   open_->temporary.emplace(file, open_->folder.number);
 }
 
@@ -172,7 +172,8 @@ std::filesystem::path NewFile::temporary() const {
 void NewFile::commit() {
   const int folder = open_->folder.number;
   Temporary& temporary = *open_->temporary;
-  if (::fsync(temporary.descriptor.number) != 0) fail(file_, "write it to the disk (fsync)", errno);
+  if (::fsync(temporary.descriptor.number) != 0)
+    fail_to_write(file_, "write it to the disk (fsync)", errno);
   // Renamed while it is open, so that it is locked under its temporary name.
   if (::renameat(folder, temporary.name.c_str(), folder, file_.filename().c_str()) != 0) {
     if (errno == ENOENT)
@@ -180,10 +181,11 @@ void NewFile::commit() {
                               fmt::format("{}: another program has removed {}, which is renamed to "
                                           "it; run the same command again",
                                           file_.string(), temporary.name));
-    fail(file_, "put it in place (rename)", errno);
+    fail_to_write(file_, "put it in place (rename)", errno);
   }
   temporary.renamed = true;
-  if (::close(std::exchange(temporary.descriptor.number, -1)) != 0) fail(file_, "close it", errno);
+  if (::close(std::exchange(temporary.descriptor.number, -1)) != 0)
+    fail_to_write(file_, "close it", errno);
   sync_folder(file_, folder);
 }
 
@@ -214,27 +216,27 @@ void write_staged(const std::filesystem::path& file, const WriteContent& write_c
                   const ReadBack& read_back) {
   Descriptor descriptor;
   descriptor.number = ::open(file.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (descriptor.number < 0) fail(file, "make it", errno);
+  if (descriptor.number < 0) fail_to_write(file, "make it", errno);
   write_content(std::bind_front(write_all, std::cref(file), descriptor.number));
   if (read_back) read_back(std::bind_front(read_all, std::cref(file), descriptor.number));
-  if (::close(std::exchange(descriptor.number, -1)) != 0) fail(file, "close it", errno);
+  if (::close(std::exchange(descriptor.number, -1)) != 0) fail_to_write(file, "close it", errno);
 }
 
 void sync_files(const std::filesystem::path& folder) {
   Descriptor itself;
   itself.number = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (itself.number < 0) fail(folder, "open it", errno);
-  if (::syncfs(itself.number) != 0) fail(folder, "write it to the disk (syncfs)", errno);
+  if (itself.number < 0) fail_to_write(folder, "open it", errno);
+  if (::syncfs(itself.number) != 0) fail_to_write(folder, "write it to the disk (syncfs)", errno);
 }
 
 void move_files(const std::filesystem::path& from, const std::filesystem::path& to,
                 std::span<const std::string> names) {
   Descriptor folder;
   folder.number = ::open(to.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder.number < 0) fail(to, "open it", errno);
+  if (folder.number < 0) fail_to_write(to, "open it", errno);
   for (const std::string& name : names)
     if (::rename((from / name).c_str(), (to / name).c_str()) != 0)
-      fail(to / name, "put it in place (rename)", errno);
+      fail_to_write(to / name, "put it in place (rename)", errno);
   sync_folder(to, folder.number);
 }
 
@@ -243,10 +245,10 @@ bool put_in_place(const std::filesystem::path& folder, const std::filesystem::pa
   sync_files(folder);
   Descriptor parent;
   parent.number = ::open(above.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (parent.number < 0) fail(above, "open it", errno);
+  if (parent.number < 0) fail_to_write(above, "open it", errno);
   if (::rename(folder.c_str(), place.c_str()) != 0) {
     if (errno == EEXIST || errno == ENOTEMPTY) return false;
-    fail(place, "put it in place (rename)", errno);
+    fail_to_write(place, "put it in place (rename)", errno);
   }
   sync_folder(place, parent.number);
   return true;
@@ -259,7 +261,7 @@ std::vector<std::filesystem::path> make_folder(const std::filesystem::path& fold
     missing.push_back(at);
   const auto give_up = [&](const char* what, int reason) {
     remove_empty(made);
-    fail(folder, what, reason);
+    fail_to_write(folder, what, reason);
   };
   for (auto at = missing.rbegin(); at != missing.rend(); ++at)
     if (std::filesystem::create_directory(*at, error))

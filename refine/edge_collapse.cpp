@@ -18,7 +18,7 @@
 namespace ensonify::refine {
 namespace {
 
-using HalfEdges = OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble>;
+using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble>;
 using OpenMesh::EdgeHandle;
 using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
@@ -89,9 +89,9 @@ void check_manifold(const TriangleMesh& mesh) {
 }
 
 /// Handles equal the source's numbers. Faults are found first, because OpenMesh would print them.
-HalfEdges half_edges(const TriangleMesh& mesh) {
+HalfEdgeMesh half_edge_mesh(const TriangleMesh& mesh) {
   check_manifold(mesh);
-  HalfEdges out;
+  HalfEdgeMesh out;
   out.reserve(mesh.positions.size(), 3 * mesh.faces.size() / 2, mesh.faces.size());
   for (const Eigen::Vector3f& p : mesh.positions) out.add_vertex({p.x(), p.y(), p.z()});
   for (const auto& [a, b, c] : mesh.faces) out.add_face(vertex(a), vertex(b), vertex(c));
@@ -101,7 +101,7 @@ HalfEdges half_edges(const TriangleMesh& mesh) {
 class Collapser {
  public:
   explicit Collapser(const TriangleMesh& mesh)
-      : mesh_(half_edges(mesh)),
+      : mesh_(half_edge_mesh(mesh)),
         quadrics_(mesh_.n_vertices()),
         version_(mesh_.n_edges(), 0),
         blocked_(mesh_.n_edges(), false) {
@@ -192,7 +192,7 @@ class Collapser {
         if (blocked_[index(edge)]) offer(edge);
   }
 
-  HalfEdges mesh_;
+  HalfEdgeMesh mesh_;
   std::vector<Quadric> quadrics_;
   std::vector<std::uint32_t> version_;  // by edge: its latest offer's version
   std::vector<bool> blocked_;           // by edge: not allowed when last tried

@@ -15,7 +15,7 @@ constexpr double slack_of_range = 1e-5;
 constexpr double slack_of_origin = 2e-7;
 constexpr double min_slack_m = 1e-3;
 
-void check(const FanVolume& volume) {
+void check_volume(const FanVolume& volume) {
   Eigen::Matrix3d frame;
   frame << volume.array_axis, volume.middle, volume.pole;
   constexpr double right_angle = std::numbers::pi / 2.0;
@@ -51,7 +51,7 @@ double least_distance_m2(const std::array<Eigen::Vector3d, 3>& corners) {
 void ViewTest::look_at(std::span<const FanVolume> volumes) {
   volumes_.clear();
   for (const FanVolume& v : volumes) {
-    check(v);
+    check_volume(v);
     const double sin_truncation = std::sin(v.truncation_rad);
     const double rounding_m = std::max(min_slack_m, slack_of_range * v.range_m) +
                               slack_of_origin * v.apex.lpNorm<Eigen::Infinity>();

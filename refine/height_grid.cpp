@@ -15,8 +15,6 @@ namespace {
 using Tile = HeightGrid::Tile;
 using Range = HeightGrid::Range;
 
-constexpr std::uint64_t max_numbers = std::numeric_limits<std::uint32_t>::max();
-
 bool bit(std::uint64_t word, int number) { return (word >> number & 1) != 0; }
 
 /// The heights of the faces of a block's cells.

@@ -207,6 +207,8 @@ struct RowOfCells {
 RowOfCells row_of_cells(std::span<const double> south, std::span<const double> north,
                         const float* tile_south, int row_in_grid);
 
+/// The most vertices, or faces, that a mesh can number.
+inline constexpr std::uint64_t max_numbers = std::numeric_limits<std::uint32_t>::max();
 /// Throws MeshError for a grid of fewer than 2 x 2 points: it has no cell.
 void check_has_cell(std::size_t columns, std::size_t rows);
 /// Throws MeshError for a grid whose faces are more than a mesh can number.

@@ -29,8 +29,7 @@ namespace {
 using Tile = HeightGrid::Tile;
 using Range = HeightGrid::Range;
 
-constexpr std::uint64_t max_numbers = std::numeric_limits<std::uint32_t>::max();
-constexpr std::array<char, 8> magic = file_magic('E', 'H', 'T');
+constexpr std::array<char, 8> tiles_magic = file_magic('E', 'H', 'T');
 constexpr std::uint32_t version = 1, version_with_kinds = 2;
 
 int tiles_across(std::size_t points) {
@@ -42,7 +41,7 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
   return std::as_bytes(std::span(values));
 }
 
-[[noreturn]] void fail(const std::string& file, const char* step, int error) {
+[[noreturn]] void fail_in_cache(const std::string& file, const char* step, int error) {
   throw std::system_error(error, std::generic_category(),
                           fmt::format("{}: cannot {}; choose another folder with --cache, or free "
                                       "space there",
@@ -92,7 +91,7 @@ void take_kinds(HeightTiles::Kinds& to, int west, int south, int columns, int ro
 }
 
 template <class Header>
-std::uint64_t checksum_of(Header header, const HeightTiles::Shape& shape) {
+std::uint64_t header_checksum(Header header, const HeightTiles::Shape& shape) {
   header.checksum = 0;
   const std::array<std::uint64_t, 3> parts = {
       XXH3_64bits(&header, sizeof header),
@@ -145,7 +144,7 @@ HeightTiles::~HeightTiles() {
 }
 
 bool HeightTiles::is_one(const std::filesystem::path& file) {
-  return begins_with(file, {magic.data(), magic.size()});
+  return begins_with(file, {tiles_magic.data(), tiles_magic.size()});
 }
 
 int HeightTiles::tile_columns() const { return tiles_across(shape_.x_m.size()); }
@@ -163,13 +162,13 @@ void HeightTiles::open(const std::filesystem::path& file, const Describe& descri
     describe(shape_);
     name_ = "tiles in memory";
     descriptor_ = ::memfd_create("ensonify-tiles", MFD_CLOEXEC);
-    if (descriptor_ < 0) fail(name_, "make a file in memory", errno);
+    if (descriptor_ < 0) fail_in_cache(name_, "make a file in memory", errno);
     return;
   }
   for (int round = 0; round < 2 && descriptor_ < 0; ++round) {
     descriptor_ = ::open(file.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
     if (descriptor_ >= 0) break;
-    if (errno != ENOENT || round > 0) fail(name_, "open it", errno);
+    if (errno != ENOENT || round > 0) fail_in_cache(name_, "open it", errno);
     describe(shape_);
     create(file);
   }
@@ -189,7 +188,7 @@ void HeightTiles::open(const std::filesystem::path& file, const Describe& descri
 
 /// Writes a file without tiles. It appears whole, so a second process either makes it or finds it.
 void HeightTiles::create(const std::filesystem::path& file) const {
-  Header header{.magic = magic,
+  Header header{.magic = tiles_magic,
                 .version = with_kinds_ ? version_with_kinds : version,
                 .byte_order = byte_order,
                 .checksum = 0,
@@ -203,7 +202,7 @@ void HeightTiles::create(const std::filesystem::path& file) const {
   for (std::size_t axis = 0; axis < 3; ++axis)
     header.world_origin[axis] = shape_.world_origin[static_cast<Eigen::Index>(axis)];
   std::ranges::copy(key_.substr(0, header.key.size()), header.key.begin());
-  header.checksum = checksum_of(header, shape_);
+  header.checksum = header_checksum(header, shape_);
   std::array<std::byte, page_bytes> first{};
   static_assert(sizeof header <= page_bytes);
   std::memcpy(first.data(), &header, sizeof header);
@@ -216,7 +215,7 @@ void HeightTiles::create(const std::filesystem::path& file) const {
 void HeightTiles::read_header() {
   const auto refuse = [&](const char* why) { throw MeshError(fmt::format("{}: {}", name_, why)); };
   Header header;
-  if (!read(0, std::as_writable_bytes(std::span(&header, 1))) || header.magic != magic)
+  if (!read(0, std::as_writable_bytes(std::span(&header, 1))) || header.magic != tiles_magic)
     refuse("is not a file of height tiles");
   if ((header.version != version && header.version != version_with_kinds) ||
       header.byte_order != byte_order)
@@ -231,7 +230,7 @@ void HeightTiles::read_header() {
   if (!read(page_bytes, std::as_writable_bytes(std::span(shape_.x_m))) ||
       !read(page_bytes + header.columns * sizeof(float),
             std::as_writable_bytes(std::span(shape_.y_m))) ||
-      header.checksum != checksum_of(header, shape_))
+      header.checksum != header_checksum(header, shape_))
     refuse("its header is damaged; remove it");
   for (std::size_t axis = 0; axis < 3; ++axis)
     shape_.world_origin[static_cast<Eigen::Index>(axis)] = header.world_origin[axis];
@@ -245,12 +244,12 @@ void HeightTiles::read_header() {
 void HeightTiles::map() {
   const Layout layout = this->layout();
   struct stat status {};
-  if (::fstat(descriptor_, &status) != 0) fail(name_, "read its size", errno);
+  if (::fstat(descriptor_, &status) != 0) fail_in_cache(name_, "read its size", errno);
   // To its full length, with a hole where tiles are not made yet: nothing of the mapping lies
   // behind the file's end.
   if (static_cast<std::uint64_t>(status.st_size) < layout.end &&
       ::ftruncate(descriptor_, static_cast<off_t>(layout.end)) != 0)
-    fail(name_, "make it larger", errno);
+    fail_in_cache(name_, "make it larger", errno);
   void* const at = ::mmap(nullptr, layout.end, PROT_READ, MAP_SHARED, descriptor_, 0);
   if (at == MAP_FAILED && errno == ENOMEM)
     throw std::system_error(
@@ -259,7 +258,7 @@ void HeightTiles::map() {
             "{}: its {:.3g} GB do not fit into the address space of this process; raise its "
             "limit (ulimit -v), or make the bed's cells larger",
             name_, 1e-9 * static_cast<double>(layout.end)));
-  if (at == MAP_FAILED) fail(name_, "map it into memory", errno);
+  if (at == MAP_FAILED) fail_in_cache(name_, "map it into memory", errno);
   // Fans touch tiles here and there, and reading ahead would fill the memory.
   ::madvise(at, layout.end, MADV_RANDOM);
   mapping_ = at;
@@ -424,7 +423,7 @@ void HeightTiles::write(std::uint64_t offset, std::span<const std::byte> bytes) 
   while (!bytes.empty()) {
     const ssize_t written =
         ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (written < 0 && errno != EINTR) fail(name_, "write it", errno);
+    if (written < 0 && errno != EINTR) fail_in_cache(name_, "write it", errno);
     if (written <= 0) continue;
     bytes = bytes.subspan(static_cast<std::size_t>(written));
     offset += static_cast<std::uint64_t>(written);

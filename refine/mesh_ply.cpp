@@ -20,7 +20,7 @@ enum class Role { none, x, y, z, corners };
 
 constexpr std::array<std::size_t, 8> scalar_bytes{1, 1, 2, 2, 4, 4, 4, 8};
 bool is_float(Scalar type) { return type == Scalar::float32 || type == Scalar::float64; }
-std::size_t bytes_of(Scalar type) { return scalar_bytes[static_cast<std::size_t>(type)]; }
+std::size_t scalar_size(Scalar type) { return scalar_bytes[static_cast<std::size_t>(type)]; }
 
 struct Property {
   std::string_view name;
@@ -36,7 +36,7 @@ struct Element {
   std::vector<Property> properties;
 };
 
-struct Header {
+struct PlyHeader {
   Encoding encoding;
   std::vector<Element> elements;
   std::uint64_t vertices;
@@ -46,7 +46,7 @@ class HeaderParser {
  public:
   explicit HeaderParser(MeshText& text) : text_(text) {}
 
-  Header parse() {
+  PlyHeader parse() {
     if (const std::string_view magic = text_.word(); magic != "ply")
       text_.fail(fmt::format("found {}, expected ply; this is not a PLY file", quoted(magic)));
     text_.end_line("ply");
@@ -172,7 +172,7 @@ class HeaderParser {
   }
 
   MeshText& text_;
-  Header header_{};
+  PlyHeader header_{};
   std::optional<Encoding> encoding_;
 };
 
@@ -214,9 +214,9 @@ class BinaryBody {
   }
   std::int64_t integer(Scalar type) { return static_cast<std::int64_t>(number(type)); }
   void skip(Scalar type, std::uint64_t count) {
-    if (count > bytes_left() / bytes_of(type)) fail_at_end();
+    if (count > bytes_left() / scalar_size(type)) fail_at_end();
     last_ = place_;
-    place_ += count * bytes_of(type);
+    place_ += count * scalar_size(type);
   }
   void end_row() {}
   void end() {
@@ -225,7 +225,7 @@ class BinaryBody {
       fail(fmt::format("{} bytes follow the last element; correct the counts or remove them",
                        bytes_left()));
   }
-  static std::uint64_t fewest_bytes(Scalar type) { return bytes_of(type); }
+  static std::uint64_t fewest_bytes(Scalar type) { return scalar_size(type); }
   std::uint64_t bytes_left() const { return bytes_.size() - place_; }
   [[noreturn]] void fail(const std::string& what) const { fail_at_byte(name_, last_, what); }
 
@@ -302,7 +302,7 @@ void read_row(Body& body, const Element& element, std::uint64_t vertices, FileMe
 }
 
 template <class Body>
-FileMesh read_body(const Header& header, const MeshText& text, Body body) {
+FileMesh read_body(const PlyHeader& header, const MeshText& text, Body body) {
   FileMesh mesh;
   for (const Element& element : header.elements) {
     if (element.properties.empty()) continue;
@@ -343,7 +343,7 @@ std::size_t body_place(std::string_view bytes, std::size_t end_header) {
 FileMesh parse_ply(std::string_view bytes, std::string_view name) {
   static_assert(std::endian::native == std::endian::little);
   MeshText text(bytes, name, {});
-  const Header header = HeaderParser(text).parse();
+  const PlyHeader header = HeaderParser(text).parse();
   if (header.encoding == Encoding::text) return read_body(header, text, TextBody(text));
   return read_body(header, text,
                    BinaryBody(bytes, name, body_place(bytes, text.place()),

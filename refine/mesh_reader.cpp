@@ -59,7 +59,7 @@ Eigen::Vector3d middle(const FileMesh& mesh) {
 }
 
 template <class T>
-void append(std::string& bytes, T value) {
+void append_bytes(std::string& bytes, T value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
@@ -123,11 +123,11 @@ void write_ply(const std::filesystem::path& file, const TriangleMesh& mesh) {
                 mesh.faces.size() * (1 + 3 * sizeof(std::int32_t)));
   for (const Eigen::Vector3f& position : mesh.positions) {
     const Eigen::Vector3d world = mesh.world_origin + position.cast<double>();
-    for (const double value : world) append(bytes, value);
+    for (const double value : world) append_bytes(bytes, value);
   }
   for (const Face& face : mesh.faces) {
-    append(bytes, std::uint8_t{3});
-    for (const std::uint32_t vertex : face) append(bytes, static_cast<std::int32_t>(vertex));
+    append_bytes(bytes, std::uint8_t{3});
+    for (const std::uint32_t vertex : face) append_bytes(bytes, static_cast<std::int32_t>(vertex));
   }
   write_file(file, bytes);
 }

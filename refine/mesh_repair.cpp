@@ -13,17 +13,15 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <ensonify/refine/index.h>
+
 namespace ensonify::refine {
 namespace {
 
 // The number of a vertex, a face or a corner. Corner 3f + k is face f's k-th; the half-edge with
 // the same number leads from there to the face's next corner.
-using Index = std::uint32_t;
-constexpr Index none = std::numeric_limits<Index>::max();
 
 Index next_corner(Index corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
-
-std::uint64_t pack(Index high, Index low) { return std::uint64_t{high} << 32 | low; }
 
 /// Calls visit(items) for the items of each key, in ascending order. A key is a vertex and a
 /// number.

@@ -24,15 +24,14 @@
 
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/file_page.h>
+#include <ensonify/refine/index.h>
 #include <ensonify/refine/mesh_formats.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::refine {
 namespace {
 
-using Index = std::uint32_t;
 using Bytes = std::span<const std::byte>;
-constexpr Index none = ProgressiveMesh::none;
 
 enum Section : std::size_t {
   points,
@@ -57,7 +56,7 @@ struct Extent {
 };
 
 /// The file's first page, padded with zeros.
-struct Header {
+struct MeshHeader {
   std::array<char, 8> magic;
   std::uint32_t version, byte_order;
   std::uint64_t checksum;  // of the page, with 0 in this place
@@ -68,16 +67,16 @@ struct Header {
   FileKey key;
   std::array<Extent, section_count> sections;
 };
-static_assert(sizeof(Header) == 352 && std::is_trivially_copyable_v<Header>);
+static_assert(sizeof(MeshHeader) == 352 && std::is_trivially_copyable_v<MeshHeader>);
 static_assert(sizeof(Sphere) == 16 && sizeof(Face) == 12 && sizeof(Eigen::Vector3f) == 12);
 
-constexpr std::array<char, 8> magic = file_magic('E', 'P', 'M');
+constexpr std::array<char, 8> mesh_magic = file_magic('E', 'P', 'M');
 constexpr std::uint32_t other_byte_order = 0x04030201;
 
 /// Where everything is; computed from the counts.
 class Layout {
  public:
-  explicit Layout(const Header& header) {
+  explicit Layout(const MeshHeader& header) {
     const std::uint64_t nodes = header.leaves - header.roots;
     place(points, {header.leaves, 12}, 0);
     place(mid, {nodes, 4}, 0);
@@ -143,7 +142,7 @@ std::uint64_t checksum_of(Bytes bytes, std::uint64_t padding) {
   return XXH3_64bits_digest(state.get());
 }
 
-Page page_of(const Header& header) {
+Page page_of(const MeshHeader& header) {
   Page page{};
   std::memcpy(page.data(), &header, sizeof header);
   return page;
@@ -151,7 +150,7 @@ Page page_of(const Header& header) {
 
 /// The checksum of the header's page, with 0 in the checksum's place.
 std::uint64_t checksum_of(Page page) {
-  std::memset(page.data() + offsetof(Header, checksum), 0, sizeof(Header::checksum));
+  std::memset(page.data() + offsetof(MeshHeader, checksum), 0, sizeof(MeshHeader::checksum));
   return checksum_of(Bytes(page));
 }
 
@@ -208,8 +207,8 @@ std::uint64_t count_source_faces(const ProgressiveMesh& mesh) {
 }
 
 /// Throws for content that map_progressive_mesh would refuse.
-void check(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
-           std::uint64_t source_faces) {
+void check_extras(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
+                  std::uint64_t source_faces) {
   const auto require = [](bool holds, const char* what) {
     if (!holds) throw std::invalid_argument(fmt::format("save: {}", what));
   };
@@ -229,21 +228,21 @@ void check(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
     require(is_sound(mesh.faces[slot], mesh.source_face[slot], mesh.points.size(), source_faces) ||
                 (slot < 2 * nodes && is_empty(mesh.faces[slot], mesh.source_face[slot])),
             "a face names a vertex that does not exist, or a source face without a tag");
-  require(extras.key.size() <= sizeof Header::key && extras.key.find('\0') == extras.key.npos,
+  require(extras.key.size() <= sizeof MeshHeader::key && extras.key.find('\0') == extras.key.npos,
           "a key has at most 64 bytes, none of them 0");
 }
 
-Header header_of(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
-                 std::uint64_t source_faces) {
-  Header header{.magic = magic,
-                .version = progressive_mesh_version,
-                .byte_order = byte_order,
-                .leaves = mesh.points.size(),
-                .roots = mesh.roots.size(),
-                .base_faces = mesh.faces.size() - 2 * mesh.mid.size(),
-                .source_faces = source_faces,
-                .tags = extras.tags.size(),
-                .about_bytes = extras.about.size()};
+MeshHeader header_of(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
+                     std::uint64_t source_faces) {
+  MeshHeader header{.magic = mesh_magic,
+                    .version = progressive_mesh_version,
+                    .byte_order = byte_order,
+                    .leaves = mesh.points.size(),
+                    .roots = mesh.roots.size(),
+                    .base_faces = mesh.faces.size() - 2 * mesh.mid.size(),
+                    .source_faces = source_faces,
+                    .tags = extras.tags.size(),
+                    .about_bytes = extras.about.size()};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<Eigen::Index>(axis);
     header.world_origin[axis] = mesh.world_origin[a];
@@ -263,8 +262,8 @@ void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
   mesh.verify_all();
   const std::uint64_t source_faces =
       extras.tags.empty() ? count_source_faces(mesh) : extras.tags.size();
-  check(mesh, extras, source_faces);
-  Header header = header_of(mesh, extras, source_faces);
+  check_extras(mesh, extras, source_faces);
+  MeshHeader header = header_of(mesh, extras, source_faces);
   const Layout layout(header);
 
   std::array<Bytes, section_count> parts = content(mesh, extras);
@@ -327,7 +326,7 @@ class Mapping {
   std::size_t size_ = 0;
 };
 
-bool is_finite(const Header& header) {
+bool is_finite(const MeshHeader& header) {
   const auto finite = [](double x) { return std::isfinite(x); };
   bool ok = std::ranges::all_of(header.world_origin, finite);
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -347,7 +346,7 @@ class ProgressiveMesh::File {
   }
 
   const std::string& name() const { return name_; }
-  const Header& header() const { return header_; }
+  const MeshHeader& header() const { return header_; }
   template <class T>
   std::span<const T> section(std::size_t s) const {
     const auto [offset, bytes] = layout_.extent(s);
@@ -359,7 +358,7 @@ class ProgressiveMesh::File {
   [[noreturn]] void damaged(std::string_view what) const {
     throw DamagedFile(fmt::format("{}: {}; remove the file and make it again", name_, what));
   }
-  Header checked_header() const;
+  MeshHeader checked_header() const;
   void check_tables() const;
   void check_checksum(std::size_t section, std::uint64_t which) const;
   /// Unless `holds`, throws with the place of a section's piece and `what`.
@@ -372,15 +371,15 @@ class ProgressiveMesh::File {
 
   std::string name_;
   Mapping mapping_;
-  Header header_;
+  MeshHeader header_;
   Layout layout_;
 };
 
-Header ProgressiveMesh::File::checked_header() const {
+MeshHeader ProgressiveMesh::File::checked_header() const {
   const Bytes bytes = mapping_.bytes();
-  Header header{};
-  const std::size_t there = std::min(bytes.size(), magic.size());
-  if (there == 0 || std::memcmp(bytes.data(), magic.data(), there) != 0)
+  MeshHeader header{};
+  const std::size_t there = std::min(bytes.size(), mesh_magic.size());
+  if (there == 0 || std::memcmp(bytes.data(), mesh_magic.data(), there) != 0)
     throw MeshError(fmt::format("{}: not a progressive mesh file; name another", name_));
   if (bytes.size() < page_bytes)
     damaged(fmt::format("ends after {} bytes, within its header", bytes.size()));
@@ -470,7 +469,7 @@ void ProgressiveMesh::File::verify(Kind kind, std::uint64_t which) const {
 }
 
 ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const File> file) : file_(std::move(file)) {
-  const Header& header = file_->header();
+  const MeshHeader& header = file_->header();
   points = file_->section<Eigen::Vector3f>(Section::points);
   mid = file_->section<Index>(Section::mid);
   spheres = file_->section<Sphere>(Section::spheres);
@@ -506,7 +505,7 @@ ProgressiveMesh map_progressive_mesh(const std::filesystem::path& file) {
 }
 
 bool is_progressive_mesh(const std::filesystem::path& file) {
-  return begins_with(file, {magic.data(), magic.size()});
+  return begins_with(file, {mesh_magic.data(), mesh_magic.size()});
 }
 
 }  // namespace ensonify::refine

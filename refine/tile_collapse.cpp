@@ -10,15 +10,13 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <ensonify/refine/index.h>
 #include <ensonify/refine/mesh_repair.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/vertex_hierarchy.h>
 
 namespace ensonify::refine {
 namespace {
-
-using Index = std::uint32_t;
-constexpr Index none = ProgressiveMesh::none;
 
 // Few enough that a tile's data stay in a core's own cache, and enough that the vertices at its
 // border, which must wait for the next stage, are a small part.
@@ -64,7 +62,7 @@ struct HalfEdges {
   }
 };
 
-[[noreturn]] void fail(Index half_edge, std::string_view what) {
+[[noreturn]] void refuse_mesh(Index half_edge, std::string_view what) {
   throw MeshError(
       fmt::format("face {} of the mesh {}; repair the mesh first", half_edge / 3, what));
 }
@@ -91,10 +89,11 @@ void find_opposites(HalfEdges& mesh, Index begin, Index end) {
       if (edges[i].first != edges[i - 1].first) continue;
       const Index h = edges[i].second, other = edges[i - 1].second;
       if (mesh.from(h) == mesh.from(other) || mesh.opposite[other] != none)
-        fail(h, fmt::format(
-                    "shares the edge of vertices {} and {} with face {} and with others, or has "
-                    "the opposite orientation",
-                    mesh.from(h), mesh.to(h), other / 3));
+        refuse_mesh(
+            h, fmt::format(
+                   "shares the edge of vertices {} and {} with face {} and with others, or has "
+                   "the opposite orientation",
+                   mesh.from(h), mesh.to(h), other / 3));
       mesh.opposite[h] = other;
       mesh.opposite[other] = h;
     }
@@ -115,7 +114,8 @@ void check_fans(const HalfEdges& mesh, int threads) {
   for (Index v = 0; v < mesh.vertices.size(); ++v)
     if (mesh.vertices[v].half_edge != none) mesh.walk(v, [&](Index h) { seen[h] = true; });
   const auto h = static_cast<Index>(std::ranges::find(seen, false) - seen.begin());
-  fail(h, fmt::format("meets others at vertex {} that share no edge with its fan", mesh.from(h)));
+  refuse_mesh(
+      h, fmt::format("meets others at vertex {} that share no edge with its fan", mesh.from(h)));
 }
 
 HalfEdges half_edges(const TriangleMesh& in, int threads) {
@@ -130,10 +130,11 @@ HalfEdges half_edges(const TriangleMesh& in, int threads) {
       for (Index k = 0; k < 3; ++k) {
         const Index v = in.faces[f][k];
         if (v >= in.positions.size())
-          fail(3 * f, fmt::format("names vertex {}, which does not exist", v));
+          refuse_mesh(3 * f, fmt::format("names vertex {}, which does not exist", v));
         if (!in.positions[v].allFinite())
-          fail(3 * f, fmt::format("names vertex {}, whose position is not finite", v));
-        if (v == in.faces[f][(k + 1) % 3]) fail(3 * f, fmt::format("has vertex {} twice", v));
+          refuse_mesh(3 * f, fmt::format("names vertex {}, whose position is not finite", v));
+        if (v == in.faces[f][(k + 1) % 3])
+          refuse_mesh(3 * f, fmt::format("has vertex {} twice", v));
         mesh.start[3 * f + k] = v;
       }
   });
@@ -148,7 +149,7 @@ HalfEdges half_edges(const TriangleMesh& in, int threads) {
 }
 
 /// A part of the mesh in one stage.
-struct Tile {
+struct CollapseTile {
   std::vector<Index> vertices;  ///< its remaining vertices
   std::size_t leaves = 0;       ///< how many vertices it had at first
   Index mark = 0;               ///< the highest mark used in it
@@ -156,7 +157,7 @@ struct Tile {
 
 /// Divides the vertices that faces use into 4^n tiles of equal size: halved repeatedly across the
 /// longest side. Tiles 4i to 4i + 3 are the quarters of the former tile i.
-std::vector<Tile> partition(const TriangleMesh& in, const HalfEdges& mesh, int threads) {
+std::vector<CollapseTile> partition(const TriangleMesh& in, const HalfEdges& mesh, int threads) {
   struct Place {
     Eigen::Vector3f position;
     Index vertex;
@@ -183,7 +184,7 @@ std::vector<Tile> partition(const TriangleMesh& in, const HalfEdges& mesh, int t
                                                         : a.vertex < b.vertex;
           });
     });
-  std::vector<Tile> tiles(std::size_t{1} << depth);
+  std::vector<CollapseTile> tiles(std::size_t{1} << depth);
   parallel_for(tiles.size(), threads, [&](std::size_t tile, int) {
     for (auto place = bound(tile, depth); place != bound(tile + 1, depth); ++place)
       tiles[tile].vertices.push_back(place->vertex);
@@ -198,7 +199,7 @@ std::vector<Tile> partition(const TriangleMesh& in, const HalfEdges& mesh, int t
 class TileCollapser {
  public:
   TileCollapser(const TriangleMesh& in, HalfEdges& mesh, std::vector<std::uint8_t>& locked,
-                Tile& tile)
+                CollapseTile& tile)
       : in_(in), mesh_(mesh), locked_(locked), tile_(tile) {
     for (const Index v : tile.vertices) left_ += !locked[v];
   }
@@ -344,7 +345,7 @@ class TileCollapser {
   const TriangleMesh& in_;
   HalfEdges& mesh_;
   std::vector<std::uint8_t>& locked_;
-  Tile& tile_;
+  CollapseTile& tile_;
   std::size_t left_ = 0;  // how many of its vertices may be touched
   std::priority_queue<Offer> offers_;
   std::vector<Index> leaving_;
@@ -360,7 +361,7 @@ ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads, Border
   };
   HalfEdges mesh = half_edges(in, threads);
   check_stop();
-  std::vector<Tile> tiles = partition(in, mesh, threads);
+  std::vector<CollapseTile> tiles = partition(in, mesh, threads);
 
   std::vector<Index> tile_of(in.positions.size(), none);
   std::vector<std::uint8_t> locked(in.positions.size());
@@ -390,9 +391,9 @@ ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads, Border
     });
     for (const auto& f : found) collapses.insert(collapses.end(), f.begin(), f.end());
     if (tiles.size() == 1) break;
-    std::vector<Tile> merged(tiles.size() / 4);
+    std::vector<CollapseTile> merged(tiles.size() / 4);
     for (std::size_t tile = 0; tile < tiles.size(); ++tile) {
-      Tile& into = merged[tile / 4];
+      CollapseTile& into = merged[tile / 4];
       into.vertices.insert(into.vertices.end(), tiles[tile].vertices.begin(),
                            tiles[tile].vertices.end());
       into.leaves += tiles[tile].leaves;

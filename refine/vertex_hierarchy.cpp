@@ -9,13 +9,12 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <ensonify/refine/index.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::refine {
 namespace {
 
-using Index = std::uint32_t;
-constexpr Index none = ProgressiveMesh::none;
 // A child's number is a collapse's; with this bit, a vertex's.
 constexpr Index leaf_bit = Index{1} << 31;
 
@@ -57,22 +56,22 @@ Forest grow(std::size_t vertices, std::span<const Collapse> collapses) {
 }
 
 /// The leaves [lo, hi) of an inner node, by its preorder number.
-struct Range {
+struct LeafRange {
   Index lo, hi;
 };
 
 /// Data for lay_out in addition to the result.
-struct Layout {
+struct Numbering {
   std::vector<Index> leaf_of;  // by vertex
-  std::vector<Range> ranges;
+  std::vector<LeafRange> ranges;
 };
 
 /// Numbers leaves depth-first and inner nodes in preorder; fills points, mid, order, roots, and the
 /// two source faces of each inner node.
-Layout number(const TriangleMesh& in, std::span<const Collapse> collapses, const Forest& forest,
-              ProgressiveMeshArrays& out) {
+Numbering number_nodes(const TriangleMesh& in, std::span<const Collapse> collapses,
+                       const Forest& forest, ProgressiveMeshArrays& out) {
   const std::size_t inner = forest.nodes.size();
-  Layout layout{.leaf_of = std::vector<Index>(in.positions.size()), .ranges{}};
+  Numbering layout{.leaf_of = std::vector<Index>(in.positions.size()), .ranges{}};
   layout.ranges.resize(inner);
   out.points.resize(in.positions.size());
   out.mid.resize(inner);
@@ -110,7 +109,7 @@ Layout number(const TriangleMesh& in, std::span<const Collapse> collapses, const
 }
 
 /// Appends the base mesh's faces to source_face, and fills faces with corners by leaf.
-void place_faces(const TriangleMesh& in, const Layout& layout, int threads,
+void place_faces(const TriangleMesh& in, const Numbering& layout, int threads,
                  ProgressiveMeshArrays& out) {
   std::vector<bool> seen(in.faces.size(), false);
   for (const Index f : out.source_face) {
@@ -143,7 +142,7 @@ void place_faces(const TriangleMesh& in, const Layout& layout, int threads,
 /// reach farther than the farthest corner found so far.
 class SphereMaker {
  public:
-  SphereMaker(const ProgressiveMeshArrays& mesh, const std::vector<Range>& ranges, int threads)
+  SphereMaker(const ProgressiveMeshArrays& mesh, const std::vector<LeafRange>& ranges, int threads)
       : mesh_(mesh),
         ranges_(ranges),
         threads_(threads),
@@ -164,7 +163,7 @@ class SphereMaker {
     std::vector<Box> boxes(subtrees.size());
     parallel_for(subtrees.size(), threads_, [&](std::size_t i, int) {
       Sweep sweep;
-      const Range range = ranges_[subtrees[i]];
+      const LeafRange range = ranges_[subtrees[i]];
       for (Index node = subtrees[i] + (range.hi - range.lo - 1); node-- > subtrees[i];)
         place(node, sweep);
       boxes[i] = sweep.boxes.back();
@@ -283,7 +282,7 @@ class SphereMaker {
   }
 
   const ProgressiveMeshArrays& mesh_;
-  const std::vector<Range>& ranges_;
+  const std::vector<LeafRange>& ranges_;
   const int threads_;
   std::vector<std::uint64_t> star_begin_;
   std::vector<Index> star_;
@@ -296,7 +295,7 @@ class SphereMaker {
 ProgressiveMeshArrays lay_out(const TriangleMesh& mesh, std::span<const Collapse> collapses,
                               int threads) {
   ProgressiveMeshArrays out{.world_origin = mesh.world_origin};
-  Layout layout = number(mesh, collapses, grow(mesh.positions.size(), collapses), out);
+  Numbering layout = number_nodes(mesh, collapses, grow(mesh.positions.size(), collapses), out);
   place_faces(mesh, layout, threads, out);
   layout.leaf_of = {};
   out.spheres = SphereMaker(out, layout.ranges, threads).make();

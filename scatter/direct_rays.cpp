@@ -11,17 +11,17 @@ constexpr std::size_t max_nodes = 513;
 constexpr double farthest_cotangent = 60.0;
 /// Nodes are at even steps of w / (1 + w / this), w the cotangent.
 constexpr double even_up_to = 20.0;
-constexpr double step =
+constexpr double node_step =
     farthest_cotangent / (1.0 + farthest_cotangent / even_up_to) / (max_nodes - 1.0);
-constexpr double node_of(double w) { return w / (1.0 + w / even_up_to) / step; }
+constexpr double node_of(double w) { return w / (1.0 + w / even_up_to) / node_step; }
 constexpr double cotangent_of(std::size_t node) {
-  const double steps = step * static_cast<double>(node);
+  const double steps = node_step * static_cast<double>(node);
   return steps / (1.0 - steps / even_up_to);
 }
 constexpr double min_sine = 0.05;  // of a ray anywhere; flatter rays are not in the tables
 
 /// asinh(x) / x for small x; the next term of the series is below rounding up to 0.01.
-double asinh_over(double x) {
+double asinh_over_signed(double x) {
   const double x2 = x * x;
   if (x2 > 1e-4) return std::asinh(x) / x;
   return 1.0 - x2 / 6.0 * (1.0 - x2 * 9.0 / 20.0 * (1.0 - x2 * 25.0 / 42.0));
@@ -44,7 +44,7 @@ struct Step {
     const double range_m = xi * range_over_xi_m2_per_s;
     const double chord_m = std::sqrt(range_m * range_m + dz * dz);
     const double middle_mps = std::sqrt(from_mps * to_mps);
-    time_s = chord_m / middle_mps * asinh_over(0.5 * gradient_per_s * chord_m / middle_mps);
+    time_s = chord_m / middle_mps * asinh_over_signed(0.5 * gradient_per_s * chord_m / middle_mps);
     const double turn = xi * gradient_per_s * chord_m;
     path_m = chord_m * (1.0 + turn * turn / 24.0);
     middle_m = 0.5 * dz + xi * middle_mps * turn * chord_m / 12.0;  // of its arc

@@ -96,7 +96,7 @@ double strength_cm4(double M) {
 }
 
 /// Lower case, one space for every separator of words, without a remark in brackets.
-std::string normalised(std::string_view name) {
+std::string plain_name(std::string_view name) {
   std::string out;
   bool gap = false;
   for (const char c : name.substr(0, name.find('('))) {
@@ -116,7 +116,7 @@ std::string unknown_name(std::string_view name, const std::vector<NamedSediment>
   std::vector<std::string_view> names;
   for (const NamedSediment& one : all) names.push_back(one.name);
   const std::vector<std::string_view> nearest =
-      nearest_names(normalised(name.substr(0, 64)), names, 3, name.npos);
+      nearest_names(plain_name(name.substr(0, 64)), names, 3, name.npos);
   std::string text = fmt::format("'{}'", nearest.front());
   for (std::size_t i = 1; i < nearest.size(); ++i)
     text += fmt::format("{}'{}'", i + 1 < nearest.size() ? ", " : " and ", nearest[i]);
@@ -126,7 +126,7 @@ std::string unknown_name(std::string_view name, const std::vector<NamedSediment>
 
 }  // namespace
 
-void check(const Sediment& sediment) {
+void check_sediment(const Sediment& sediment) {
   struct Range {
     std::string_view name;
     double value, low, high;
@@ -165,7 +165,7 @@ std::vector<NamedSediment> named_sediments() {
 
 Sediment sediment_named(std::string_view name) {
   const std::vector<NamedSediment> all = named_sediments();
-  const std::string wanted = normalised(name);
+  const std::string wanted = plain_name(name);
   const auto found = std::ranges::find(all, wanted, &NamedSediment::name);
   if (found == all.end()) throw std::invalid_argument(unknown_name(name, all));
   return found->sediment;

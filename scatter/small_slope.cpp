@@ -38,8 +38,8 @@ Complex exp_minus_1(Complex z) {
           std::exp(z.real()) * std::sin(z.imag())};
 }
 
-constexpr double step = 1.0 / 14.0;   // of ln x
-constexpr double first_ln_x = -60.0;  // smaller x matter only where the result is negligible
+constexpr double ln_step = 1.0 / 14.0;  // of ln x
+constexpr double first_ln_x = -60.0;    // smaller x matter only where the result is negligible
 
 }  // namespace
 
@@ -50,10 +50,10 @@ ReliefIntegral::ReliefIntegral(double alpha) : alpha_(alpha) {
   const double psi = std::min(pi / 2.0, pi / (8.0 * alpha));
   turn_ = std::exp(2.0 * alpha * psi * i);
   const double last_ln_x = std::log(45.0 / std::sin(psi));
-  for (int n = 0; first_ln_x + n * step < last_ln_x; ++n) {
-    const double x = std::exp(first_ln_x + n * step);
+  for (int n = 0; first_ln_x + n * ln_step < last_ln_x; ++n) {
+    const double x = std::exp(first_ln_x + n * ln_step);
     const Complex u = x * std::exp(psi * i);
-    nodes_.push_back({std::pow(x, 2.0 * alpha), step * u * u * hankel0(u)});  // du = u d(ln x)
+    nodes_.push_back({std::pow(x, 2.0 * alpha), ln_step * u * u * hankel0(u)});  // du = u d(ln x)
   }
 }
 
@@ -62,7 +62,7 @@ double ReliefIntegral::operator()(double p) const {
   const bool small = p < 1.0;
   // x^(2 alpha) p: below e^-40 squared the term is negligible; beyond 60 the exponential is.
   const double ln_scale = small ? 0.0 : -0.5 * std::log(p) / alpha_;
-  const double from = (ln_scale - 20.0 - first_ln_x) / step;
+  const double from = (ln_scale - 20.0 - first_ln_x) / ln_step;
   Complex sum = 0.0;
   for (std::size_t n = from > 0.0 ? static_cast<std::size_t>(from) : 0; n < nodes_.size(); ++n) {
     const double size = p * nodes_[n].power;

@@ -9,7 +9,7 @@
 namespace ensonify::scatter {
 namespace {
 
-constexpr double inf = std::numeric_limits<double>::infinity();
+constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double min_spreading = 0.01;  // of the path squared
 // An arc that leaves a layer's edge and is back on it after less than this strays from it by
 // nanometres, even where the speed grows by 50 m/s in a metre.
@@ -82,14 +82,14 @@ double SoundRay::arc_m(double chord_m) const {
 
 SoundRay::Exit SoundRay::find_exit() const {
   const double s = point_.down, c = point_.sound_speed_mps, g = gradient_per_s_;
-  if (s == 0.0 && g == 0.0) return {inf, point_.depth_m, 0.0, inf};
+  if (s == 0.0 && g == 0.0) return {infinite, point_.depth_m, 0.0, infinite};
   const auto sine2_at = [&](double depth_m) {  // Snell: sin^2 + (snell c)^2 = 1 at both depths
     const double dz = depth_m - point_.depth_m;
     return s * s - snell_s_per_m_ * snell_s_per_m_ * g * dz * (2.0 * c + g * dz);
   };
   const bool downwards = s > 0.0 || (s == 0.0 && g < 0.0);
   double edge_m = downwards ? lower_m_ : top_m_;
-  if (std::isinf(edge_m)) return {inf, edge_m, s, snell_s_per_m_ > 0.0 ? inf : 0.0};
+  if (std::isinf(edge_m)) return {infinite, edge_m, s, snell_s_per_m_ > 0.0 ? infinite : 0.0};
   double sine2 = sine2_at(edge_m);
   const bool turns = sine2 < 0.0;
   if (turns) {
@@ -105,7 +105,7 @@ SoundRay::Exit SoundRay::find_exit() const {
 
 double SoundRay::path_to_range_m(double range_m) const {
   const double dr = range_m - point_.range_m;
-  if (dr > exit_.range_m || dr == inf) return inf;
+  if (dr > exit_.range_m || dr == infinite) return infinite;
   const double turn = curvature_per_m() * dr, down = point_.down - turn;
   const double along =
       std::sqrt(std::max(point_.along * point_.along + turn * (point_.down + down), 0.0));

@@ -12,7 +12,7 @@
 namespace ensonify::scatter {
 namespace {
 
-constexpr double smallest_grazing_rad = 1e-6;
+constexpr double nonzero_grazing_rad = 1e-6;
 
 double strength_db(const StrengthCurve& curve, double grazing_rad) {
   const auto& angles = curve.grazing_rad;
@@ -65,7 +65,7 @@ MeasuredBottom::MeasuredBottom(std::shared_ptr<const StrengthTable> table, doubl
 }
 
 double MeasuredBottom::cross_section(double grazing_rad) const {
-  grazing_rad = std::max(grazing_rad, smallest_grazing_rad);  // decibels of 0 are infinite
+  grazing_rad = std::max(grazing_rad, nonzero_grazing_rad);  // decibels of 0 are infinite
   const double below_db = strength_db(*below_, grazing_rad);
   if (weight_of_above_ == 0.0) return from_db(below_db + offset_db_);
   const double above_db = strength_db(*above_, grazing_rad);

@@ -17,7 +17,7 @@ using std::numbers::pi;
 
 constexpr double degrees_per_rad = 1.0 / degree;
 
-void check(const SeaSurface& surface, double grazing_rad) {
+void check_surface(const SeaSurface& surface, double grazing_rad) {
   if (!(surface.wind_mps >= 0.0 && surface.wind_mps <= 60.0))
     throw std::invalid_argument(
         fmt::format("sea surface: wind is {} m/s, expected 0 to 60", surface.wind_mps));
@@ -42,7 +42,7 @@ double facet_edge_rad(double slope2) {
 }  // namespace
 
 double bubble_cross_section(const SeaSurface& surface, double grazing_rad) {
-  check(surface, grazing_rad);
+  check_surface(surface, grazing_rad);
   const double U = surface.wind_mps;
   const double f = surface.frequency_hz / 1000.0;  // kHz, as in the report
   double bv = std::pow(10.0, -5.2577 + 0.4701 * std::min(U, 11.0)) * std::pow(f / 25.0, 0.85);
@@ -56,13 +56,13 @@ double bubble_cross_section(const SeaSurface& surface, double grazing_rad) {
 }
 
 double facet_slope2(const SeaSurface& surface) {
-  check(surface, 0.0);
+  check_surface(surface, 0.0);
   const double U = surface.wind_mps;
   return U < 1.0 ? 0.0034 : 4.6e-3 * std::log(2.1 * U * U);
 }
 
 double bubble_loss_db(const SeaSurface& surface, double grazing_rad) {
-  check(surface, grazing_rad);
+  check_surface(surface, grazing_rad);
   const double U = surface.wind_mps;
   const double f = surface.frequency_hz / 1000.0;
   const double wind =
@@ -71,7 +71,7 @@ double bubble_loss_db(const SeaSurface& surface, double grazing_rad) {
 }
 
 double facet_cross_section(const SeaSurface& surface, double grazing_rad) {
-  check(surface, grazing_rad);
+  check_surface(surface, grazing_rad);
   if (grazing_rad == 0.0) return 0.0;
   const double s2 = facet_slope2(surface);
   const double sine = std::sin(grazing_rad);
@@ -80,7 +80,7 @@ double facet_cross_section(const SeaSurface& surface, double grazing_rad) {
 }
 
 double ripple_cross_section(const SeaSurface& surface, double grazing_rad) {
-  check(surface, grazing_rad);
+  check_surface(surface, grazing_rad);
   if (grazing_rad * degrees_per_rad > 85.0) return 0.0;
   return 1.3e-5 * std::pow(surface.wind_mps, 2) * std::pow(std::tan(grazing_rad), 4);
 }

@@ -56,7 +56,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-Scene small_scene() {
+Scene static_scene() {
   Scene scene;
   scene.seafloor.extent_east_m = 100.0;
   scene.seafloor.extent_north_m = 40.0;
@@ -72,7 +72,7 @@ Scene small_scene() {
 }  // namespace
 
 TEST_CASE("a steady ping allocates nothing") {
-  Scene scene = small_scene();
+  Scene scene = static_scene();
   SECTION("with Embree's tree over all faces") { scene.run.intersector = "embree"; }
   SECTION("with a scan of the fan's own faces") {
     scene.run.intersector = "fan_scan";
@@ -108,7 +108,7 @@ TEST_CASE("a steady ping allocates nothing") {
 
 TEST_CASE(
     "a steady ping whose faces a spare thread prepared allocates nothing, nor does that thread") {
-  Scene scene = small_scene();
+  Scene scene = static_scene();
   scene.run.intersector = "fan_scan";
   scene.run.surface = "footprint";
   scene.run.tree_pings = 1;
@@ -134,7 +134,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a steady ping of a moving object allocates nothing, and its removal frees its memory") {
-  Scene scene = small_scene();
+  Scene scene = static_scene();
   scene.run.intersector = "fan_scan";
   scene.run.surface = "footprint";
   Simulator simulator(scene);
@@ -168,7 +168,7 @@ TEST_CASE("a steady ping of a moving object allocates nothing, and its removal f
 }
 
 TEST_CASE("a steady refinement allocates nothing, nor does a steady query") {
-  Simulator simulator(small_scene());
+  Simulator simulator(static_scene());
   std::vector<std::array<refine::FanVolume, 2>> pings;
   for (const Pose& pose : simulator.track()) {
     const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, pose);
@@ -193,7 +193,7 @@ TEST_CASE("a steady refinement allocates nothing, nor does a steady query") {
 }
 
 TEST_CASE("an add() that runs out of memory changes nothing, and can be called again") {
-  Scene scene = small_scene();
+  Scene scene = static_scene();
   scene.sonars.front().bins = 50;
   const Simulator whole(scene);
   const MovingObject object{.mesh = {.positions = {{-2, -2, 0}, {2, -2, 0}, {0, 2, 0}, {0, 0, 3}},

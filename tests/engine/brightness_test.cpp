@@ -44,7 +44,7 @@ Brightness brightness_of(const std::string& scene_text, const std::vector<std::s
 }
 
 /// Ground without texture: few pings see only a part of its slow change.
-std::string scene_of(const std::string& bed, const std::string& sonar) {
+std::string untextured_scene(const std::string& bed, const std::string& sonar) {
   return "version = 1\ntexture = false\n[seafloor]\nextent_east_m = 120\nextent_north_m = 30\ncell_m = 0.4\n" +
          bed + "[track]\npings = 24\n[sonar.s]\nrange_m = 50\nbins = 400\nelevations = 600\n" +
          sonar;
@@ -53,7 +53,7 @@ std::string scene_of(const std::string& bed, const std::string& sonar) {
 }  // namespace
 
 TEST_CASE("a recorder of the largest of several looks has a picture as bright as one of one look") {
-  const std::string scene = scene_of("", "detector = \"peak\"\n");
+  const std::string scene = untextured_scene("", "detector = \"peak\"\n");
   for (const char* value : {"0", "0.1"}) {
     CAPTURE(value);
     const std::string ping_mean = "sonar.s.ping_mean=" + std::string(value);
@@ -69,7 +69,7 @@ TEST_CASE(
     "a picture of samples is as bright as one of intensities, however many looks are combined") {
   for (const char* detector : {"mean", "peak"})
     for (const int looks : {1, 2, 4, 16}) {
-      const std::string scene = scene_of(
+      const std::string scene = untextured_scene(
           "fractal.height_at_1m_m = 0\n",
           "detector = \"" + std::string(detector) + "\"\nlooks = " + std::to_string(looks) + "\n");
       CAPTURE(detector, looks);
@@ -80,9 +80,10 @@ TEST_CASE(
 
 TEST_CASE("a recorder that scales each ping leaves a picture's brightness as it is") {
   for (const std::string& scene :
-       {scene_of("", ""), scene_of("depth_m = 40\nmaterial = \"sandy mud\"\n", "looks = 4\n"),
-        scene_of("material = \"rock\"\n", "curve = \"square-root\"\nbits = 8\n"),
-        scene_of("", "sides = \"starboard\"\noutput_noise_db = -60\n")}) {
+       {untextured_scene("", ""),
+        untextured_scene("depth_m = 40\nmaterial = \"sandy mud\"\n", "looks = 4\n"),
+        untextured_scene("material = \"rock\"\n", "curve = \"square-root\"\nbits = 8\n"),
+        untextured_scene("", "sides = \"starboard\"\noutput_noise_db = -60\n")}) {
     const Brightness plain = brightness_of(scene, {});
     for (const char* mean : {"0.02", "0.08", "0.2"}) {
       CAPTURE(scene, mean, plain.white, plain.middle);
@@ -102,7 +103,7 @@ TEST_CASE("the bed at half the range is 16 dB below full scale at any speed") {
       const std::vector<std::string> overrides{"speckle=false", "sonar.s.noise=false",
                                                "seafloor.fractal.height_at_1m_m=0", "track.pings=1",
                                                "track.speed_mps=" + std::to_string(speed_mps)};
-      const Scene scene = parse_scene(scene_of("", array), "scene.toml", overrides);
+      const Scene scene = parse_scene(untextured_scene("", array), "scene.toml", overrides);
       Simulator simulator(scene, {});
       const Waterfall image = ping_all(scene, simulator, 1).images.front();
       const double sample = double(image.pixels.sample[400 + 200]) / 32767.0;
@@ -172,13 +173,13 @@ elevations = 600
 TEST_CASE("the brightness follows the shares that materials have of the bed") {
   const std::string patch = "[[seafloor.patches]]\nmaterial = \"gravel\"\npolygon_m = ";
   const std::string sand = "material = \"silty sand\"\n";
-  const Brightness gravel = brightness_of(scene_of("material = \"gravel\"\n", ""), {});
+  const Brightness gravel = brightness_of(untextured_scene("material = \"gravel\"\n", ""), {});
   const Brightness covered = brightness_of(
-      scene_of(sand + patch + "[[-70, -20], [70, -20], [70, 20], [-70, 20]]\n", ""), {});
+      untextured_scene(sand + patch + "[[-70, -20], [70, -20], [70, 20], [-70, 20]]\n", ""), {});
   CHECK(covered.middle == gravel.middle);
   CHECK(covered.white == gravel.white);
   // Half the bed has gravel, which is 15 dB stronger here: the median lies between the two.
-  const Brightness half =
-      brightness_of(scene_of(sand + patch + "[[0, -20], [70, -20], [70, 20], [0, 20]]\n", ""), {});
+  const Brightness half = brightness_of(
+      untextured_scene(sand + patch + "[[0, -20], [70, -20], [70, 20], [0, 20]]\n", ""), {});
   CHECK(half.middle == Approx(gravel.middle).epsilon(0.15));
 }

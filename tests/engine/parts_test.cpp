@@ -30,7 +30,7 @@ using namespace ensonify::tests;
 
 namespace {
 
-Scene small_scene() {
+Scene scene_for_parts() {
   Scene scene;
   scene.seafloor.extent_east_m = 60.0;
   scene.seafloor.extent_north_m = 20.0;
@@ -103,7 +103,7 @@ TEST_CASE("legs have a part each, and long legs have several") {
 }
 
 TEST_CASE("the rows of parts are those of the whole track, bit by bit, and counts add up") {
-  Scene scene = small_scene();
+  Scene scene = scene_for_parts();
   const auto beams = static_cast<std::size_t>(GENERATE(1, 3));
   scene.sonars.front().beams = static_cast<int>(beams);
   scene.texture = GENERATE(false, true);

@@ -34,7 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Scene small_scene() {
+Scene refined_scene() {
   Scene scene;
   scene.seafloor.extent_east_m = 60.0;
   scene.seafloor.extent_north_m = 30.0;
@@ -51,7 +51,7 @@ Scene small_scene() {
 
 /// The same bed with a box on it, from a file.
 Scene scene_with_object(const fs::path& folder) {
-  Scene scene = small_scene();
+  Scene scene = refined_scene();
   const fs::path file = folder / "box.ply";
   refine::TriangleMesh box;
   for (int i = 0; i < 8; ++i)
@@ -169,7 +169,7 @@ TEST_CASE("a run's warnings name its own mesh files, whatever another run has ca
 TEST_CASE("a run's bytes are the same without a cache, with a cold one and with a warm one") {
   const TemporaryFolder folder;
   for (const bool object : {false, true}) {
-    const Scene scene = object ? scene_with_object(folder.path()) : small_scene();
+    const Scene scene = object ? scene_with_object(folder.path()) : refined_scene();
     const std::string name = object ? "object" : "bed";
     const fs::path cache = folder / (name + "-cache");
     const auto expected = run_into(folder / (name + "-none"), scene, "");
@@ -236,7 +236,7 @@ TEST_CASE(
 TEST_CASE("a cache that cannot be written is a warning") {
   const TemporaryFolder folder;
   write_text(folder / "file", "");
-  const Scene scene = small_scene();
+  const Scene scene = refined_scene();
   const auto expected = run_into(folder / "none", scene, "");
   RunReport report;
   CHECK((run_into(folder / "run", scene, folder / "file/cache", &report) == expected));
@@ -253,7 +253,7 @@ TEST_CASE("a cache that cannot be written is a warning") {
 }
 
 TEST_CASE("values of a scene of which no seafloor can be made are a SceneError") {
-  Scene scene = small_scene();
+  Scene scene = refined_scene();
   scene.seafloor.fractal.height_at_1m_m = 5.0;
   scene.seafloor.depth_m = 2.0;
   for (const char* surface : {"auto", "static", "refined", "footprint"}) {
@@ -276,7 +276,7 @@ TEST_CASE("trimming the cache keeps what was just saved") {
   fs::last_write_time(cache / "holes.mesh",
                       fs::file_time_type::clock::now() + std::chrono::hours(3));
   const auto prepared =
-      prepare_seafloor(small_scene(), {.cache = cache, .cache_limit_bytes = 16 << 20});
+      prepare_seafloor(refined_scene(), {.cache = cache, .cache_limit_bytes = 16 << 20});
   CHECK(prepared->warnings.empty());
   CHECK(fs::exists(prepared->origin.cache_file));
   CHECK(!fs::exists(cache / "huge.mesh"));
@@ -296,7 +296,7 @@ TEST_CASE("the cache loses what killed processes left half-written, and nothing 
 
 TEST_CASE("surface auto means footprint for a bed of heights, which is not analysed or cached") {
   const TemporaryFolder folder;
-  Scene scene = small_scene();
+  Scene scene = refined_scene();
   scene.run.intersector = "embree";
   for (const char* surface : {"auto", "footprint"}) {
     scene.run.surface = surface;
@@ -324,7 +324,7 @@ TEST_CASE("surface auto means footprint for a bed of heights, which is not analy
 
 TEST_CASE("surface auto of a mesh means refined unless the run is too short, and says why") {
   const TemporaryFolder folder;
-  Scene scene = small_scene();
+  Scene scene = refined_scene();
   scene.run.surface = "auto";
   scene.seafloor.cell_m = 0.1;  // 360,000 faces
   refine::write_ply(folder / "bed.ply", make_seafloor(scene.seafloor, scene.seed).mesh);

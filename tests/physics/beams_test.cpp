@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/above_bed.h"
 #include "support/beds.h"
 #include "support/catch.h"
 
@@ -26,12 +27,10 @@ using namespace ensonify::tests;
 
 namespace {
 
-constexpr double wavelength_m = 0.00375;
-
 /// One-way power at a place, summed over an array's elements with their exact distances. The
 /// elements are delayed by delay_m(x) of their place x.
 template <class F>
-double one_way(double length_m, double along_m, double abeam_m, F&& delay_m) {
+double one_way_delayed(double length_m, double along_m, double abeam_m, F&& delay_m) {
   constexpr int elements = 600;
   std::complex<double> sum = 0.0;
   for (int i = 0; i < elements; ++i) {
@@ -75,9 +74,9 @@ Sonar five_beams() {
 }
 
 /// Energy of the echo of a small plate, 3 m down for every 4 m abeam, in one beam.
-class PassingPlate {
+class PlateInBeam {
  public:
-  PassingPlate(const Sonar& sonar, double range_m, double side_m, int beam)
+  PlateInBeam(const Sonar& sonar, double range_m, double side_m, int beam)
       : sonar_(sonar),
         beam_(beam),
         bed_(level_bed(0.6 * range_m, 0.5 * side_m)),
@@ -164,17 +163,17 @@ TEST_CASE(
         double sum = 0.0;
         for (int i = 0; i < 8; ++i) {
           const double at_m = along_m + side_m * ((i + 0.5) / 8.0 - 0.5);
-          const double sent = one_way(0.05, at_m, range_m, [](double) { return 0.0; });
-          sum += sent * one_way(0.8, at_m, range_m, [&](double x_m) {
+          const double sent = one_way_delayed(0.05, at_m, range_m, [](double) { return 0.0; });
+          sum += sent * one_way_delayed(0.8, at_m, range_m, [&](double x_m) {
                    return zones ? std::hypot(zone_m, x_m) - zone_m - x_m * line_m / range_m
                                 : std::hypot(range_m, x_m - line_m) - std::hypot(range_m, line_m);
                  });
         }
         return sum;
       };
-      const double peak = PassingPlate(sonar, range_m, side_m, 2).energy(0.0) / expected(2, 0.0);
+      const double peak = PlateInBeam(sonar, range_m, side_m, 2).energy(0.0) / expected(2, 0.0);
       for (const int beam : {0, 1, 4}) {
-        PassingPlate passing(sonar, range_m, side_m, beam);
+        PlateInBeam passing(sonar, range_m, side_m, beam);
         for (const double off : {-0.6, -0.3, 0.0, 0.3, 0.6}) {
           const double along_m = sonar.beam_offset_m(beam) + off * width_m;
           CAPTURE(zones, range_m, beam, off);
@@ -225,8 +224,8 @@ TEST_CASE(
       const auto width = [&](double offset_m) {
         double sum = 0.0;
         for (double y_m = -0.1 * range_m; y_m < 0.1 * range_m; y_m += 0.002)
-          sum +=
-              one_way(0.3, y_m, range_m, at_once) * one_way(0.3, y_m - offset_m, range_m, focus_m);
+          sum += one_way_delayed(0.3, y_m, range_m, at_once) *
+                 one_way_delayed(0.3, y_m - offset_m, range_m, focus_m);
         return sum;
       };
       const auto bin = static_cast<std::size_t>(range_m / sonar.bin_m());
@@ -454,8 +453,8 @@ TEST_CASE("the places of an outer beam are the middle of both patterns, however 
         const auto at_once = [](double) { return 0.0; };
         double sum = 0.0, moment_m = 0.0;
         for (double y_m = -0.5 * range_m; y_m < 0.5 * range_m; y_m += 0.005) {
-          const double power =
-              one_way(0.3, y_m, range_m, at_once) * one_way(1.2, y_m - offset_m, range_m, at_once);
+          const double power = one_way_delayed(0.3, y_m, range_m, at_once) *
+                               one_way_delayed(1.2, y_m - offset_m, range_m, at_once);
           sum += power;
           moment_m += power * y_m;
         }

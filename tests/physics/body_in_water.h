@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "support/beds.h"
+#include "support/body.h"
 #include "support/catch.h"
 
 #include <ensonify/engine/seafloor/objects/object_body.h>
@@ -118,10 +119,6 @@ inline double target_strength_db(const EchoLine& line, const Sonar& sonar) {
 /// then interfere all the time, as in a sum of one frequency.
 inline void lengthen_pulse(Sonar& sonar, double range_m) {
   sonar.pulse.bandwidth_hz = 0.5 * 1500.0 / (range_m / 80.0);
-}
-
-inline refine::TriangleMesh body(const char* shape, const ShapeSize& size) {
-  return make_body(shape_named(shape), size, RandomStream(1, Purpose::test)).mesh;
 }
 
 inline constexpr scatter::Solid nothing{.diffuse_db = -100.0, .specular = 0.0};

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "physics/above_bed.h"
 #include "support/beds.h"
 #include "support/catch.h"
 
@@ -15,9 +16,6 @@ using namespace ensonify::engine;
 using namespace ensonify::tests;
 
 namespace {
-
-constexpr double altitude_m = 10.0;
-const Pose above_bed{.position = {0.0, 0.0, -10.0}};
 
 // The sonar equation for a flat bed under a line array, dB; the beam is 2/3 lambda/L wide along the
 // track.

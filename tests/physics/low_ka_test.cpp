@@ -53,12 +53,12 @@ double rod_db(double ka) {
   return scatter::to_db(std::norm(sum) / (pi * pi));
 }
 
-constexpr double frequency_hz = 20e3, wavelength_m = 1500.0 / frequency_hz,
-                 k_per_m = 2.0 * pi / wavelength_m, range_m = 30.0;
+constexpr double low_hz = 20e3, long_wave_m = 1500.0 / low_hz, k_per_m = 2.0 * pi / long_wave_m,
+                 cylinder_m = 30.0;
 
 double smooth_db(const refine::TriangleMesh& mesh, double turned_rad = 0.0) {
-  const Sonar sonar = wide_sonar(range_m + 2.0, frequency_hz);
-  return target_strength_db(echo_of({mesh, nothing, 1.0, turned_rad}, sonar, range_m), sonar);
+  const Sonar sonar = wide_sonar(cylinder_m + 2.0, low_hz);
+  return target_strength_db(echo_of({mesh, nothing, 1.0, turned_rad}, sonar, cylinder_m), sonar);
 }
 
 refine::TriangleMesh ellipsoid(double long_m, double short_m) {
@@ -92,8 +92,8 @@ TEST_CASE("a smooth rod of any ka has the echo of its modes") {
     CAPTURE(ka);
     // Nearer than L^2 / lambda, the waves' curvature counts: as for a thick cylinder.
     const double radius_m = 0.5 * size.diameter_m.value();
-    const double near_db = cylinder_db(radius_m, 0.6, range_m - radius_m, wavelength_m) -
-                           scatter::to_db(0.5 * radius_m / wavelength_m);
+    const double near_db = cylinder_db(radius_m, 0.6, cylinder_m - radius_m, long_wave_m) -
+                           scatter::to_db(0.5 * radius_m / long_wave_m);
     CHECK(smooth_db(body("cylinder", size)) == Approx(rod_db(ka) + near_db).margin(0.4));
   }
 }
@@ -136,8 +136,8 @@ TEST_CASE(
   const refine::TriangleMesh ball = body("sphere", size);
   const scatter::Solid rough{.diffuse_db = -10.0, .specular = 0.3};
   const auto level_db = [&](double at_hz) {
-    const Sonar sonar = wide_sonar(range_m + 2.0, at_hz);
-    return target_strength_db(echo_of({ball, rough}, sonar, range_m), sonar);
+    const Sonar sonar = wide_sonar(cylinder_m + 2.0, at_hz);
+    return target_strength_db(echo_of({ball, rough}, sonar, cylinder_m), sonar);
   };
   const double ka = k_per_m * 0.0025;
   CHECK(level_db(20e3) - level_db(1.2e6) ==

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "physics/above_bed.h"
 #include "support/beds.h"
 #include "support/catch.h"
 
@@ -22,15 +23,13 @@ using namespace ensonify::tests;
 
 namespace {
 
-constexpr double wavelength_m = 0.00375;
-
 double uniform(double) { return 1.0; }
 double hann(double u) { return 1.0 + std::cos(2.0 * std::numbers::pi * u); }
 
 /// One-way power of an array, summed over elements with their exact distances: no approximation.
 /// It is focused at a range, and `weight` shades it.
-double one_way(double length_m, double along_m, double abeam_m, double focus_m = 1e9,
-               double (*weight)(double) = uniform) {
+double one_way_focused(double length_m, double along_m, double abeam_m, double focus_m = 1e9,
+                       double (*weight)(double) = uniform) {
   constexpr int elements = 600;
   std::complex<double> sum = 0.0;
   for (int i = 0; i < elements; ++i) {
@@ -51,10 +50,10 @@ double two_way_width_rad(double length_m, double range_m, double focus_m = 1e9,
   const double end = length_m * std::max(1.0 / range_m, std::abs(1.0 / range_m - 1.0 / focus_m)) +
                      4.0 * wavelength_m / length_m;
   for (double s = 0.5 * step; s < end; s += step)
-    sum +=
-        2.0 * step *
-        std::pow(one_way(length_m, range_m * s, range_m * std::sqrt(1.0 - s * s), focus_m, weight),
-                 2);
+    sum += 2.0 * step *
+           std::pow(one_way_focused(length_m, range_m * s, range_m * std::sqrt(1.0 - s * s),
+                                    focus_m, weight),
+                    2);
   return sum;
 }
 
@@ -96,7 +95,7 @@ class PassingPlate {
 
 /// -3 dB width of an even function, found in steps.
 template <class F>
-double width_m(F&& level, double step_m) {
+double beam_width_m(F&& level, double step_m) {
   const double half = 0.5 * level(0.0);
   double x = 0.0, before = level(0.0);
   for (;;) {
@@ -262,19 +261,19 @@ TEST_CASE("a small target has the width of the beam at its range along the track
                   : std::max(0.5 * length_m, 0.64 * wavelength_m * range_m / length_m);
       const double step_m = roughly_m / 20.0, side_m = roughly_m / 3.0;
       PassingPlate passing(sonar, range_m, side_m);
-      const double expected_m = width_m(
+      const double expected_m = beam_width_m(
           [&](double along_m) {  // the pattern averaged over the plate's length
             double sum = 0.0;
             for (int i = 0; i < 20; ++i) {
               const double x_m = along_m + side_m * ((i + 0.5) / 20.0 - 0.5);
               sum += focused ? std::pow(LineArray{length_m, wavelength_m}.power(x_m / range_m), 2)
-                             : std::pow(one_way(length_m, x_m, range_m), 2);
+                             : std::pow(one_way_focused(length_m, x_m, range_m), 2);
             }
             return sum;
           },
           step_m);
       const double seen_m =
-          width_m([&](double along_m) { return passing.energy(along_m); }, step_m);
+          beam_width_m([&](double along_m) { return passing.energy(along_m); }, step_m);
       CAPTURE(focused, range_m, expected_m, seen_m);
       CHECK(seen_m == Approx(expected_m).epsilon(0.01));
       if (!focused && range_m < 20.0) {

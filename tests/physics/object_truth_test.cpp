@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double altitude_m = 8.0, ping_step_m = 0.1;
+constexpr double over_bed_m = 8.0, ping_step_m = 0.1;
 
 /// A level bed 20 m down, under a line to the north along x = 0.
 Scene level_scene(std::vector<ObjectOptions> objects) {
@@ -36,7 +36,7 @@ Scene level_scene(std::vector<ObjectOptions> objects) {
   scene.track.pings = 120;
   scene.track.speed_mps = 1.0;
   scene.track.ping_interval_s = ping_step_m;
-  scene.track.altitude_m = altitude_m;
+  scene.track.altitude_m = over_bed_m;
   scene.run.surface = "static";  // the tests read the mesh
   scene.sonars[0].range_m = 32.0;
   scene.sonars[0].bins = 640;
@@ -167,17 +167,17 @@ TEST_CASE(
     REQUIRE(last > first);
     CHECK(first > run_of(line, Region::object, instance).first);
     CHECK(std::abs(double(first) * bin_m - from_m) <= 2.5 * bin_m);
-    CHECK(std::abs(double(last + 1) * bin_m - std::hypot(altitude_m, end_m)) <= 2.5 * bin_m);
+    CHECK(std::abs(double(last + 1) * bin_m - std::hypot(over_bed_m, end_m)) <= 2.5 * bin_m);
   };
   // The foot, under the round side, is seen last. The line over the top touches a circle of
   // radius r whose middle lies r above the bed at ground range x.
   const double r = 0.5, x = 14.0;
   const double depression =
-      std::atan2(altitude_m - r, x) - std::asin(r / std::hypot(x, altitude_m - r));
-  check_shadow(lines[1], 1, std::hypot(altitude_m, x), altitude_m / std::tan(depression));
+      std::atan2(over_bed_m - r, x) - std::asin(r / std::hypot(x, over_bed_m - r));
+  check_shadow(lines[1], 1, std::hypot(over_bed_m, x), over_bed_m / std::tan(depression));
   // X h / (h - t) for the far edge of the top, which is the last part that is seen.
-  check_shadow(lines[0], 2, std::hypot(altitude_m - 1.5, 12.0 + 0.6),
-               (12.0 + 0.6) * altitude_m / (altitude_m - 1.5));
+  check_shadow(lines[0], 2, std::hypot(over_bed_m - 1.5, 12.0 + 0.6),
+               (12.0 + 0.6) * over_bed_m / (over_bed_m - 1.5));
 }
 
 TEST_CASE("Static and refined surfaces give every object the same pixels") {
@@ -221,7 +221,7 @@ TEST_CASE("An object that is half sunk in has the shadow of the half above the b
   const std::span<const EchoLine> lines = simulator.ping_numbered(simulator.track()[60], 60);
   const auto end_m = [&](std::size_t side, std::uint32_t instance) {
     const double slant_m = double(run_of(lines[side], Region::shadow, instance).second + 1) * 0.05;
-    return std::sqrt(slant_m * slant_m - altitude_m * altitude_m);
+    return std::sqrt(slant_m * slant_m - over_bed_m * over_bed_m);
   };
   CHECK(end_m(1, 1) == Approx(16.5 * 8.0 / 6.0).margin(0.15));
   CHECK(end_m(0, 2) == Approx(16.5 * 8.0 / 7.0).margin(0.15));
@@ -243,7 +243,7 @@ TEST_CASE("A target's box lies at its object and has the size of object and beam
     CHECK(tall * ping_step_m <= object.size_m.y() + 0.6);
     const bool port = object.middle_m.x() < 0.0;
     CHECK(target.sight.side() == (port ? Side::port : Side::starboard));
-    const double range_m = std::hypot(object.middle_m.x(), object.middle_m.z() + 20.0 - altitude_m);
+    const double range_m = std::hypot(object.middle_m.x(), object.middle_m.z() + 20.0 - over_bed_m);
     CHECK(target.range_m == Approx(range_m).margin(0.6 * object.size_m.x() + 2.0 * bin_m));
     // The shadow follows the body, away from the sonar.
     CHECK((port ? target.shadow.low[0] < target.body.low[0]
@@ -260,7 +260,7 @@ TEST_CASE("In ground range an object lies at its distance, also below a vehicle'
     scene.sonars[0].mounting.down_m = down_m;
     Simulator simulator(scene);
     Waterfall line = ping_all(scene, simulator, 1).images[0];
-    CHECK(line.pings[60].altitude_m == Approx(altitude_m).margin(1e-3));  // the vehicle's
+    CHECK(line.pings[60].altitude_m == Approx(over_bed_m).margin(1e-3));  // the vehicle's
 
     // A picture with the object alone.
     for (std::size_t i = 0; i < line.pixels.intensity.size(); ++i)
@@ -331,14 +331,14 @@ TEST_CASE("The bed is in shadow where the reference's ray to it is blocked, and 
   for (std::size_t i = 0; i < pixels.region.size(); ++i) {
     const auto region = static_cast<Region>(pixels.region[i]);
     const double range_m = pixels.range_m[i];
-    if (range_m < altitude_m + 0.3 || pixels.instance[i] != 0) continue;
+    if (range_m < over_bed_m + 0.3 || pixels.instance[i] != 0) continue;
     const bool shadow = region == Region::shadow;
     // Excludes the penumbra of a beam that is some decimetres wide.
     if (shadow ? pixels.shadow_fraction[i] < 0.999f : pixels.shadow_fraction[i] > 0.001f) continue;
     const Vector3d from = image.waterfall.pings[i / columns].pose.position;
-    const double ground_m = std::sqrt(range_m * range_m - altitude_m * altitude_m);
+    const double ground_m = std::sqrt(range_m * range_m - over_bed_m * over_bed_m);
     const double east_m = i % columns < bins ? -ground_m : ground_m;
-    const Ray ray{from, Vector3d(east_m, 0.0, -altitude_m).normalized(), 0.0, 100.0};
+    const Ray ray{from, Vector3d(east_m, 0.0, -over_bed_m).normalized(), 0.0, 100.0};
     Hit hit;
     reference->intersect({&ray, 1}, {&hit, 1});
     const bool cut = hit && hit.t < range_m - 0.1;
@@ -375,8 +375,8 @@ TEST_CASE("The visible share is relative to the object alone: half buried, hidde
     CHECK(views[3].share() == Approx(1.0).margin(0.01));
     // The front and top of a cube seen from 15.5 m away and 8 m up: the line of sight falls by
     // 8 / 15.5. The whole box reaches from a metre below the bed to a metre above it.
-    const double foot = std::atan2(altitude_m + 1.0, 15.5), bed = std::atan2(altitude_m, 15.5),
-                 back = std::atan2(altitude_m - 1.0, 16.5);
+    const double foot = std::atan2(over_bed_m + 1.0, 15.5), bed = std::atan2(over_bed_m, 15.5),
+                 back = std::atan2(over_bed_m - 1.0, 16.5);
     CHECK(views[0].share() == Approx((bed - back) / (foot - back)).margin(0.02));
   }
 }

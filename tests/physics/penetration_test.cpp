@@ -25,12 +25,12 @@ using std::numbers::pi;
 
 namespace {
 
-constexpr double bed_m = 20.0, sonar_m = 10.0, east_m = 12.0, water_mps = 1500.0;
+constexpr double sand_m = 20.0, sonar_depth_m = 10.0, target_east_m = 12.0, water_mps = 1500.0;
 
 Scene muddy_scene(const char* sediment, double frequency_hz) {
   Scene scene;
   scene.seafloor.fractal.height_at_1m_m = 0.0;
-  scene.seafloor.depth_m = bed_m;
+  scene.seafloor.depth_m = sand_m;
   scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 80.0;
   scene.seafloor.cell_m = 1.0;
   scene.seafloor.material = sediment;
@@ -50,7 +50,7 @@ Scene muddy_scene(const char* sediment, double frequency_hz) {
 
 BinLayers ping(const Scene& scene) {
   Simulator simulator(scene);
-  return simulator.ping_numbered({.position = {0.0, 0.0, -sonar_m}}, 0)[1].bins;
+  return simulator.ping_numbered({.position = {0.0, 0.0, -sonar_depth_m}}, 0)[1].bins;
 }
 
 /// Intensity times the fourth power of range that the objects add, as a cross-section, m^2.
@@ -72,7 +72,7 @@ struct Way {
   double sin_sediment, gain, spreading_m2;
 };
 Way way(const scatter::Sediment& s, double wavelength_m, double d, double L) {
-  const double h = bed_m - sonar_m, nu = s.sound_speed_ratio;
+  const double h = sand_m - sonar_depth_m, nu = s.sound_speed_ratio;
   const auto time = [&](double x) { return std::hypot(x, h) + std::hypot(L - x, d) / nu; };
   double low = 0.0, high = L;
   for (int i = 0; i < 100; ++i) {
@@ -115,7 +115,7 @@ Material dull() {
 /// A ball, or a pipe across the beam, whose middle lies `deep_m` under the bed.
 ObjectOptions buried(const char* shape, const char* material, double deep_m) {
   ObjectOptions object{.shape = shape, .material = material};
-  object.east_m = east_m;
+  object.east_m = target_east_m;
   object.height_m = -deep_m - radius_m;
   object.size.diameter_m = 2.0 * radius_m;
   object.size.facet_m = 0.01;
@@ -147,7 +147,7 @@ TEST_CASE("a ball in mud has the sonar equation's echo with the losses of bed an
         const Eigen::Vector3d normal(std::sin(polar) * std::cos(turn),
                                      std::sin(polar) * std::sin(turn), std::cos(polar));
         const double d = deep_m - radius_m * normal.z();
-        const double x = east_m + radius_m * normal.x(), y = radius_m * normal.y();
+        const double x = target_east_m + radius_m * normal.x(), y = radius_m * normal.y();
         const Way its = way(s, wavelength_m, d, std::hypot(x, y));
         const double level = std::sqrt(1.0 - its.sin_sediment * its.sin_sediment);
         const Eigen::Vector3d arrival(level * x / std::hypot(x, y), level * y / std::hypot(x, y),
@@ -155,7 +155,7 @@ TEST_CASE("a ball in mud has the sonar equation's echo with the losses of bed an
         const double facing = std::max(-arrival.dot(normal), 0.0);
         const double area_m2 = radius_m * radius_m * std::sin(polar) * (pi / steps) * (pi / steps);
         // The beam across: sinc^4 of L y / lambda r.
-        const double sine = y / std::hypot(x, y, bed_m - sonar_m + d);
+        const double sine = y / std::hypot(x, y, sand_m - sonar_depth_m + d);
         const double phase = pi * 25e3 / frequency_hz * sine / wavelength_m;
         const double sinc = std::abs(phase) < 1e-9 ? 1.0 : std::sin(phase) / phase;
         expected +=
@@ -172,7 +172,7 @@ namespace {
 /// closed form of the range of an arc, and bisection.
 double bent_gain(const scatter::Sediment& s, double frequency_hz, double d, double L,
                  double sonar_mps, double bed_mps) {
-  const double gradient_per_s = (bed_mps - sonar_mps) / (bed_m - sonar_m);
+  const double gradient_per_s = (bed_mps - sonar_mps) / (sand_m - sonar_depth_m);
   const double nu = s.sound_speed_ratio;
   const auto cosines = [&](double launch) {
     const double at_bed = std::cos(launch) * bed_mps / sonar_mps;

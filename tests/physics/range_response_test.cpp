@@ -12,12 +12,12 @@ using namespace ensonify::tests;
 
 namespace {
 
-constexpr double range_m = 15.0;
+constexpr double plate_m = 15.0;
 
 /// The echo of a plate of 1 mm in the middle of the fan at a range of 15 m.
 EchoLine echo_of_point(const Pulse& pulse) {
-  Seafloor plate = level_bed(0.6 * range_m, 0.0005);
-  for (Eigen::Vector3f& p : plate.mesh.positions) p.x() += static_cast<float>(0.8 * range_m);
+  Seafloor plate = level_bed(0.6 * plate_m, 0.0005);
+  for (Eigen::Vector3f& p : plate.mesh.positions) p.x() += static_cast<float>(0.8 * plate_m);
   Sonar sonar = plain_sonar();
   sonar.pulse = pulse;
   sonar.range_m = 20.0;
@@ -28,11 +28,11 @@ EchoLine echo_of_point(const Pulse& pulse) {
   const double depression_rad = std::asin(0.6);
   sonar.sector_low_rad = depression_rad - 0.005;
   sonar.sector_high_rad = depression_rad + 0.005;
-  return ping_once(sonar, plate, {}, 0.6 * range_m)[1];
+  return ping_once(sonar, plate, {}, 0.6 * plate_m)[1];
 }
 
 /// Width of the main lobe at a level below its peak.
-double width_m(const std::vector<float>& intensity, double bin_m, double below_db) {
+double lobe_width_m(const std::vector<float>& intensity, double bin_m, double below_db) {
   const auto peak = std::max_element(intensity.begin(), intensity.end());
   const double level = *peak * scatter::from_db(-below_db);
   const auto reach = [&](int step) {
@@ -62,25 +62,27 @@ TEST_CASE("a point's echo has the width of its pulse in range, and the pulse's s
   const auto peak =
       std::max_element(plain.bins.intensity_mean.begin(), plain.bins.intensity_mean.end()) -
       plain.bins.intensity_mean.begin();
-  CHECK(std::abs((double(peak) + 0.5) * bin_m - range_m) <= 1.5 * bin_m);
-  CHECK(width_m(plain.bins.intensity_mean, bin_m, 3.0103) == Approx(0.886 * cell_m).epsilon(0.01));
+  CHECK(std::abs((double(peak) + 0.5) * bin_m - plate_m) <= 1.5 * bin_m);
+  CHECK(lobe_width_m(plain.bins.intensity_mean, bin_m, 3.0103) ==
+        Approx(0.886 * cell_m).epsilon(0.01));
   CHECK(side_lobe_db(plain.bins.intensity_mean) == Approx(-13.26).margin(0.1));
 
   sweep.window = PulseWindow::hann;
   const EchoLine hann = echo_of_point(sweep);
-  CHECK(width_m(hann.bins.intensity_mean, bin_m, 3.0103) == Approx(1.44 * cell_m).epsilon(0.01));
+  CHECK(lobe_width_m(hann.bins.intensity_mean, bin_m, 3.0103) ==
+        Approx(1.44 * cell_m).epsilon(0.01));
   CHECK(side_lobe_db(hann.bins.intensity_mean) == Approx(-31.5).margin(0.3));
 
   const EchoLine cw = echo_of_point({.kind = PulseKind::cw, .bandwidth_hz = 30e3});
-  CHECK(width_m(cw.bins.intensity_mean, bin_m, 3.0103) == Approx(cell_m).epsilon(0.01));
+  CHECK(lobe_width_m(cw.bins.intensity_mean, bin_m, 3.0103) == Approx(cell_m).epsilon(0.01));
   // It begins at the point's range.
   const std::vector<float>& tone = cw.bins.intensity_mean;
   const float peak_of_tone = *std::max_element(tone.begin(), tone.end());
   for (std::size_t i = 0; i < tone.size(); ++i) {
     const double r = (double(i) + 0.5) * bin_m;
     CAPTURE(r);
-    if (r < range_m - 2.0 * bin_m || r > range_m + cell_m + 2.0 * bin_m) REQUIRE(tone[i] == 0.0f);
-    if (r > range_m + 2.0 * bin_m && r < range_m + cell_m - 2.0 * bin_m)
+    if (r < plate_m - 2.0 * bin_m || r > plate_m + cell_m + 2.0 * bin_m) REQUIRE(tone[i] == 0.0f);
+    if (r > plate_m + 2.0 * bin_m && r < plate_m + cell_m - 2.0 * bin_m)
       REQUIRE(tone[i] == Approx(peak_of_tone).epsilon(0.01));
   }
 }

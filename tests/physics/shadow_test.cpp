@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "physics/above_bed.h"
 #include "support/beds.h"
 #include "support/catch.h"
 
@@ -10,7 +11,6 @@ using namespace ensonify::tests;
 namespace {
 
 constexpr double height_m = 10.0;  // of the sonar over the bed
-const Pose above_bed{.position = {0.0, 0.0, -10.0}};
 
 double slant_m(double ground_m) { return std::hypot(ground_m, height_m); }
 

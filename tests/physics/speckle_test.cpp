@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "physics/above_bed.h"
 #include "support/catch.h"
 #include "support/lines.h"
 
@@ -21,13 +22,12 @@ using namespace ensonify::tests;
 
 namespace {
 
-constexpr double altitude_m = 10.0;
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
-struct Moments {
+struct Spread {
   double mean = 0.0, deviation = 0.0;
 };
-Moments moments(const std::vector<double>& values) {
+Spread spread_of(const std::vector<double>& values) {
   double sum = 0.0, squares = 0.0;
   for (const double v : values) sum += v;
   const double mean = sum / static_cast<double>(values.size());
@@ -35,16 +35,9 @@ Moments moments(const std::vector<double>& values) {
   return {mean, std::sqrt(squares / static_cast<double>(values.size()))};
 }
 
-double correlation(const std::vector<double>& a, const std::vector<double>& b) {
-  const Moments of_a = moments(a), of_b = moments(b);
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - of_a.mean) * (b[i] - of_b.mean);
-  return sum / static_cast<double>(a.size()) / of_a.deviation / of_b.deviation;
-}
-
 /// A signal chain and its memory.
-struct Receiver {
-  explicit Receiver(const Sonar& its_sonar, const ChainOptions& options = {})
+struct BedReceiver {
+  explicit BedReceiver(const Sonar& its_sonar, const ChainOptions& options = {})
       : sonar(its_sonar), chain(its_sonar, options) {}
 
   std::vector<double> intensity(EchoLine& line, const Eigen::Vector3d& array,
@@ -69,7 +62,7 @@ struct Receiver {
 
 /// The intensities of a ping over a level bed, to starboard of a heading; the array has that
 /// heading or another.
-std::vector<double> headed_intensity(Receiver& receiver, const Eigen::Vector3d& array,
+std::vector<double> headed_intensity(BedReceiver& receiver, const Eigen::Vector3d& array,
                                      double heading_rad, std::optional<double> array_rad = {}) {
   EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
   const Eigen::Vector2d abeam(std::cos(heading_rad), -std::sin(heading_rad));
@@ -88,7 +81,7 @@ std::vector<double> headed_intensity(Receiver& receiver, const Eigen::Vector3d& 
 
 /// The intensities of many uncorrelated pings.
 std::vector<double> independent_intensities(const Sonar& sonar, int pings = 150) {
-  Receiver receiver(sonar);
+  BedReceiver receiver(sonar);
   std::vector<double> all;
   for (int ping = 0; ping < pings; ++ping)
     for (const Side side : {Side::port, Side::starboard}) {
@@ -106,7 +99,7 @@ double quantile(const std::vector<double>& sorted, double share) {
 
 TEST_CASE("speckle is fully developed: exponential intensity, Rayleigh amplitude") {
   std::vector<double> values = independent_intensities(quiet_sonar());  // 390,000
-  const Moments intensity = moments(values);
+  const Spread intensity = spread_of(values);
   CHECK(intensity.mean == Approx(1.0).epsilon(0.01));  // it does not change the mean energy
   CHECK(intensity.deviation / intensity.mean == Approx(1.0).epsilon(0.015));
   std::vector<double> sorted = values;
@@ -118,11 +111,11 @@ TEST_CASE("speckle is fully developed: exponential intensity, Rayleigh amplitude
   CHECK(third / static_cast<double>(values.size()) == Approx(6.0).epsilon(0.06));
 
   for (double& v : values) v = std::sqrt(v);
-  const Moments amplitude = moments(values);
+  const Spread amplitude = spread_of(values);
   CHECK(amplitude.deviation / amplitude.mean == Approx(0.5227).epsilon(0.01));
   CHECK(amplitude.mean / std::sqrt(intensity.mean) == Approx(0.8862).epsilon(0.005));
   for (double& v : values) v = 20.0 * std::log10(v);
-  const Moments level_db = moments(values);
+  const Spread level_db = spread_of(values);
   CHECK(level_db.deviation == Approx(5.57).epsilon(0.015));
   CHECK(level_db.mean == Approx(-2.51).epsilon(0.02));
 }
@@ -132,7 +125,7 @@ TEST_CASE("M looks have the intensity's contrast of M^-1/2, and the gamma's mome
     Sonar sonar = quiet_sonar();
     sonar.receiver.looks = looks;
     const std::vector<double> values = independent_intensities(sonar, 60);
-    const Moments intensity = moments(values);
+    const Spread intensity = spread_of(values);
     CAPTURE(looks);
     CHECK(intensity.mean == Approx(1.0).epsilon(0.015));
     CHECK(intensity.deviation == Approx(1.0 / std::sqrt(looks)).epsilon(0.02));
@@ -145,7 +138,7 @@ TEST_CASE("M looks have the intensity's contrast of M^-1/2, and the gamma's mome
 
 TEST_CASE("a patchy bed, its strength a gamma distribution's, gives K-distributed amplitudes") {
   constexpr double nu = 2.0;
-  Receiver receiver(quiet_sonar());
+  BedReceiver receiver(quiet_sonar());
   std::mt19937_64 random(1);
   std::gamma_distribution<double> patch(nu, 1.0 / nu);
   std::vector<double> values;
@@ -160,7 +153,7 @@ TEST_CASE("a patchy bed, its strength a gamma distribution's, gives K-distribute
     const std::vector<double> one = receiver.intensity(line, array);
     values.insert(values.end(), one.begin(), one.end());
   }
-  const Moments intensity = moments(values);
+  const Spread intensity = spread_of(values);
   CHECK(intensity.mean == Approx(1.0).epsilon(0.03));
   const double contrast2 = std::pow(intensity.deviation / intensity.mean, 2);
   CHECK(contrast2 == Approx(1.0 + 2.0 / nu).epsilon(0.06));
@@ -189,7 +182,7 @@ TEST_CASE("neighbouring bins have the pulse's autocorrelation, in speckle and in
     sonar.pulse.bandwidth_hz = one.bandwidth_hz;
     for (const bool noise : {false, true}) {
       sonar.receiver.noise = noise;
-      Receiver receiver(sonar);
+      BedReceiver receiver(sonar);
       std::array<double, 5> sums{};
       constexpr int pings = 100;
       for (int ping = 0; ping < pings; ++ping) {
@@ -276,7 +269,7 @@ TEST_CASE("overlapping pings have the correlation of their beams along the track
       sonar.focused = array.focused;
       sonar.focus_zones_m = array.zones_m;
       sonar.shading = array.shading;
-      Receiver receiver(sonar);
+      BedReceiver receiver(sonar);
       const auto middle = static_cast<std::size_t>(range_m / sonar.bin_m());
       for (const double step_m : {0.05, 0.1, 0.2, 0.3, 0.5}) {
         double sum = 0.0;
@@ -300,7 +293,7 @@ TEST_CASE("overlapping pings have the correlation of their beams along the track
 }
 
 TEST_CASE("on any heading, pings along the array correlate, and bins drift as it moves sideways") {
-  Receiver receiver(quiet_sonar());
+  BedReceiver receiver(quiet_sonar());
   const Sonar& sonar = receiver.sonar;
   constexpr double range_m = 40.0;
   const double cos_grazing = std::sqrt(1.0 - std::pow(altitude_m / range_m, 2));
@@ -333,7 +326,7 @@ TEST_CASE("on any heading, pings along the array correlate, and bins drift as it
 
 TEST_CASE(
     "a second pass on the same track has the same speckle, on another track it is uncorrelated") {
-  Receiver receiver(quiet_sonar());
+  BedReceiver receiver(quiet_sonar());
   const std::vector<double> first = receiver.intensity(3.0, Side::starboard, 1);
   CHECK(receiver.intensity(3.0, Side::starboard, 1000) ==
         first);  // it belongs to the ground, not to the ping
@@ -355,7 +348,7 @@ TEST_CASE("runs on the same and on the opposite heading see the same scatterers"
   const Eigen::Vector3d array{0.0, 3.0, -10.0};
   for (const double heading_deg : {0.0, 7.5, 20.0, 52.5, 90.0, -135.0}) {
     const double heading = heading_deg * pi / 180.0;
-    Receiver out(quiet_sonar(), {.heading_rad = heading}),
+    BedReceiver out(quiet_sonar(), {.heading_rad = heading}),
         near(quiet_sonar(), {.heading_rad = heading + 0.003}),
         back(quiet_sonar(), {.heading_rad = heading + pi});
     const std::vector<double> first = headed_intensity(out, array, heading);
@@ -368,7 +361,7 @@ TEST_CASE("runs on the same and on the opposite heading see the same scatterers"
 TEST_CASE("a small yaw about the usual heading does not change the scatterers") {
   for (const double heading_deg : {0.0, 7.5, 11.25, 22.5, 97.5}) {
     const double heading = heading_deg * pi / 180.0;
-    Receiver receiver(quiet_sonar(), {.heading_rad = heading});
+    BedReceiver receiver(quiet_sonar(), {.heading_rad = heading});
     const Eigen::Vector3d array{0.0, 3.0, -10.0};
     CAPTURE(heading_deg);
     CHECK(correlation(headed_intensity(receiver, array, heading - 0.0004),
@@ -379,7 +372,7 @@ TEST_CASE("a small yaw about the usual heading does not change the scatterers") 
 TEST_CASE("a second pass at another altitude loses coherence as the grazing angle changes") {
   // For bins of length b on the ground the correlation of the intensities is |sinc(2 b (cos g' -
   // cos g) / lambda)|^2 (Li and Goldstein, IEEE Trans. GRS 28, 88, 1990, for a box).
-  Receiver receiver(quiet_sonar());
+  BedReceiver receiver(quiet_sonar());
   const double lambda_m = 1500.0 / receiver.sonar.frequency_hz;
   for (const double higher_m : {0.2, 0.5, 1.0, 1.6}) {
     double sum = 0.0, expected = 0.0;
@@ -414,7 +407,7 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
     sonar.vertical.beamwidth_rad = 0.0;  // the same in all directions
     ChainOptions options;
     options.sea.wind_mps = 7.0;
-    Receiver receiver(sonar, options);
+    BedReceiver receiver(sonar, options);
     // Directivity of a line array, 2 L / lambda (physics: 10 lg).
     const double gain_db = scatter::to_db(2.0 * sonar.array_length_m * frequency_hz / 1500.0);
     const double expected_db = scatter::ambient_noise_db(frequency_hz, 7.0, 0.5) +
@@ -435,12 +428,12 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
   }
   // A shaded receiver hears more of it, by its noise width; a shaded transmitter does not matter.
   Sonar sonar;
-  const double uniform = Receiver(sonar).chain.noise(Side::port);
+  const double uniform = BedReceiver(sonar).chain.noise(Side::port);
   sonar.receive_shading = ShadingKind::hann;
-  CHECK(Receiver(sonar).chain.noise(Side::port) == Approx(1.5 * uniform));
+  CHECK(BedReceiver(sonar).chain.noise(Side::port) == Approx(1.5 * uniform));
   sonar.receive_shading = ShadingKind::uniform;
   sonar.shading = ShadingKind::hann;
-  CHECK(Receiver(sonar).chain.noise(Side::port) == Approx(uniform));
+  CHECK(BedReceiver(sonar).chain.noise(Side::port) == Approx(uniform));
   // Thermal noise alone: -15 + 20 lg 400 dB in 1 Hz.
   CHECK(scatter::thermal_noise_db(400e3) == Approx(37.04).margin(0.01));
 }
@@ -473,13 +466,13 @@ TEST_CASE(
 
 TEST_CASE("the receiver's own noise adds to the sea's, and speckle = false gives their mean") {
   Sonar sonar;
-  Receiver sea(sonar);
+  BedReceiver sea(sonar);
   sonar.receiver.self_noise_db = 20.0;
-  Receiver own(sonar);
+  BedReceiver own(sonar);
   const double added = own.chain.noise(Side::port) - sea.chain.noise(Side::port);
   CHECK(added == Approx(100.0 * sonar.pulse.bandwidth_hz));
 
-  Receiver mean_only(sonar, {.speckle = false});
+  BedReceiver mean_only(sonar, {.speckle = false});
   EchoLine line = level_line(sonar, Side::port, {0, 0, -10}, altitude_m);
   for (float& mean : line.bins.intensity_mean) mean *= 1e7f;
   mean_only.intensity(line, {0, 0, -10});

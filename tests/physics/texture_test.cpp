@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "physics/above_bed.h"
 #include "support/catch.h"
 #include "support/lines.h"
 
@@ -17,11 +18,9 @@ using scatter::GroundTexture;
 
 namespace {
 
-constexpr double altitude_m = 10.0;
-
 /// A chain over a ground of one material, number 1.
-struct Receiver {
-  Receiver(const Sonar& its_sonar, const GroundTexture& texture)
+struct GroundReceiver {
+  GroundReceiver(const Sonar& its_sonar, const GroundTexture& texture)
       : sonar(its_sonar), chain(its_sonar, {.textures = {{}, texture}}) {}
 
   EchoLine line_at(const Eigen::Vector3d& array) const {
@@ -39,7 +38,7 @@ struct Receiver {
   SignalChain::Scratch scratch;
 };
 
-struct Moments {
+struct IntensityMoments {
   double mean;
   double excess;  ///< <I^2> / (2 <I>^2) - 1, which is 1 / shape of the cell
   double third;   ///< <I^3> / (6 <I>^3)
@@ -62,8 +61,8 @@ double expected_excess(const Sonar& sonar, double cell_m, double patch_m, double
 }
 
 /// Of the intensities beyond 30 m of pings far from one another.
-Moments moments(const Sonar& sonar, const GroundTexture& texture, int pings) {
-  Receiver receiver(sonar, texture);
+IntensityMoments intensity_moments(const Sonar& sonar, const GroundTexture& texture, int pings) {
+  GroundReceiver receiver(sonar, texture);
   double sum = 0.0, squares = 0.0, cubes = 0.0, count = 0.0;
   for (int ping = 0; ping < pings; ++ping) {
     const Eigen::Vector3d array{0.0, 11.3 * ping, -10.0};
@@ -103,18 +102,6 @@ GroundTexture patches(double patch_m, double shape) {
   return {.patch_m = patch_m, .shape = shape, .exponent = 0.0};
 }
 
-double correlation(const std::vector<double>& a, const std::vector<double>& b) {
-  double mean_a = 0.0, mean_b = 0.0, ab = 0.0, aa = 0.0, bb = 0.0;
-  const auto count = static_cast<double>(a.size());
-  for (std::size_t i = 0; i < a.size(); ++i) mean_a += a[i] / count, mean_b += b[i] / count;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    ab += (a[i] - mean_a) * (b[i] - mean_b);
-    aa += (a[i] - mean_a) * (a[i] - mean_a);
-    bb += (b[i] - mean_b) * (b[i] - mean_b);
-  }
-  return ab / std::sqrt(aa * bb);
-}
-
 /// The echoes of a level bed at 600 kHz, 4.2 m above it, as the recorders of two recordings keep
 /// them. The numbers are about the mean over the 9 pings and 17 samples around.
 struct Tail {
@@ -135,7 +122,7 @@ Tail recorded_tail(const std::string& sediment, double low_deg, double high_deg)
   sonar.receiver.detector = Detector::peak;
   GroundTexture texture = scatter::ground_texture_of(scatter::sediment_named(sediment));
   texture.variation_db = 0.0;  // local means leave no trace of it
-  Receiver receiver(sonar, texture);
+  GroundReceiver receiver(sonar, texture);
   std::vector<std::vector<float>> intensity;
   std::vector<double> grazing_deg;
   for (std::size_t ping = 0; ping < pings; ++ping) {
@@ -176,7 +163,7 @@ Tail recorded_tail(const std::string& sediment, double low_deg, double high_deg)
 
 TEST_CASE("patches larger than the cell give K distributed echoes of the patches' shape") {
   for (const double shape : {1.0, 2.5}) {
-    const Moments its = moments(quiet_sonar(), patches(3.0, shape), 600);
+    const IntensityMoments its = intensity_moments(quiet_sonar(), patches(3.0, shape), 600);
     CAPTURE(shape);
     CHECK(its.mean == Approx(1.0).epsilon(0.03));
     CHECK(its.excess == Approx(1.0 / shape).epsilon(0.12));
@@ -191,7 +178,7 @@ TEST_CASE("the shape of a cell grows with its length, as Abraham and Lyons (2002
   for (const double cell_m : {0.5, 1.0}) {
     Sonar sonar = quiet_sonar();
     sonar.pulse.bandwidth_hz = 750.0 / cell_m;
-    const Moments its = moments(sonar, patches(0.1, 0.02), 400);
+    const IntensityMoments its = intensity_moments(sonar, patches(0.1, 0.02), 400);
     CAPTURE(cell_m);
     CHECK(its.mean == Approx(1.0).epsilon(0.05));
     excess.push_back(its.excess);
@@ -213,7 +200,7 @@ TEST_CASE("the shape of a cell is that of its patches times their number, whatev
     // The ends of a box cover parts of patches.
     const double expected =
         expected_excess(sonar, cell_m, patch_m, shape) * (1.0 - patch_m / (3.0 * cell_m));
-    const Moments its = moments(sonar, patches(patch_m, shape), 800);
+    const IntensityMoments its = intensity_moments(sonar, patches(patch_m, shape), 800);
     CAPTURE(cell_bins, its.excess, expected);
     CHECK(its.mean == Approx(1.0).epsilon(0.05));
     CHECK(its.excess / expected == Approx(1.0).epsilon(0.1));
@@ -242,7 +229,7 @@ TEST_CASE("the shape of a sweep's cell follows from its compressed pulse, also i
       sonar.pulse.bandwidth_hz = 750.0 / (bins_per_lobe * sonar.bin_m());
       const double long_m = 750.0 / sonar.pulse.bandwidth_hz * sum * sum / squares;
       const double expected = expected_excess(sonar, long_m, patch_m, shape);
-      const Moments its = moments(sonar, patches(patch_m, shape), 800);
+      const IntensityMoments its = intensity_moments(sonar, patches(patch_m, shape), 800);
       CAPTURE(static_cast<int>(window), bins_per_lobe, its.excess, expected);
       CHECK(its.mean == Approx(1.0).epsilon(0.05));
       CHECK(its.excess / expected == Approx(1.0).epsilon(0.1));
@@ -284,7 +271,8 @@ TEST_CASE(
         }
         const double left = left_in_range * left_along;
         // Cells of the shape 1.
-        const Moments its = moments(sonar, patches(patch_m, left), cell_bins > 4.0 ? 1600 : 600);
+        const IntensityMoments its =
+            intensity_moments(sonar, patches(patch_m, left), cell_bins > 4.0 ? 1600 : 600);
         CAPTURE(static_cast<int>(kind), cell_bins, patch_cells, left_in_range, left_along);
         CHECK(its.excess == Approx(1.0).epsilon(0.08));
       }
@@ -296,7 +284,7 @@ TEST_CASE("the shape of a cell grows with the width of the beam") {
   for (const double array_m : {0.2, 0.1}) {
     Sonar sonar = quiet_sonar();
     sonar.array_length_m = array_m;
-    excess.push_back(moments(sonar, patches(0.1, 0.02), 400).excess);
+    excess.push_back(intensity_moments(sonar, patches(0.1, 0.02), 400).excess);
   }
   CAPTURE(excess[0], excess[1]);
   CHECK(excess[0] / excess[1] == Approx(2.0).epsilon(0.2));
@@ -311,7 +299,7 @@ TEST_CASE("the excess of the texture over speckle is flat from 0.1 to 6 cycles p
   constexpr std::size_t bins = 1024;  // 25.6 m
   const std::vector<double> edges{0.1, 0.8, 2.0, 4.0, 6.0};
   const auto powers = [&](const GroundTexture& texture) {
-    Receiver receiver(sonar, texture);
+    GroundReceiver receiver(sonar, texture);
     std::vector<double> sums(edges.size() - 1, 0.0);
     for (int ping = 0; ping < 150; ++ping) {
       const Eigen::Vector3d array{0.0, 11.3 * ping, -10.0};
@@ -344,7 +332,7 @@ TEST_CASE("the excess of the texture over speckle is flat from 0.1 to 6 cycles p
 
 TEST_CASE("glints keep the mean and make the echo spiky") {
   const GroundTexture stones{.patch_m = 0.1, .glint_share = 0.3, .glints_per_m2 = 2.0};
-  const Moments its = moments(quiet_sonar(), stones, 400);
+  const IntensityMoments its = intensity_moments(quiet_sonar(), stones, 400);
   CHECK(its.mean == Approx(1.0).epsilon(0.03));
   CHECK(its.excess > 0.3);
 }
@@ -352,7 +340,7 @@ TEST_CASE("glints keep the mean and make the echo spiky") {
 TEST_CASE("the same ground has the same texture from a pass that crosses the first") {
   Sonar sonar = quiet_sonar();
   sonar.receiver.looks = 64;  // the speckle is different in each, the ground is not
-  Receiver receiver(sonar, patches(2.0, 1.0));  // the beam is about 0.4 m wide
+  GroundReceiver receiver(sonar, patches(2.0, 1.0));  // the beam is about 0.4 m wide
   // Along the middle of a row of patches.
   EchoLine first = receiver.line_at({0.0, 1.0, -10.0});
   receiver.receive(first, {0.0, 1.0, -10.0}, {0, 1, 0});
@@ -378,7 +366,7 @@ TEST_CASE("the wall of an object has as many patches as level ground of its size
   // a wall that was a single patch, all bins would have one power.
   const Sonar sonar = quiet_sonar();
   const auto variance_of_power = [&](double rise, const GroundTexture& texture) {
-    Receiver receiver(sonar, texture);
+    GroundReceiver receiver(sonar, texture);
     double sum = 0.0, squares = 0.0;
     constexpr int pings = 1500, bins = 40;
     for (int ping = 0; ping < pings; ++ping) {
@@ -434,7 +422,7 @@ TEST_CASE("bright samples of sand and gravel are as frequent as in two recording
 
 TEST_CASE("ground without texture has the same bytes in a scene with texture") {
   const auto intensity = [](const GroundTexture& texture, std::uint32_t material) {
-    Receiver receiver(quiet_sonar(), texture);
+    GroundReceiver receiver(quiet_sonar(), texture);
     EchoLine line = receiver.line_at({0.0, 0.0, -10.0});
     std::ranges::fill(line.bins.sediment, material);
     receiver.receive(line, {0.0, 0.0, -10.0}, {0, 1, 0});

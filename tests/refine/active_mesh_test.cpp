@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numbers>
 #include <set>
 #include <span>
 #include <stdexcept>
@@ -18,6 +17,7 @@
 #include <ensonify/refine/footprint.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
+#include <ensonify/scatter/angle.h>
 
 #include "support/catch.h"
 #include "support/data.h"
@@ -26,6 +26,7 @@
 #include "support/random_hierarchy.h"
 
 using namespace ensonify::refine;
+using ensonify::scatter::degree;
 using ensonify::tests::broken_invariants;
 using ensonify::tests::NamedMesh;
 using ensonify::tests::over_vertices_only;
@@ -35,12 +36,10 @@ using ensonify::tests::uniform;
 
 namespace {
 
-constexpr std::uint32_t none = ProgressiveMesh::none;
-constexpr double degree = std::numbers::pi / 180.0;
 using Lines = std::vector<std::string>;
 using Interval = std::pair<std::uint32_t, std::uint32_t>;
 
-struct Built {
+struct BuiltHierarchy {
   std::string name;
   TriangleMesh source;
   ProgressiveMesh hierarchy;
@@ -48,11 +47,11 @@ struct Built {
 
 /// Meshes of every kind with some hundred faces, and the smallest meshes, with good and random
 /// hierarchies.
-const std::vector<Built>& small_meshes() {
-  static const std::vector<Built> all = [] {
+const std::vector<BuiltHierarchy>& small_hierarchies() {
+  static const std::vector<BuiltHierarchy> all = [] {
     std::vector<NamedMesh> meshes = ensonify::tests::manifold_meshes(false);
     for (NamedMesh& mesh : ensonify::tests::smallest_meshes()) meshes.push_back(std::move(mesh));
-    std::vector<Built> out;
+    std::vector<BuiltHierarchy> out;
     for (auto& [name, mesh] : meshes) {
       out.push_back({name, mesh, build_by_edge_collapse(mesh)});
       ProgressiveMeshArrays other = ensonify::tests::random_hierarchy(mesh, 17);
@@ -73,11 +72,11 @@ std::vector<std::uint32_t> splittable(const ActiveMesh& mesh) {
     if (mesh.nodes()[v].is_active() && !mesh.nodes()[v].is_leaf()) out.push_back(v);
   return out;
 }
-std::vector<std::uint32_t> collapsible(const ActiveMesh& mesh) {
+std::vector<std::uint32_t> collapsible_nodes(const ActiveMesh& mesh) {
   std::vector<std::uint32_t> out;
   const auto nodes = mesh.nodes();
   for (std::uint32_t v = 0; v < nodes.size(); ++v)
-    if (nodes[v].left != none && nodes[nodes[v].left].is_active() &&
+    if (nodes[v].left != ProgressiveMesh::none && nodes[nodes[v].left].is_active() &&
         nodes[nodes[v].left + 1].is_active())
       out.push_back(v);
   return out;
@@ -90,7 +89,7 @@ std::uint32_t any_of(const std::vector<std::uint32_t>& from, Random& random) {
 std::set<std::uint32_t> split_numbers(const ActiveMesh& mesh) {
   std::set<std::uint32_t> out;
   for (const ActiveMesh::Node& node : mesh.nodes())
-    if (node.left != none) out.insert(node.number);
+    if (node.left != ProgressiveMesh::none) out.insert(node.number);
   return out;
 }
 /// How many nodes of `now` other than `number` are not in `before` and not collapsed after
@@ -118,7 +117,7 @@ struct Ray {
   Eigen::Vector3d origin, direction;
 };
 struct Hit {
-  std::uint32_t face = none;  ///< number in the source
+  std::uint32_t face = ProgressiveMesh::none;  ///< number in the source
   double t = std::numeric_limits<double>::infinity();
   bool operator==(const Hit&) const = default;
 };
@@ -197,9 +196,9 @@ Agreement agreement(const TriangleMesh& source, const ProgressiveMesh& hierarchy
     for (int j = 0; j < rays; ++j) {
       const Ray ray = random_ray(v, random);
       const Hit hit = nearest(ray, source, v.range_m);
-      if (j == rays / 2 && hit.face != none) v.range_m = hit.t;
+      if (j == rays / 2 && hit.face != ProgressiveMesh::none) v.range_m = hit.t;
       if (j == 0 || j == rays / 2) mesh.refine({&v, 1});
-      out.hits += hit.face != none;
+      out.hits += hit.face != ProgressiveMesh::none;
       out.wrong += nearest(ray, mesh.exact_faces(), v.range_m) != hit;
     }
   }
@@ -217,7 +216,7 @@ std::set<Interval> intervals(const ActiveMesh& mesh) {
 
 TEST_CASE("an active mesh starts as the base mesh and keeps its laws through random changes") {
   std::size_t blocked = 0, collapsed = 0, forced = 0, unblocked = 0;
-  for (const auto& [name, source, hierarchy] : small_meshes()) {
+  for (const auto& [name, source, hierarchy] : small_hierarchies()) {
     INFO(name);
     ActiveMesh mesh(hierarchy);
     CHECK(mesh.vertex_count() == hierarchy.roots.size());
@@ -228,7 +227,7 @@ TEST_CASE("an active mesh starts as the base mesh and keeps its laws through ran
     for (int step = 0; step < 2000; ++step) {
       // Alternately finer and coarser.
       const bool finer = uniform(random) < (step / 200 % 2 == 0 ? 0.7 : 0.3);
-      const auto from = finer ? splittable(mesh) : collapsible(mesh);
+      const auto from = finer ? splittable(mesh) : collapsible_nodes(mesh);
       if (from.empty()) continue;
       const std::uint32_t at = any_of(from, random), number = mesh.nodes()[at].number;
       const auto before = split_numbers(mesh);
@@ -260,7 +259,7 @@ TEST_CASE("an active mesh starts as the base mesh and keeps its laws through ran
 }
 
 TEST_CASE("full refinement gives back every face, and full coarsening in any order the base mesh") {
-  for (const auto& [name, source, hierarchy] : small_meshes()) {
+  for (const auto& [name, source, hierarchy] : small_hierarchies()) {
     INFO(name);
     ActiveMesh mesh(hierarchy);
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -271,7 +270,7 @@ TEST_CASE("full refinement gives back every face, and full coarsening in any ord
       CHECK(mesh.vertex_count() == source.positions.size());
       CHECK(ensonify::tests::has_all_faces(mesh, source));
 
-      for (auto from = collapsible(mesh); !from.empty(); from = collapsible(mesh)) {
+      for (auto from = collapsible_nodes(mesh); !from.empty(); from = collapsible_nodes(mesh)) {
         bool moved = false;
         while (!from.empty() && !moved) {
           const std::size_t i = random() % from.size();
@@ -288,7 +287,7 @@ TEST_CASE("full refinement gives back every face, and full coarsening in any ord
 }
 
 TEST_CASE("a split and its collapse undo one another") {
-  for (const auto& [name, source, hierarchy] : small_meshes()) {
+  for (const auto& [name, source, hierarchy] : small_hierarchies()) {
     INFO(name);
     ActiveMesh mesh(hierarchy);
     Random random(41);
@@ -321,7 +320,7 @@ TEST_CASE("a split and its collapse undo one another") {
 
 TEST_CASE("refinement keeps all laws and has all that any of its volumes can touch") {
   std::size_t exact = 0, forced = 0, unblocking = 0;
-  for (const auto& [name, source, hierarchy] : small_meshes()) {
+  for (const auto& [name, source, hierarchy] : small_hierarchies()) {
     INFO(name);
     ActiveMesh mesh(hierarchy);
     Footprint footprint(hierarchy);
@@ -374,7 +373,7 @@ TEST_CASE("spheres around the vertices alone would lose hits") {
 
 TEST_CASE("giving out coarse faces too would change hits") {
   std::size_t wrong = 0;
-  for (const auto& [name, source, hierarchy] : small_meshes()) {
+  for (const auto& [name, source, hierarchy] : small_hierarchies()) {
     if (hierarchy.mid.empty()) continue;
     Random random(61);
     ActiveMesh mesh(hierarchy);
@@ -382,7 +381,7 @@ TEST_CASE("giving out coarse faces too would change hits") {
       // A narrow fan through a coarse face, which mostly disappears then.
       FanVolume v = random_volume(random, 60.0);
       const ActiveMesh::ActiveFace& aim = mesh.faces()[random() % mesh.faces().size()];
-      if (aim.slot == none) continue;
+      if (aim.slot == ProgressiveMesh::none) continue;
       v.apex = -uniform(random, 0.1, 20.0) * v.middle;
       for (const std::uint32_t corner : aim.vertices)
         v.apex += mesh.position(corner).cast<double>() / 3.0;
@@ -392,7 +391,7 @@ TEST_CASE("giving out coarse faces too would change hits") {
       const Ray ray = {v.apex, v.middle};
       Hit coarse;
       for (const ActiveMesh::ActiveFace& face : mesh.faces()) {
-        if (face.slot == none) continue;
+        if (face.slot == ProgressiveMesh::none) continue;
         const auto corner = [&](std::size_t k) {
           return mesh.position(face.vertices[k]).cast<double>().eval();
         };

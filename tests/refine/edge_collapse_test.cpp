@@ -30,14 +30,12 @@ using ensonify::tests::topology;
 
 namespace {
 
-constexpr std::uint32_t none = ProgressiveMesh::none;
-
 /// Faces with any vertex numbers.
 using Faces = std::vector<Face>;
 
 /// Edges whose ends have no common neighbours except across their faces, and which are not a chord
 /// between borders: edges that could still be collapsed.
-std::size_t collapsible(std::span<const Face> faces) {
+std::size_t collapsible_edges(std::span<const Face> faces) {
   std::map<std::uint32_t, std::set<std::uint32_t>> ring;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> across;
   for (const Face& f : faces)
@@ -93,7 +91,7 @@ class Replay {
   Faces faces() const {
     Faces out;
     for (std::size_t f = 0; f < mesh_.faces.size(); ++f)
-      if (mesh_.source_face[f] != none) {
+      if (mesh_.source_face[f] != ProgressiveMesh::none) {
         const Face s = stand_ins(f);
         if (s[0] != s[1] && s[1] != s[2] && s[2] != s[0]) out.push_back(s);
       }
@@ -130,7 +128,7 @@ void check_build(const TriangleMesh& source, std::size_t looks) {
   const Topology after = topology(replay.faces());
   CHECK(after.vertices + unused == mesh.roots.size());
   CHECK(after.kept() == before.kept());
-  CHECK(collapsible(replay.faces()) == 0);
+  CHECK(collapsible_edges(replay.faces()) == 0);
 }
 
 }  // namespace
@@ -163,7 +161,7 @@ TEST_CASE("each collapse removes its node's faces and no others") {
     for (std::size_t c = 0; c < mesh.order.size(); ++c) {
       const std::uint32_t node = replay.collapse(c).node;
       for (const std::size_t slot : {2 * std::size_t{node}, 2 * std::size_t{node} + 1})
-        if (mesh.source_face[slot] != none) {
+        if (mesh.source_face[slot] != ProgressiveMesh::none) {
           const Face s = replay.stand_ins(slot);
           wrong += std::set(s.begin(), s.end()).size() != 2;
           --left;

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 #include <vector>
 
@@ -12,15 +11,16 @@
 #include "support/catch.h"
 #include "support/meshes.h"
 
+#include <ensonify/scatter/angle.h>
+
 using namespace ensonify::refine;
+using ensonify::scatter::degree;
 using ensonify::tests::Random;
 using ensonify::tests::uniform;
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
-
-FanVolume random_volume(Random& random, double from_origin_m = 100.0) {
+FanVolume random_fan(Random& random, double from_origin_m = 100.0) {
   const Eigen::Matrix3d axes = ensonify::tests::frame(random);
   const double low = uniform(random, -89.0, 85.0);
   return {.apex = from_origin_m * ensonify::tests::direction(random),
@@ -90,7 +90,7 @@ TEST_CASE("a sphere that reaches a point of a ray touches its fan volume") {
   Random random(1);
   int missed = 0;
   for (int i = 0; i < 2000; ++i) {
-    const FanVolume v = random_volume(random, i % 2 ? 100.0 : 5000.0);
+    const FanVolume v = random_fan(random, i % 2 ? 100.0 : 5000.0);
     for (int k = 0; k < 50; ++k) {
       const Eigen::Vector3d p = point_inside(v, random);
       const double radius = k % 3 ? std::pow(10.0, uniform(random, -3.0, 2.5)) : 0.0;
@@ -104,7 +104,7 @@ TEST_CASE("float rays at the edges of the fan do not leave its fan volume") {
   Random random(2);
   int missed = 0;
   for (int i = 0; i < 2000; ++i) {
-    FanVolume v = random_volume(random, i % 2 ? 0.0 : 50000.0);
+    FanVolume v = random_fan(random, i % 2 ? 0.0 : 50000.0);
     if (i % 2) v.range_m *= 100.0;
     const Eigen::Vector3f origin = v.apex.cast<float>();
     for (const double e : {v.elevation_low_rad, v.elevation_high_rad})
@@ -122,7 +122,7 @@ TEST_CASE("a larger sphere touches all that a smaller one touches") {
   Random random(3);
   int shrunk = 0;
   for (int i = 0; i < 20000; ++i) {
-    const FanVolume v = random_volume(random);
+    const FanVolume v = random_fan(random);
     const Eigen::Vector3d centre =
         v.apex + 2.0 * v.range_m * uniform(random) * ensonify::tests::direction(random);
     bool before = false;
@@ -208,7 +208,7 @@ TEST_CASE("a triangle through a point of a ray touches its fan volume") {
   Random random(7);
   int missed = 0;
   for (int i = 0; i < 20000; ++i) {
-    const FanVolume v = random_volume(random);
+    const FanVolume v = random_fan(random);
     const Eigen::Vector3d inside = point_inside(v, random);
     Triangle triangle =
         random_triangle(inside, v.range_m * std::pow(10.0, uniform(random, -3.0, 1.0)), random);
@@ -225,7 +225,7 @@ TEST_CASE("all spheres around a triangle that touches a fan volume touch it, als
   Random random(8);
   int touching = 0, near_edge = 0, missed = 0, missed_by_wider = 0;
   for (int i = 0; i < 5000; ++i) {
-    FanVolume v = random_volume(random);
+    FanVolume v = random_fan(random);
     v.elevation_low_rad = -std::abs(v.elevation_low_rad);
     v.elevation_high_rad = std::abs(v.elevation_high_rad);
     const double size_m = v.range_m * std::pow(10.0, uniform(random, -3.0, -0.5));
@@ -320,7 +320,7 @@ TEST_CASE("of several fan volumes any may be touched, and without volumes nothin
   CHECK_FALSE(test.touches({Eigen::Vector3f::Zero(), 1e6f}));
   for (int i = 0; i < 1000; ++i) {
     std::vector<FanVolume> volumes;
-    for (int k = 0; k < i % 4; ++k) volumes.push_back(random_volume(random));
+    for (int k = 0; k < i % 4; ++k) volumes.push_back(random_fan(random));
     test.look_at(volumes);
     for (int k = 0; k < 20; ++k) {
       const Eigen::Vector3d centre = 300.0 * uniform(random) * ensonify::tests::direction(random);

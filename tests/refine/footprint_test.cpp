@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <numbers>
 #include <set>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include <ensonify/refine/edge_collapse.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
+#include <ensonify/scatter/angle.h>
 
 #include "support/catch.h"
 #include "support/data.h"
@@ -21,6 +21,7 @@
 #include "support/touched_faces.h"
 
 using namespace ensonify::refine;
+using ensonify::scatter::degree;
 using ensonify::tests::over_vertices_only;
 using ensonify::tests::Random;
 using ensonify::tests::random_volume;
@@ -28,8 +29,6 @@ using ensonify::tests::touched_faces;
 using ensonify::tests::uniform;
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 std::set<std::uint32_t> query(Footprint& footprint, std::span<const FanVolume> volumes) {
   const ExactFaces exact = footprint.query(volumes);

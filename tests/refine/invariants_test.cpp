@@ -17,8 +17,6 @@ using Lines = std::vector<std::string>;
 
 namespace {
 
-constexpr std::uint32_t none = ProgressiveMesh::none;
-
 /// A partly refined grid whose hierarchy a test may replace by a wrong one.
 struct Refined {
   ProgressiveMesh hierarchy =
@@ -57,7 +55,7 @@ struct Refined {
   std::uint32_t slot(bool exact) const {
     return std::ranges::find_if(mesh.faces(),
                                 [&](const ActiveMesh::ActiveFace& face) {
-                                  return face.slot != none &&
+                                  return face.slot != ProgressiveMesh::none &&
                                          exact == std::ranges::all_of(
                                                       face.vertices, [&](std::uint32_t v) {
                                                         return mesh.nodes()[v].is_leaf();
@@ -98,8 +96,9 @@ TEST_CASE("faces that are missing from the exact ones are noticed") {
 TEST_CASE("leaves, children and faces that are not the hierarchy's are noticed") {
   SECTION("a child's range") {
     Refined r;
-    const auto split = std::ranges::find_if(
-        r.mesh.nodes(), [](const ActiveMesh::Node& node) { return node.left != none; });
+    const auto split = std::ranges::find_if(r.mesh.nodes(), [](const ActiveMesh::Node& node) {
+      return node.left != ProgressiveMesh::none;
+    });
     r.spoil([&](auto& mesh) { ++mesh.mid[split->number]; });
     CHECK(r.says("children are the hierarchy's"));
   }

@@ -81,9 +81,9 @@ std::vector<std::array<double, 2>> places(const Bed& bed) {
 }
 
 /// The exact faces as their numbers and corners, in the order of the numbers.
-using Named = std::map<std::uint32_t, std::array<std::array<float, 3>, 3>>;
-Named named(const ExactFaces& exact) {
-  Named faces;
+using FacesByNumber = std::map<std::uint32_t, std::array<std::array<float, 3>, 3>>;
+FacesByNumber faces_by_number(const ExactFaces& exact) {
+  FacesByNumber faces;
   for (std::size_t f = 0; f < exact.faces.size(); ++f) {
     auto& corners = faces[exact.source_faces[f]];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -96,11 +96,12 @@ Named named(const ExactFaces& exact) {
   return faces;
 }
 
-std::vector<Named> named_at(MeshClusters& clusters,
-                            const std::vector<std::array<double, 2>>& where) {
+std::vector<FacesByNumber> named_at(MeshClusters& clusters,
+                                    const std::vector<std::array<double, 2>>& where) {
   ActiveClusters active(clusters);
-  std::vector<Named> all;
-  for (const auto& [x_m, y_m] : where) all.push_back(named(active.refine(fans_at(x_m, y_m))));
+  std::vector<FacesByNumber> all;
+  for (const auto& [x_m, y_m] : where)
+    all.push_back(faces_by_number(active.refine(fans_at(x_m, y_m))));
   return all;
 }
 
@@ -116,7 +117,7 @@ TEST_CASE("exact faces of clusters include every face that touches the volumes, 
   std::size_t lost = 0, touched = 0, of_bodies = 0, at_borders = 0;
   for (const auto& [x_m, y_m] : places(bed)) {
     const std::vector<FanVolume> volumes = fans_at(x_m, y_m);
-    const Named faces = named(active.refine(volumes));
+    const FacesByNumber faces = faces_by_number(active.refine(volumes));
     for (const auto& [number, corners] : faces)
       for (std::size_t k = 0; k < 3; ++k) {
         const Eigen::Vector3f& p = bed.all.positions[bed.all.faces[number][k]];
@@ -188,12 +189,12 @@ TEST_CASE("clusters in files have the faces of those in memory, whichever proces
   const Bed bed(0.02);
   const auto where = places(bed);
   MeshClusters in_memory(bed.grid, bed.bodies, {}, "");
-  const std::vector<Named> expected = named_at(in_memory, where);
+  const std::vector<FacesByNumber> expected = named_at(in_memory, where);
   const fs::path files = folder / "a.clusters";
   {
     // Two users at once; one goes the other way.
     MeshClusters one(bed.grid, bed.bodies, files, "key"), other(bed.grid, bed.bodies, files, "key");
-    std::vector<Named> found, reversed;
+    std::vector<FacesByNumber> found, reversed;
     std::thread thread([&] { found = named_at(one, where); });
     const std::vector<std::array<double, 2>> back(where.rbegin(), where.rend());
     reversed = named_at(other, back);

@@ -28,7 +28,9 @@ namespace {
 
 const std::array<const char*, 4> format_names{"ply", "obj", "stl", "off"};
 
-std::string named(MeshFormat format) { return format_names[static_cast<std::size_t>(format)]; }
+std::string name_of_format(MeshFormat format) {
+  return format_names[static_cast<std::size_t>(format)];
+}
 
 Eigen::Vector3d world_corner(const TriangleMesh& mesh, std::size_t face, std::size_t k) {
   return mesh.world_origin + mesh.positions.at(mesh.faces.at(face)[k]).cast<double>();
@@ -66,7 +68,7 @@ bool reads_soundly(const std::string& bytes, MeshFormat format) {
 }
 
 /// A small mesh of each format, with single digits only, so that no number can be shortened.
-std::vector<std::pair<MeshFormat, std::string>> small_meshes() {
+std::vector<std::pair<MeshFormat, std::string>> small_files() {
   return {{Mesh::ply, text_ply},         {Mesh::ply, binary_ply()},
           {Mesh::ply, binary_ply(true)}, {Mesh::obj, "v 0 0 0\nv 2 0 0\nv 0 3 0\nf 1 2 3\n"},
           {Mesh::stl, text_stl()},       {Mesh::stl, binary_stl()},
@@ -80,8 +82,8 @@ TEST_CASE("A damaged mesh is refused with its file, the place and the remedy") {
   std::map<MeshFormat, int> count;
   for (const DamagedMesh& damaged : damaged_meshes()) {
     ++count[damaged.format];
-    INFO(named(damaged.format) << ": " << damaged.what);
-    const std::filesystem::path file = folder / ("damaged." + named(damaged.format));
+    INFO(name_of_format(damaged.format) << ": " << damaged.what);
+    const std::filesystem::path file = folder / ("damaged." + name_of_format(damaged.format));
     std::ofstream(file, std::ios::binary) << damaged.bytes;
     std::string message;
     CHECK_NOTHROW([&] {
@@ -107,7 +109,7 @@ TEST_CASE("A valid mesh is read correctly in any spelling") {
   std::map<MeshFormat, int> count;
   for (const TrickyMesh& tricky : tricky_meshes()) {
     ++count[tricky.format];
-    INFO(named(tricky.format) << ": " << tricky.what);
+    INFO(name_of_format(tricky.format) << ": " << tricky.what);
     TriangleMesh mesh;
     REQUIRE_NOTHROW(mesh = parse_mesh(tricky.bytes, tricky.format, "m"));
     check_sound(mesh);
@@ -261,11 +263,11 @@ TEST_CASE("An STL's equal corners are one vertex, in order of appearance") {
 }
 
 TEST_CASE("A mesh cut off anywhere is refused, unless only the last line's end is missing") {
-  for (const auto& [format, whole] : small_meshes()) {
+  for (const auto& [format, whole] : small_files()) {
     const TriangleMesh mesh = parse_mesh(whole, format, "m");
     const bool binary = whole.find('\0') != std::string::npos;
     for (std::size_t size = 0; size < whole.size(); ++size) {
-      INFO(named(format) << ", binary " << binary << ", the first " << size << " bytes");
+      INFO(name_of_format(format) << ", binary " << binary << ", the first " << size << " bytes");
       if (!binary && size + 1 == whole.size())
         CHECK(parse_mesh(whole.substr(0, size), format, "m").faces == mesh.faces);
       else
@@ -279,7 +281,7 @@ TEST_CASE("A mesh with any change is refused or sound") {
   const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
   const std::vector<std::string> words{"nan", "-1", "1e99", "4294967296", "\n", " ", "#",    "\\\n",
                                        "\r",  "0",  "",     "-",          "/",  "f", "solid"};
-  for (const auto& [format, whole] : small_meshes()) {
+  for (const auto& [format, whole] : small_files()) {
     int refused = 0;
     constexpr int tries = 3000;
     for (int i = 0; i < tries; ++i) {
@@ -298,7 +300,7 @@ TEST_CASE("A mesh with any change is refused or sound") {
       }
       refused += !reads_soundly(bytes, format);
     }
-    INFO(named(format));
+    INFO(name_of_format(format));
     CHECK(refused > tries / 4);
     CHECK(refused < tries);
   }
@@ -344,7 +346,7 @@ TEST_CASE("A large file without content is refused in a time that grows as its s
   };
   const auto small = files_without_content(100'000), large = files_without_content(1'600'000);
   for (std::size_t i = 0; i < small.size(); ++i) {
-    INFO(named(large[i].first) << ": " << large[i].second.substr(0, 40));
+    INFO(name_of_format(large[i].first) << ": " << large[i].second.substr(0, 40));
     // 16 times as large; with the square it would take 256 times as long.
     const double of_small = cpu_s(small[i].first, small[i].second);
     CHECK(cpu_s(large[i].first, large[i].second) < 64.0 * (of_small + 1e-3));
@@ -378,7 +380,7 @@ TEST_CASE("The same scene at the origin, at UTM and at 1e7 m gives the same loca
     const TriangleMesh here = parse_mesh(text(format, {0, 0, 0}), format, "m");
     for (const Eigen::Vector3d& shift :
          {Eigen::Vector3d(500000, 6234000, 0), {1e7, -1e7, 1e7}, {-3, -10, 20}}) {
-      INFO(named(format) << " at " << shift.transpose());
+      INFO(name_of_format(format) << " at " << shift.transpose());
       const TriangleMesh there = parse_mesh(text(format, shift), format, "m");
       CHECK(there.faces == here.faces);
       CHECK(there.world_origin - here.world_origin == shift);

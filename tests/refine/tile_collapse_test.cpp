@@ -15,6 +15,7 @@
 #include <ensonify/refine/edge_collapse.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
+#include <ensonify/scatter/angle.h>
 
 #include "support/catch.h"
 #include "support/data.h"
@@ -25,6 +26,7 @@
 
 using namespace ensonify::refine;
 using Catch::Contains;
+using ensonify::scatter::degree;
 using ensonify::tests::broken_invariants;
 using ensonify::tests::manifold_fault;
 using ensonify::tests::NamedMesh;
@@ -36,7 +38,6 @@ using ensonify::tests::uniform;
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 using Lines = std::vector<std::string>;
 
 /// Meshes of every kind, large enough for several tiles, and the smallest possible ones.

@@ -20,14 +20,14 @@ namespace {
 
 constexpr std::uint32_t none = ProgressiveMesh::none;
 
-struct Built {
+struct BuiltMesh {
   std::string name;
   TriangleMesh source;
   ProgressiveMesh mesh;
 };
-const std::vector<Built>& built() {
-  static const std::vector<Built> all = [] {
-    std::vector<Built> out;
+const std::vector<BuiltMesh>& built() {
+  static const std::vector<BuiltMesh> all = [] {
+    std::vector<BuiltMesh> out;
     for (auto& [name, mesh] : ensonify::tests::manifold_meshes())
       out.push_back({name, mesh, build_by_edge_collapse(mesh)});
     return out;
@@ -69,7 +69,7 @@ StarFit star_fit(const ProgressiveMesh& mesh) {
 }  // namespace
 
 TEST_CASE("inner nodes are numbered in preorder over nested ranges of leaves") {
-  for (const Built& bed : built()) {
+  for (const BuiltMesh& bed : built()) {
     INFO(bed.name);
     const ProgressiveMesh& mesh = bed.mesh;
     CHECK(mesh.leaves() == bed.source.positions.size());
@@ -115,7 +115,7 @@ TEST_CASE("every source face is there once, with its corners in the source's ord
 }
 
 TEST_CASE("an inner node's faces have the corners left, right, cut and right, left, cut") {
-  for (const Built& bed : built()) {
+  for (const BuiltMesh& bed : built()) {
     INFO(bed.name);
     const ProgressiveMesh& mesh = bed.mesh;
     std::size_t wrong = 0, empty = 0;

@@ -21,7 +21,7 @@ namespace {
 constexpr double table_water_mps = 1528.0;  // what TR 9407's own tables were computed with
 constexpr double unread = std::numeric_limits<double>::quiet_NaN();
 
-double strength_db(const Bottom& bed, double degrees) {
+double bottom_strength_db(const Bottom& bed, double degrees) {
   return to_db(bed.cross_section(degrees * degree));
 }
 
@@ -117,7 +117,7 @@ TEST_CASE("the bottom's strength is that of TR 9407, table 3") {
     for (std::size_t i = 0; i < angles.size(); ++i) {
       if (std::isnan(column.strength_db[i])) continue;
       CAPTURE(column.name, column.frequency_hz, angles[i]);
-      CHECK(std::abs(strength_db(bed, angles[i]) - column.strength_db[i]) < 0.1);
+      CHECK(std::abs(bottom_strength_db(bed, angles[i]) - column.strength_db[i]) < 0.1);
     }
   }
 }
@@ -163,18 +163,18 @@ TEST_CASE("every named seabed scatters finitely and without a jump from 0 to 90 
       CAPTURE(named.name, frequency_hz);
       if (!named.sediment.lambert_mu_db)
         CHECK(bed.cross_section(0.0) == bed.cross_section(0.001 * degree));
-      double below = 0.1, below_db = strength_db(bed, below);
+      double below = 0.1, below_db = bottom_strength_db(bed, below);
       for (double angle = 0.2; angle <= 90.0; angle = angle < 89.95 ? angle + 0.1 : 91.0) {
         const BottomTerms terms = bed.terms(angle * degree);
         for (const double term : {terms.roughness, terms.volume, terms.kirchhoff, terms.composite,
                                   terms.large_roughness})
           REQUIRE((term >= 0.0 && std::isfinite(term)));
-        const double here_db = strength_db(bed, angle);
+        const double here_db = bottom_strength_db(bed, angle);
         // Where it is steep, halve the step towards the steeper half: a jump stays large, a slope
         // does not.
         double a = below, b = angle, a_db = below_db, b_db = here_db;
         while (b - a > 1e-7 && std::abs(b_db - a_db) > 0.1) {
-          const double middle = 0.5 * (a + b), middle_db = strength_db(bed, middle);
+          const double middle = 0.5 * (a + b), middle_db = bottom_strength_db(bed, middle);
           if (std::abs(middle_db - a_db) > std::abs(b_db - middle_db)) {
             b = middle;
             b_db = middle_db;
@@ -219,7 +219,7 @@ TEST_CASE("an offset in decibels is added to the strength of every model") {
     s.strength_offset_db = -4.5;
     const Bottom weaker(s, 50e3, 1500.0, kind.name);
     for (const double angle : {5.0, 45.0, 90.0})
-      CHECK(strength_db(weaker, angle) - strength_db(plain, angle) == Approx(-4.5));
+      CHECK(bottom_strength_db(weaker, angle) - bottom_strength_db(plain, angle) == Approx(-4.5));
   }
 }
 
@@ -245,7 +245,7 @@ TEST_CASE("slope that the mesh has is removed from averaging and shadowing, and 
 
 TEST_CASE("rock at 400 kHz is rock at 100 kHz, and sand is not") {
   const auto at = [](const char* name, double frequency_hz) {
-    return strength_db(Bottom(sediment_named(name), frequency_hz, 1500.0), 20.0);
+    return bottom_strength_db(Bottom(sediment_named(name), frequency_hz, 1500.0), 20.0);
   };
   CHECK(at("handbook rock", 400e3) == at("handbook rock", 100e3));
   CHECK(at("cobble", 400e3) == at("gravel", 100e3));
@@ -264,23 +264,23 @@ TEST_CASE(
     const Sediment measured = sediment_named(outcrop.name);
     for (const double frequency_hz : {100e3, 400e3}) {
       const Bottom bed(measured, frequency_hz, 1500.0);
-      const double at_20_db = strength_db(bed, 20.0);
+      const double at_20_db = bottom_strength_db(bed, 20.0);
       CAPTURE(outcrop.name, frequency_hz, at_20_db);
       CHECK(at_20_db == Approx(0.5 * (outcrop.lowest_db + outcrop.highest_db)));
       const auto lambert_db = [&](double angle) {
         return at_20_db + 20.0 * std::log10(std::sin(angle * degree) / std::sin(20.0 * degree));
       };
       for (const double angle : {2.0, 10.0, 30.0, 45.0})
-        CHECK(strength_db(bed, angle) == Approx(lambert_db(angle)).margin(0.01));
+        CHECK(bottom_strength_db(bed, angle) == Approx(lambert_db(angle)).margin(0.01));
       // Near vertical it reflects, as strongly as the handbook's rock does.
-      CHECK(strength_db(bed, 90.0) > lambert_db(90.0) + 10.0);
-      CHECK(std::abs(strength_db(bed, 85.0) - -6.0) < 2.0);
+      CHECK(bottom_strength_db(bed, 90.0) > lambert_db(90.0) + 10.0);
+      CHECK(std::abs(bottom_strength_db(bed, 85.0) - -6.0) < 2.0);
     }
     // Other models go by its parameters, which are the handbook's.
-    CHECK(strength_db(Bottom(measured, 100e3, 1500.0, "small-slope"), 20.0) ==
-          strength_db(Bottom(sediment_named(std::string("handbook ") + outcrop.name), 100e3, 1500.0,
-                             "small-slope"),
-                      20.0));
+    CHECK(bottom_strength_db(Bottom(measured, 100e3, 1500.0, "small-slope"), 20.0) ==
+          bottom_strength_db(Bottom(sediment_named(std::string("handbook ") + outcrop.name), 100e3,
+                                    1500.0, "small-slope"),
+                             20.0));
   }
 }
 
@@ -293,7 +293,8 @@ TEST_CASE("above 100 kHz the two models of a sediment differ by no more than the
       const double spread_db = expected_spread_db(named.sediment, frequency_hz);
       for (double angle = 3.0; angle <= 90.0; angle += 3.0) {
         CAPTURE(named.name, frequency_hz, angle);
-        CHECK(std::abs(strength_db(usual, angle) - strength_db(other, angle)) <= spread_db);
+        CHECK(std::abs(bottom_strength_db(usual, angle) - bottom_strength_db(other, angle)) <=
+              spread_db);
       }
     }
   }
@@ -313,9 +314,9 @@ TEST_CASE("strengths at 400 kHz have not changed") {
         Golden{"fine sand", "small-slope", {-35.80384893, -23.2458283, -16.86967155}}}) {
     const Bottom bed(sediment_named(golden.name), 400e3, 1500.0, golden.model);
     CAPTURE(golden.name);
-    CHECK(strength_db(bed, 5.0) == Approx(golden.strength_db[0]).margin(1e-7));
-    CHECK(strength_db(bed, 30.0) == Approx(golden.strength_db[1]).margin(1e-7));
-    CHECK(strength_db(bed, 80.0) == Approx(golden.strength_db[2]).margin(1e-7));
+    CHECK(bottom_strength_db(bed, 5.0) == Approx(golden.strength_db[0]).margin(1e-7));
+    CHECK(bottom_strength_db(bed, 30.0) == Approx(golden.strength_db[1]).margin(1e-7));
+    CHECK(bottom_strength_db(bed, 80.0) == Approx(golden.strength_db[2]).margin(1e-7));
   }
 }
 

@@ -13,7 +13,7 @@ using ensonify::tests::arc;
 
 namespace {
 
-const std::vector<SoundSpeedProfile>& profiles() {
+const std::vector<SoundSpeedProfile>& direct_profiles() {
   static const std::vector<SoundSpeedProfile> all = {
       absorbing({{0, 1500}}),
       absorbing({{0, 1500}, {40, 1496}}),
@@ -26,7 +26,7 @@ const std::vector<SoundSpeedProfile>& profiles() {
 }  // namespace
 
 TEST_CASE("A direct ray reaches the place and time of its arcs, and no other ray does") {
-  for (const SoundSpeedProfile& profile : profiles())
+  for (const SoundSpeedProfile& profile : direct_profiles())
     for (const double source_m : {2.5, 6.0, 8.3}) {
       DirectRays rays(profile, 14.0, 22.0);
       rays.start_at(source_m);
@@ -52,12 +52,12 @@ TEST_CASE("A direct ray reaches the place and time of its arcs, and no other ray
 }
 
 TEST_CASE("A point beyond the flattest ray is not reached") {
-  DirectRays rays(profiles()[1], 14.0, 22.0);
+  DirectRays rays(direct_profiles()[1], 14.0, 22.0);
   rays.start_at(5.0);
   DirectRays::Eigenray way;
   CHECK(rays.find(60.0, 20.0, way));
   CHECK_FALSE(rays.find(2000.0, 20.0, way));
   CHECK(rays.find(0.999 * rays.farthest_m(20.0), 20.0, way));
   CHECK_FALSE(rays.find(1.001 * rays.farthest_m(20.0), 20.0, way));
-  CHECK_THROWS_AS(DirectRays(profiles()[0], 3.0, 2.0), std::invalid_argument);
+  CHECK_THROWS_AS(DirectRays(direct_profiles()[0], 3.0, 2.0), std::invalid_argument);
 }

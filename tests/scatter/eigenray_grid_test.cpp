@@ -13,7 +13,7 @@ using ensonify::tests::arc;
 
 namespace {
 
-const std::vector<SoundSpeedProfile>& profiles() {
+const std::vector<SoundSpeedProfile>& grid_profiles() {
   static const std::vector<SoundSpeedProfile> all = {
       absorbing({{0, 1500}, {40, 1496}}),
       absorbing({{0, 1520}, {6, 1520}, {10, 1490}, {60, 1490.5}}),  // a strong thermocline
@@ -28,7 +28,7 @@ const std::vector<SoundSpeedProfile>& profiles() {
 TEST_CASE("Between its exact rays a grid stays within a hundredth of a millimetre of the arcs") {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit;
-  for (const SoundSpeedProfile& profile : profiles())
+  for (const SoundSpeedProfile& profile : grid_profiles())
     for (const double source_m : {2.5, 6.0, 8.3}) {
       EigenrayGrid lattice(profile, 9.0, 22.0);
       lattice.start_at(source_m);
@@ -57,7 +57,7 @@ TEST_CASE("Between its exact rays a grid stays within a hundredth of a millimetr
 }
 
 TEST_CASE("A grid gives exact rays where it has no cells, and none where no known ray comes") {
-  EigenrayGrid lattice(profiles()[0], 5.0, 22.0);
+  EigenrayGrid lattice(grid_profiles()[0], 5.0, 22.0);
   lattice.start_at(4.99);
   DirectRays::Eigenray way, exact{.cotangent = 1.0};
   CHECK(lattice.find(0.02, 5.0, way));

@@ -2,7 +2,6 @@
 #include <fstream>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -10,13 +9,12 @@
 #include "support/catch.h"
 #include "support/data.h"
 
+#include <ensonify/scatter/angle.h>
 #include <ensonify/scatter/sea_water.h>
 
 using namespace ensonify::scatter;
 
 namespace {
-
-constexpr double radian = std::numbers::pi / 180.0;  // of a degree
 
 /// Chen and Millero's speed for a temperature on the scale of their paper, IPTS-68.
 double chen_millero_mps(double t68_c, double salinity_psu, double pressure_dbar) {
@@ -114,13 +112,13 @@ TEST_CASE("Chen and Millero's formula uses the temperature scale of its coeffici
 
 TEST_CASE("Leroy's sound speed has its reference value and is the same in both hemispheres") {
   const SeaWater water = {.temperature_c = 12.0, .salinity_psu = 35.0};
-  CHECK(leroy_sound_speed_mps(water, 100.0, 45.0 * radian) == Approx(1498.469).margin(0.0005));
+  CHECK(leroy_sound_speed_mps(water, 100.0, 45.0 * degree) == Approx(1498.469).margin(0.0005));
   CHECK(sound_speed_mps(water, 100.0) == Approx(1498.456).margin(0.0005));
   for (const double latitude_deg : {10.0, 45.0, 90.0})
-    CHECK(leroy_sound_speed_mps(water, 5000.0, latitude_deg * radian) ==
-          leroy_sound_speed_mps(water, 5000.0, -latitude_deg * radian));
+    CHECK(leroy_sound_speed_mps(water, 5000.0, latitude_deg * degree) ==
+          leroy_sound_speed_mps(water, 5000.0, -latitude_deg * degree));
   // Gravity, and so pressure at a depth, grows from the equator to the pole.
-  CHECK(leroy_sound_speed_mps(water, 5000.0, 90.0 * radian) -
+  CHECK(leroy_sound_speed_mps(water, 5000.0, 90.0 * degree) -
             leroy_sound_speed_mps(water, 5000.0, 0.0) ==
         Approx(0.54));
 }
@@ -139,11 +137,11 @@ TEST_CASE("The sound speeds agree within 0.4 m/s in real waters") {
     CAPTURE(t, s, d, latitude);
     const SeaWater water = {.temperature_c = t, .salinity_psu = s};
     const double mackenzie = sound_speed_mps(water, d);
-    CHECK(std::abs(leroy_sound_speed_mps(water, d, latitude * radian) - mackenzie) < 0.4);
+    CHECK(std::abs(leroy_sound_speed_mps(water, d, latitude * degree) - mackenzie) < 0.4);
     // In deep water, Chen and Millero are known to be too fast: Millero and Li, JASA 95, 2757
     // (1994).
     const double beyond =
-        chen_millero_sound_speed_mps(water, pressure_at_depth_dbar(d, latitude * radian)) -
+        chen_millero_sound_speed_mps(water, pressure_at_depth_dbar(d, latitude * degree)) -
         mackenzie;
     CHECK(beyond > -0.4);
     CHECK(beyond < (d <= 1000.0 ? 0.4 : 1.3));
@@ -152,7 +150,7 @@ TEST_CASE("The sound speeds agree within 0.4 m/s in real waters") {
 
 TEST_CASE("Leroy's sound speed agrees with a second implementation in warm, deep and salty water") {
   const auto mps = [](double t, double s, double d, double latitude_deg) {
-    return leroy_sound_speed_mps({.temperature_c = t, .salinity_psu = s}, d, latitude_deg * radian);
+    return leroy_sound_speed_mps({.temperature_c = t, .salinity_psu = s}, d, latitude_deg * degree);
   };
   CHECK(mps(24.0, 38.5, 4000.0, 60.0) == Approx(1603.356752).margin(1e-6));
   CHECK(mps(20.0, 37.0, 2500.0, 30.0) == Approx(1565.5761625).margin(1e-6));
@@ -181,24 +179,24 @@ TEST_CASE("Distilled water at the surface has the measured sound speed") {
 }
 
 TEST_CASE("Depth and pressure convert as in UNESCO 44, and back without loss") {
-  CHECK(depth_of_pressure_m(10000.0, 30.0 * radian) == Approx(9712.653).margin(0.0005));
-  CHECK(pressure_at_depth_dbar(9712.653, 30.0 * radian) == Approx(10000.0).margin(0.0005));
+  CHECK(depth_of_pressure_m(10000.0, 30.0 * degree) == Approx(9712.653).margin(0.0005));
+  CHECK(pressure_at_depth_dbar(9712.653, 30.0 * degree) == Approx(10000.0).margin(0.0005));
   for (int i = 0; i < 5; ++i)
     for (int k = 0; k < 4; ++k) {
       CAPTURE(i, k);
-      CHECK(std::abs(depth_of_pressure_m(depth_pressures_dbar[k], depth_latitudes_deg[i] * radian) -
+      CHECK(std::abs(depth_of_pressure_m(depth_pressures_dbar[k], depth_latitudes_deg[i] * degree) -
                      depths_m[i][k]) < 0.0051);
     }
   for (const double latitude_deg : {-90.0, -20.0, 0.0, 45.0, 90.0})
     for (double depth_m = 0.0; depth_m <= 12000.0; depth_m += 93.75) {
-      const double p = pressure_at_depth_dbar(depth_m, latitude_deg * radian);
-      CHECK(depth_of_pressure_m(p, latitude_deg * radian) == Approx(depth_m).epsilon(1e-14));
+      const double p = pressure_at_depth_dbar(depth_m, latitude_deg * degree);
+      CHECK(depth_of_pressure_m(p, latitude_deg * degree) == Approx(depth_m).epsilon(1e-14));
     }
 }
 
 TEST_CASE("Depth grows with pressure by the weight of the standard ocean's water") {
   // dz/dp = 1e4 Pa / (rho g), with rho g of sea water at the surface at 45 degrees: 1028.1 x 9.806.
-  CHECK(depth_of_pressure_m(1.0, 45.0 * radian) == Approx(1e4 / (1028.1 * 9.8062)).epsilon(2e-4));
+  CHECK(depth_of_pressure_m(1.0, 45.0 * degree) == Approx(1e4 / (1028.1 * 9.8062)).epsilon(2e-4));
   double last = 0.0;
   for (double p = 10.0; p <= 12500.0; p += 10.0) {
     const double depth_m = depth_of_pressure_m(p, 0.3);

@@ -12,9 +12,9 @@ using namespace ensonify::scatter;
 
 namespace {
 
-const std::vector<SoundSpeedSample> shallow_duct = {{1.81, 1481.35}, {3.35, 1476.16},
-                                                    {5.0, 1475.21},  {6.1, 1475.21},
-                                                    {9.76, 1478.1},  {100.0, 1482.31}};
+const std::vector<SoundSpeedSample> shallow_duct_samples = {{1.81, 1481.35}, {3.35, 1476.16},
+                                                            {5.0, 1475.21},  {6.1, 1475.21},
+                                                            {9.76, 1478.1},  {100.0, 1482.31}};
 
 /// 1 / mean of 1 / c by the midpoint rule: an independent computation.
 double summed_mean_mps(const SoundSpeedProfile& profile, double from_m, double to_m) {
@@ -28,8 +28,8 @@ double summed_mean_mps(const SoundSpeedProfile& profile, double from_m, double t
 }  // namespace
 
 TEST_CASE("A profile has its samples' speeds, and is linear between them") {
-  const SoundSpeedProfile profile(shallow_duct);
-  for (const auto& [depth_m, mps, absorption] : shallow_duct)
+  const SoundSpeedProfile profile(shallow_duct_samples);
+  for (const auto& [depth_m, mps, absorption] : shallow_duct_samples)
     CHECK(profile.speed_mps(depth_m) == mps);
   CHECK(profile.speed_mps(2.58) == Approx(0.5 * (1481.35 + 1476.16)));
   CHECK(profile.speed_mps(5.7) == 1475.21);
@@ -38,7 +38,7 @@ TEST_CASE("A profile has its samples' speeds, and is linear between them") {
 }
 
 TEST_CASE("Above the first and below the last sample the speed stays constant") {
-  const SoundSpeedProfile profile(shallow_duct);
+  const SoundSpeedProfile profile(shallow_duct_samples);
   CHECK(profile.speed_mps(0.0) == 1481.35);
   CHECK(profile.speed_mps(-5.0) == 1481.35);
   CHECK(profile.speed_mps(11000.0) == 1482.31);
@@ -48,7 +48,7 @@ TEST_CASE("Above the first and below the last sample the speed stays constant") 
 
 TEST_CASE("The mean absorption between two depths is that of its samples, linear between them") {
   const SoundSpeedProfile profile =
-      SoundSpeedProfile(shallow_duct).with_absorption([](double depth_m, double mps) {
+      SoundSpeedProfile(shallow_duct_samples).with_absorption([](double depth_m, double mps) {
         return 1e-3 * (mps - 1400.0) + 2e-4 * depth_m;
       });
   for (const auto& [from_m, to_m] :
@@ -62,8 +62,8 @@ TEST_CASE("The mean absorption between two depths is that of its samples, linear
     CAPTURE(from_m, to_m);
     CHECK(profile.mean_absorption_db_per_m(from_m, to_m) == Approx(sum / steps).epsilon(1e-6));
   }
-  CHECK(profile.speed_mps(7.0) == SoundSpeedProfile(shallow_duct).speed_mps(7.0));
-  CHECK(SoundSpeedProfile(shallow_duct).mean_absorption_db_per_m(0.0, 50.0) == 0.0);
+  CHECK(profile.speed_mps(7.0) == SoundSpeedProfile(shallow_duct_samples).speed_mps(7.0));
+  CHECK(SoundSpeedProfile(shallow_duct_samples).mean_absorption_db_per_m(0.0, 50.0) == 0.0);
 }
 
 TEST_CASE("Absorption follows from the speed at each depth, however few samples say it") {
@@ -96,9 +96,9 @@ TEST_CASE("A single sample is the same water everywhere") {
 }
 
 TEST_CASE("Layers join without a gap or a jump, and each depth lies in the layer of its index") {
-  const SoundSpeedProfile profile(shallow_duct);
+  const SoundSpeedProfile profile(shallow_duct_samples);
   const auto& layers = profile.layers();
-  REQUIRE(layers.size() == shallow_duct.size() + 1);
+  REQUIRE(layers.size() == shallow_duct_samples.size() + 1);
   CHECK(layers.front().top_m == -std::numeric_limits<double>::infinity());
   CHECK(layers.back().bottom_m == std::numeric_limits<double>::infinity());
   CHECK(layers.front().gradient_per_s == 0.0);
@@ -121,14 +121,14 @@ TEST_CASE("Layers join without a gap or a jump, and each depth lies in the layer
 }
 
 TEST_CASE("The speed is continuous across every sample") {
-  const SoundSpeedProfile profile(shallow_duct);
-  for (const auto& [depth_m, mps, absorption] : shallow_duct)
+  const SoundSpeedProfile profile(shallow_duct_samples);
+  for (const auto& [depth_m, mps, absorption] : shallow_duct_samples)
     for (const double step_m : {-1e-9, 1e-9})
       CHECK(std::abs(profile.speed_mps(depth_m + step_m) - mps) < 1e-8);
 }
 
 TEST_CASE("The order of the samples does not matter, to the last bit") {
-  std::vector<SoundSpeedSample> samples = shallow_duct;
+  std::vector<SoundSpeedSample> samples = shallow_duct_samples;
   samples.push_back({5.0, 1475.3});  // one depth three times
   samples.push_back({5.0, 1475.1});
   const SoundSpeedProfile sorted(samples);
@@ -157,7 +157,7 @@ TEST_CASE("Samples at one depth, or within a millimetre, become one with their m
 }
 
 TEST_CASE("The mean speed is distance over the time straight down") {
-  const SoundSpeedProfile profile(shallow_duct);
+  const SoundSpeedProfile profile(shallow_duct_samples);
   for (const auto& [from_m, to_m] : {std::pair{0.0, 150.0},
                                      {2.0, 3.0},
                                      {3.35, 9.76},
@@ -175,7 +175,7 @@ TEST_CASE("The mean speed is distance over the time straight down") {
 }
 
 TEST_CASE("The times of two parts add up to the time of the whole") {
-  const SoundSpeedProfile profile(shallow_duct);
+  const SoundSpeedProfile profile(shallow_duct_samples);
   const auto time_s = [&](double a, double b) { return (b - a) / profile.mean_speed_mps(a, b); };
   for (double middle_m = 0.5; middle_m < 140.0; middle_m += 1.7)
     CHECK(time_s(0.0, middle_m) + time_s(middle_m, 140.0) ==
@@ -204,7 +204,7 @@ TEST_CASE("Samples that no sea has are refused") {
 }
 
 TEST_CASE("A profile reports what its cast lacks, and whether it had to be sorted") {
-  const SoundSpeedProfile profile(shallow_duct);
+  const SoundSpeedProfile profile(shallow_duct_samples);
   CHECK(profile.remarks(1.81, 100.0).empty());
   REQUIRE(profile.remarks(1.0, 100.0).size() == 1);
   CHECK(profile.remarks(1.0, 100.0)[0].find("starts at 1.8 m") != std::string::npos);
@@ -213,7 +213,7 @@ TEST_CASE("A profile reports what its cast lacks, and whether it had to be sorte
   REQUIRE(SoundSpeedProfile({{20.0, 1500.0}}).remarks(0.0, 30.0).size() == 1);
   CHECK(SoundSpeedProfile({{20.0, 1500.0}}).remarks(0.0, 30.0)[0].find("one sample") !=
         std::string::npos);
-  std::vector<SoundSpeedSample> upcast(shallow_duct.rbegin(), shallow_duct.rend());
+  std::vector<SoundSpeedSample> upcast(shallow_duct_samples.rbegin(), shallow_duct_samples.rend());
   CHECK(SoundSpeedProfile(upcast).remarks(2.0, 90.0).empty());  // recorded upwards
   std::swap(upcast[1], upcast[2]);
   REQUIRE(SoundSpeedProfile(upcast).remarks(2.0, 90.0).size() == 1);

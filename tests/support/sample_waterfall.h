@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include <ensonify/engine/image/waterfall.h>
+#include <ensonify/engine/output/attributes.h>
 
 namespace ensonify::tests {
 
@@ -52,5 +53,10 @@ inline engine::Waterfall sample_waterfall(std::size_t pings = 7, int bins = 33) 
   waterfall.pixels.instance[4] = 0xffffffffu;
   return waterfall;
 }
+
+inline const engine::ImageOrigin sample_origin{
+    {148376.25, 6234000.1, -0.5},
+    "0123456789abcdef",
+    {{"none", "mine", "pot \"A\""}, {"none", "sandy mud"}}};
 
 }  // namespace ensonify::tests

@@ -9,10 +9,10 @@ using namespace ensonify::tests;
 
 namespace {
 
-using Row = std::map<std::string, std::string>;
+using NamedFields = std::map<std::string, std::string>;
 
 /// The rows of a CSV, each by column name.
-std::vector<Row> rows_of(const std::string& text) {
+std::vector<NamedFields> rows_by_name(const std::string& text) {
   const auto fields_of = [](const std::string& line) {
     std::vector<std::string> fields(1);
     for (const char c : line)
@@ -26,11 +26,11 @@ std::vector<Row> rows_of(const std::string& text) {
   std::string line;
   std::getline(stream, line);
   const std::vector<std::string> names = fields_of(line);
-  std::vector<Row> rows;
+  std::vector<NamedFields> rows;
   while (std::getline(stream, line)) {
     const std::vector<std::string> fields = fields_of(line);
     REQUIRE(fields.size() == names.size());
-    Row& row = rows.emplace_back();
+    NamedFields& row = rows.emplace_back();
     for (std::size_t i = 0; i < names.size(); ++i) row[names[i]] = fields[i];
   }
   return rows;
@@ -44,11 +44,11 @@ Outcome backscatter(const std::string& arguments) {
   return run_program(folder.path(), words);
 }
 
-std::vector<Row> answer(const std::string& arguments) {
+std::vector<NamedFields> answer(const std::string& arguments) {
   const Outcome outcome = backscatter(arguments);
   INFO(outcome.err);
   REQUIRE(outcome.code == 0);
-  return rows_of(outcome.out);
+  return rows_by_name(outcome.out);
 }
 
 const std::string at_30_khz = "--frequency-hz 30000 --sound-speed-mps 1528 ";
@@ -62,7 +62,7 @@ TEST_CASE("backscatter prints the terms of the bottom model") {
   CHECK(
       outcome.out.starts_with("grazing_deg,strength_db,roughness,volume,kirchhoff,composite,"
                               "large_roughness,reflection_loss_db,bound_db\n"));
-  const std::vector<Row> rows = rows_of(outcome.out);
+  const std::vector<NamedFields> rows = rows_by_name(outcome.out);
   REQUIRE(rows.size() == 4);
   CHECK(std::stod(rows[3].at("bound_db")) == Approx(-4.9715));  // 10 log10(1 / pi)
   CHECK(std::stod(rows[1].at("strength_db")) == Approx(-35.4).margin(0.1));
@@ -70,7 +70,7 @@ TEST_CASE("backscatter prints the terms of the bottom model") {
   CHECK(10.0 * std::log10(std::stod(rows[2].at("kirchhoff"))) == Approx(-24.54).margin(0.006));
   CHECK(10.0 * std::log10(std::stod(rows[2].at("volume"))) == Approx(-24.04).margin(0.006));
   CHECK(std::stod(rows[3].at("reflection_loss_db")) == Approx(-20.0 * std::log10(0.369775)));
-  for (const Row& row : rows)
+  for (const NamedFields& row : rows)
     CHECK(std::stod(row.at("strength_db")) ==
           Approx(10.0 * std::log10(std::stod(row.at("roughness")) + std::stod(row.at("volume")))));
 }
@@ -79,14 +79,15 @@ TEST_CASE("a seabed is given by name, grain size or parameters, and parameters o
   const std::string angles = " --angles-deg 5,30,85";
   const auto strengths = [&](const std::string& seabed) {
     std::vector<std::string> out;
-    for (const Row& row : answer(at_30_khz + seabed + angles)) out.push_back(row.at("strength_db"));
+    for (const NamedFields& row : answer(at_30_khz + seabed + angles))
+      out.push_back(row.at("strength_db"));
     return out;
   };
   const auto named = strengths("--sediment medium-sand");
   CHECK(named == strengths("--mean-grain-size-phi 1.5"));
   const TemporaryFolder folder;
-  const Row sand =
-      rows_of(run_program(folder.path(), {"sediments", "--mean-grain-size-phi", "1.5"}).out)[0];
+  const NamedFields sand = rows_by_name(
+      run_program(folder.path(), {"sediments", "--mean-grain-size-phi", "1.5"}).out)[0];
   CHECK(named == strengths("--density-ratio " + sand.at("density_ratio") + " --sound-speed-ratio " +
                            sand.at("sound_speed_ratio") + " --loss " + sand.at("loss") +
                            " --volume " + sand.at("volume") + " --exponent " + sand.at("exponent") +
@@ -97,12 +98,13 @@ TEST_CASE("a seabed is given by name, grain size or parameters, and parameters o
 }
 
 TEST_CASE("the other models fill only the columns of their terms") {
-  for (const Row& row : answer(at_30_khz + "--sediment clay --model lambert --angles-deg 30,90")) {
+  for (const NamedFields& row :
+       answer(at_30_khz + "--sediment clay --model lambert --angles-deg 30,90")) {
     CHECK(std::stod(row.at("strength_db")) ==
           Approx(std::stod(row.at("grazing_deg")) == 90.0 ? -27.0 : -33.0206));
     CHECK(std::stod(row.at("volume")) == 0.0);
   }
-  const std::vector<Row> slope = answer(at_30_khz + "--sediment clay --model small-slope");
+  const std::vector<NamedFields> slope = answer(at_30_khz + "--sediment clay --model small-slope");
   CHECK(slope.size() == 90);
   CHECK(std::stod(slope[44].at("roughness")) > 0.0);
   CHECK(std::stod(slope[44].at("volume")) > 0.0);
@@ -154,14 +156,15 @@ TEST_CASE("backscatter prints any material: of a scene by measurement, or by its
   const Outcome table = printed("--scene s.toml --material table --angles-deg 10,40");
   INFO(table.err);
   REQUIRE(table.code == 0);
-  const std::vector<Row> rows = rows_of(table.out);
+  const std::vector<NamedFields> rows = rows_by_name(table.out);
   CHECK(std::stod(rows[0].at("strength_db")) == Approx(-30.0));
   CHECK(std::stod(rows[1].at("strength_db")) == Approx(-20.0));
   CHECK(std::stod(rows[1].at("roughness")) == Approx(0.01));
   CHECK(rows[1].at("reflection_loss_db").empty());
   CHECK(table.err.find("material table: its table begins at 10 degrees") != std::string::npos);
 
-  const Row gsab = rows_of(printed("--scene s.toml --material gravel-bed --angles-deg 80").out)[0];
+  const NamedFields gsab =
+      rows_by_name(printed("--scene s.toml --material gravel-bed --angles-deg 80").out)[0];
   const double lobe = 0.1 * std::exp(-0.5 * 10.0 * 10.0 / (5.0 * 5.0));
   const double cosine = std::cos(10.0 * 3.14159265358979 / 180.0);
   CHECK(std::stod(gsab.at("strength_db")) ==
@@ -209,9 +212,9 @@ TEST_CASE("a grazing angle of 0 stands for 0.001 degrees, in every column and mo
         backscatter(at_30_khz + "--sediment " + bed + " --angles-deg 0,0.0005,0.001");
     CAPTURE(bed, outcome.err);
     REQUIRE(outcome.code == 0);
-    std::vector<Row> rows = rows_of(outcome.out);
+    std::vector<NamedFields> rows = rows_by_name(outcome.out);
     REQUIRE(rows.size() == 3);
-    for (Row& row : rows) row.erase("grazing_deg");
+    for (NamedFields& row : rows) row.erase("grazing_deg");
     CHECK(rows[0] == rows[2]);
     CHECK(rows[1] == rows[2]);
     CHECK(std::isfinite(std::stod(rows[0].at("strength_db"))));
@@ -235,9 +238,9 @@ TEST_CASE("sediments lists every name with its parameters") {
   CHECK(
       outcome.out.starts_with("name,mean_grain_size_phi,density_ratio,sound_speed_ratio,loss,"
                               "volume,exponent,strength_cm4,lambert_mu_db\n"));
-  const std::vector<Row> rows = rows_of(outcome.out);
+  const std::vector<NamedFields> rows = rows_by_name(outcome.out);
   CHECK(rows.size() == 33);
-  for (const Row& row : rows) {
+  for (const NamedFields& row : rows) {
     CAPTURE(row.at("name"));
     CHECK(row.at("mean_grain_size_phi").empty() == (std::stod(row.at("loss")) == 0.01374));
     CHECK(row.at("lambert_mu_db").empty() ==

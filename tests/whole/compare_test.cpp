@@ -29,7 +29,7 @@ using namespace ensonify::tests;
 
 namespace {
 
-const std::string scene = R"(version = 1
+const std::string compared_scene = R"(version = 1
 [seafloor]
 extent_east_m = 80
 extent_north_m = 60
@@ -89,7 +89,7 @@ TEST_CASE("a folder without a run and without pictures is refused by both names"
 
 TEST_CASE("a run and its recordings have the same statistics") {
   const TemporaryFolder folder;
-  write_text(folder / "s.toml", scene);
+  write_text(folder / "s.toml", compared_scene);
   REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
   for (const std::string file : {"a/left-right.xtf", "a/left-right.jsf"}) {
     const Outcome same = run_program(
@@ -113,7 +113,7 @@ TEST_CASE("a run and its recordings have the same statistics") {
 
 TEST_CASE("a run without EXR is compared by its recordings, in one part or in several") {
   const TemporaryFolder folder;
-  write_text(folder / "s.toml", scene);
+  write_text(folder / "s.toml", compared_scene);
   REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
   const auto expect_same = [&](const std::string& run, const std::vector<std::string>& options,
                                const std::vector<std::string>& choice = {}) {
@@ -150,7 +150,7 @@ TEST_CASE("a run without EXR is compared by its recordings, in one part or in se
 
 TEST_CASE("a sonar of one side has the statistics of its recordings") {
   const TemporaryFolder folder;
-  write_text(folder / "s.toml", scene);
+  write_text(folder / "s.toml", compared_scene);
   for (const std::string side : {"port", "starboard"}) {
     REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", side, "--quiet", "-D",
                                         "sonar.left-right.sides=\"" + side + "\""})
@@ -172,7 +172,7 @@ TEST_CASE("a sonar of one side has the statistics of its recordings") {
 
 TEST_CASE("recording-info has the warnings of all lines, each once") {
   const TemporaryFolder folder;
-  write_text(folder / "s.toml", scene +
+  write_text(folder / "s.toml", compared_scene +
                                     "one_recording = true\n[sonar.low]\nfrequency_hz = 100e3\n"
                                     "range_m = 30\nbins = 300\nelevations = 512\n");
   REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
@@ -208,7 +208,7 @@ TEST_CASE("recording-info has the warnings of all lines, each once") {
 
 TEST_CASE("compare ends with code 1 beyond the limit, and with 2 for what it cannot read") {
   const TemporaryFolder folder;
-  write_text(folder / "s.toml", scene);
+  write_text(folder / "s.toml", compared_scene);
   REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
   REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "b", "--quiet", "-D",
                                       "sonar.left-right.ping_mean=0.5"})
@@ -229,7 +229,7 @@ TEST_CASE("compare ends with code 1 beyond the limit, and with 2 for what it can
 
 TEST_CASE("folders of pictures are compared by their brightness") {
   const TemporaryFolder folder;
-  write_text(folder / "s.toml", scene);
+  write_text(folder / "s.toml", compared_scene);
   REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
   for (const std::string name : {"p", "q"}) {
     std::filesystem::create_directory(folder / name);

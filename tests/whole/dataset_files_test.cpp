@@ -100,13 +100,13 @@ struct Labelled {
 };
 
 /// A row of a label file: class and coordinates.
-using Row = std::pair<int, std::vector<double>>;
-std::vector<Row> rows_of(const fs::path& label) {
-  std::vector<Row> rows;
+using BoxRow = std::pair<int, std::vector<double>>;
+std::vector<BoxRow> label_rows(const fs::path& label) {
+  std::vector<BoxRow> rows;
   std::istringstream lines(read_text(label));
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
-    Row& row = rows.emplace_back();
+    BoxRow& row = rows.emplace_back();
     words >> row.first;
     for (double value = 0; words >> value;) row.second.push_back(value);
   }
@@ -145,7 +145,7 @@ std::vector<Labelled> load_yolo(const fs::path& yaml, const std::string& split) 
 
 /// The box of a row, as verify_image_label of Ultralytics' data/utils.py makes it: middle and size,
 /// or of a polygon (more than 6 columns) the bounds of its corners.
-std::array<double, 4> box_of(const Row& row) {
+std::array<double, 4> box_of(const BoxRow& row) {
   const std::vector<double>& values = row.second;
   if (values.size() == 4) return {values[0], values[1], values[2], values[3]};
   REQUIRE((values.size() >= 6 && values.size() % 2 == 0));
@@ -168,7 +168,7 @@ std::size_t check_segments(const fs::path& set, const std::string& group) {
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       CAPTURE(segments[i].label);
       CHECK(fs::equivalent(boxes[i].picture, segments[i].picture));
-      const auto as_boxes = rows_of(boxes[i].label), as_outlines = rows_of(segments[i].label);
+      const auto as_boxes = label_rows(boxes[i].label), as_outlines = label_rows(segments[i].label);
       REQUIRE(as_boxes.size() == as_outlines.size());
       for (std::size_t k = 0; k < as_boxes.size(); ++k) {
         CHECK(as_boxes[k].first == as_outlines[k].first);
@@ -577,7 +577,7 @@ TEST_CASE("shadows can be a class, with one number in masks, COCO, YOLO and laye
           if ((classes[i] == number) != annotated[i]) FAIL("pixel " << i);
         for (const Labelled& one : listed)
           if (fs::equivalent(one.picture, picture)) {
-            for (const Row& row : rows_of(one.label)) rows -= row.first == number - 1;
+            for (const BoxRow& row : label_rows(one.label)) rows -= row.first == number - 1;
             CHECK(rows == 0);
           }
         shadows += std::ranges::count(annotated, true) > 0;

@@ -22,8 +22,8 @@ using Words = std::vector<std::string>;
 namespace {
 
 /// A run, r, of a scene; its mesh and grid; and scenes and a recipe that read such files.
-struct Folder : TemporaryFolder {
-  Folder() {
+struct FolderOfInputs : TemporaryFolder {
+  FolderOfInputs() {
     write_text(*this / "scene.toml", tiny_scene + "[output]\nxtf = true\n");
     done({"run", "scene.toml", "-o", "r", "--quiet"});
     done({"seafloor", "scene.toml", "-o", "bed.ply", "--quiet"});
@@ -56,7 +56,7 @@ struct Folder : TemporaryFolder {
 }  // namespace
 
 TEST_CASE("A command refuses to write over a file that it reads, under any of its names") {
-  const Folder folder;
+  const FolderOfInputs folder;
   fs::create_symlink("bed.ply", folder / "link.pm");
   fs::create_hard_link(folder / "bed.tif", folder / "other.tif");
   fs::create_symlink("r/left-right.exr", folder / "image.tif");
@@ -89,7 +89,7 @@ TEST_CASE("A command refuses to write over a file that it reads, under any of it
 }
 
 TEST_CASE("The library refuses a run that would replace the track that it follows") {
-  const Folder folder;
+  const FolderOfInputs folder;
   const auto before = tree_of(folder.path());
   const Words overrides{"track.kind=file", "track.file=r/left-right_pings.csv"};
   const Scene scene = read_scene(folder / "scene.toml", overrides);
@@ -100,7 +100,7 @@ TEST_CASE("The library refuses a run that would replace the track that it follow
 }
 
 TEST_CASE("A command writes over its own earlier output") {
-  const Folder folder;
+  const FolderOfInputs folder;
   for (const Words& words : std::vector<Words>{
            {"analyse", "bed.ply", "-o", "bed.pm", "--quiet"},
            {"seafloor", "survey.toml", "-o", "copy.tif", "--quiet"},

@@ -86,8 +86,8 @@ constexpr std::array rooms{"clock",
 
 // The floor and room of a file. Floor scatter: "scatter/decibel.h". Floor engine: "engine/run.h" is
 // in the room run, "engine/trace/ray.h" in trace, "engine/trace/exact/pluecker.h" in trace/exact.
-struct Place {
-  explicit Place(const fs::path& file) : floor(file.begin()->string()) {
+struct FloorAndRoom {
+  explicit FloorAndRoom(const fs::path& file) : floor(file.begin()->string()) {
     if (floor != "engine") return;
     const fs::path inside = file.lexically_relative("engine");
     std::string by_itself = (inside.parent_path() / inside.stem()).string();
@@ -103,14 +103,14 @@ struct Place {
 };
 
 std::string wrong_include(const fs::path& file, const std::string& name, bool quoted) {
-  const Place from(file);
+  const FloorAndRoom from(file);
   if (name.find("../") != std::string::npos) return "../ in an include";
   if (quoted) {
     const bool private_header = !from.is_library() && name.find('/') == std::string::npos;
     return private_header ? "" : "a header of our own is spelled <ensonify/...>";
   }
   if (name.starts_with("ensonify/")) {
-    const Place to(name.substr(std::string("ensonify/").size()));
+    const FloorAndRoom to(name.substr(std::string("ensonify/").size()));
     if (from.floor == "bench") return "";
     if (from.floor != "engine" || to.floor == "bench")
       return to.floor == from.floor ? "" : from.floor + " includes " + to.floor;
@@ -134,17 +134,17 @@ std::string wrong_line(const fs::path& file, const std::string& line) {
       R"(\b(cout|cerr|clog|fmt::print|(f?printf|f?puts|_?exit|quick_exit|abort|terminate)\s*\())");
   std::smatch found;
   const std::string code = std::regex_replace(line, text, "");
-  if (Place(file).is_library() && std::regex_search(code, found, call))
+  if (FloorAndRoom(file).is_library() && std::regex_search(code, found, call))
     return "a library prints or ends the program: " + found.str(1);
   const bool door = file == "engine/untrusted.h" || file == "engine/scene/keys/toml_value.cpp";
   const bool parses = std::ranges::any_of(
       std::array{"toml::parse(", "son::parse(", "son::accept("},
       [&](const char* parser) { return code.find(parser) != std::string::npos; });
-  if (Place(file).floor == "engine" && !door && parses)
+  if (FloorAndRoom(file).floor == "engine" && !door && parses)
     return "text is parsed without a limit of its depth: json_of() and parse_toml() have it";
   // GDAL has locks of its own, which a fork() leaves as they are, too.
   static const std::regex constant(R"(^ +static (const|auto) (?!bool registered)[^(]*(=|\{))");
-  if (Place(file).is_library() && std::regex_search(code, constant))
+  if (FloorAndRoom(file).is_library() && std::regex_search(code, constant))
     return "a constant whose making a child of fork() may wait for: use made_once()";
   return "";
 }

@@ -35,17 +35,17 @@ void check_whole(const fs::path& folder, const std::string& dataset,
 }
 
 /// The files of a dataset that is made without interruption.
-std::map<std::string, std::string> expected_tree(const fs::path& folder) {
+std::map<std::string, std::string> tree_of_whole_dataset(const fs::path& folder) {
   generate_whole(folder, "expected", {"--threads", "1"});
   REQUIRE(run_program(folder, {"merge", "expected", "--quiet"}).code == 0);
   return tree_of(folder / "expected");
 }
 
-void check_kills(int kills, std::size_t samples) {
+void check_killed_datasets(int kills, std::size_t samples) {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml",
              changed(tiny_recipe, "samples = 8", "samples = " + std::to_string(samples)));
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_dataset(folder.path());
   std::mt19937 random(7);
   int killed = 0;
   for (int round = 0; killed < kills; ++round) {
@@ -74,7 +74,7 @@ void check_kills(int kills, std::size_t samples) {
 TEST_CASE("a dataset is the same on one or two threads, and in shards in either order") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_dataset(folder.path());
   CHECK(expected.contains("samples/000007/left-right.exr"));
   CHECK(expected.contains("samples/000000/left-right.r1.png"));
   CHECK(expected.contains("samples/000000/left-right.class.png"));
@@ -107,7 +107,7 @@ TEST_CASE(
   const std::string in_tars =
       changed(tiny_recipe, "seafloors = 4", "seafloors = 4\nsamples_per_tar = 3");
   write_text(folder / "recipe.toml", in_tars);
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_dataset(folder.path());
   CHECK(expected.contains("tars/000002.tar"));
   CHECK(!fs::exists(folder / "expected/samples/000000"));
   for (const int i : {2, 0, 1})
@@ -211,7 +211,7 @@ bins = 200
 [run]
 intersector = { choice = ["fan_scan", "embree"], stratified = true }
 )");
-  const auto together = expected_tree(folder.path());
+  const auto together = tree_of_whole_dataset(folder.path());
   for (const char* shard : {"1/2", "0/2"})
     generate_whole(folder.path(), "apart", {"--threads", "1", "--shard", shard});
   check_whole(folder.path(), "apart", together);
@@ -318,11 +318,11 @@ TEST_CASE("a sample has the files that its scene's files are read with") {
 }
 
 TEST_CASE("a dataset that is killed several times becomes the same tree, without leftovers") {
-  check_kills(6, 8);
+  check_killed_datasets(6, 8);
 }
 
 TEST_CASE("a dataset that is killed 60 times becomes the same tree, without leftovers", "[.soak]") {
-  check_kills(60, 24);
+  check_killed_datasets(60, 24);
 }
 
 TEST_CASE("a merge that is killed several times writes the same files, without leftovers") {
@@ -349,7 +349,7 @@ TEST_CASE("a merge that is killed several times writes the same files, without l
 TEST_CASE("SIGTERM exits with 75, and the same command continues") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", changed(tiny_recipe, "elevations = 160", "elevations = 4000"));
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_dataset(folder.path());
   const auto start = std::chrono::steady_clock::now();
   const Outcome outcome =
       generate(folder.path(), "set", {"--threads", "1", "--json"}, [&](pid_t process) {
@@ -394,7 +394,7 @@ TEST_CASE(
 TEST_CASE("two processes on one folder make one dataset together") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_dataset(folder.path());
   for (int round = 0; round < 3; ++round) {
     const std::string dataset = "both" + std::to_string(round);
     Outcome other;
@@ -411,7 +411,7 @@ TEST_CASE("two processes on one folder make one dataset together") {
 TEST_CASE("damaged samples are made again, and a folder that is no sample is refused") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_dataset(folder.path());
   generate_whole(folder.path(), "dataset");
   fs::resize_file(folder / "dataset/samples/000001/left-right.exr", 50);
   fs::remove(folder / "dataset/samples/000003/scene.toml");
@@ -513,7 +513,7 @@ TEST_CASE("a file of the data folder whose name is not UTF-8 is named, and has t
 TEST_CASE("a file-size limit is reported with the path, and finished samples stay complete") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_dataset(folder.path());
   generate_whole(folder.path(), "set", {"--shard", "0/4"});
   const auto before = tree_of(folder / "set");
   const Outcome outcome = generate(folder.path(), "set", {"--threads", "1"}, [](pid_t process) {
@@ -566,7 +566,7 @@ TEST_CASE("a sample that is in a tar, but whose folder cannot be removed, is no 
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", changed(tiny_recipe, "samples = 8\nseafloors = 4",
                                              "samples = 4\nseafloors = 4\nsamples_per_tar = 4"));
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_dataset(folder.path());
   const fs::path first = folder / "set/samples/000000";
   const Outcome killed = generate(folder.path(), "set", {"--threads", "1"}, [&](pid_t process) {
     for (int i = 0; i < 60000 && !fs::exists(first); ++i)

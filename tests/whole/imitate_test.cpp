@@ -23,7 +23,7 @@ using nlohmann::json;
 namespace {
 
 // The altitude changes, so that the gain over range shows.
-const std::string scene = R"(version = 1
+const std::string imitated_scene = R"(version = 1
 seed = 4
 texture = TEXTURE
 [sea]
@@ -65,7 +65,7 @@ xtf = true
 )";
 
 std::string scene_of(const std::string& material, const std::string& texture) {
-  std::string text = scene;
+  std::string text = imitated_scene;
   text.replace(text.find("MATERIAL"), 8, material);
   text.replace(text.find("TEXTURE"), 7, texture);
   return text;

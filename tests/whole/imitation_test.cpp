@@ -39,12 +39,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t pings = 460, half = 230, bins = 1024;
+constexpr std::size_t pings = 460, first_half = 230, bins = 1024;
 constexpr double full_scale = 32767.0;
 constexpr double range_m = 29.9835, bin_m = range_m / bins;
 
 /// Samples of both sides, near to far, and the first bin of the bed.
-struct Recording {
+struct ComparedImage {
   std::array<std::vector<float>, 2> samples{std::vector<float>(pings * bins),
                                             std::vector<float>(pings* bins)};
   std::array<std::vector<std::size_t>, 2> first{std::vector<std::size_t>(pings),
@@ -78,10 +78,10 @@ T read_at(const std::string& bytes, std::size_t place) {
 }
 
 /// XTF: packets of two channels of 1024 shorts, port far to near; the first has no navigation.
-Recording read_recording(const fs::path& file) {
+ComparedImage read_recording(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-  Recording recording;
+  ComparedImage recording;
   std::size_t packet = 0;
   for (std::size_t place = 1024; place + 14 < bytes.size();) {
     if (bytes[place + 2] == 0 && packet++ > 0 && packet - 2 < pings)
@@ -105,7 +105,7 @@ double median(std::vector<double> values) {
 
 /// Mean square relative to full scale, dB, by whole degrees of depression; NaN with too few
 /// samples.
-std::vector<double> level_over_depression(const Recording& image, int side, std::size_t from,
+std::vector<double> level_over_depression(const ComparedImage& image, int side, std::size_t from,
                                           std::size_t until, double enough = 200.0) {
   std::vector<double> sums(91), counts(91);
   for (std::size_t ping = from; ping < until; ++ping)
@@ -126,7 +126,7 @@ std::vector<double> level_over_depression(const Recording& image, int side, std:
 struct Texture {
   double contrast, in_range, along_track;
 };
-Texture texture(const Recording& image, std::size_t from, std::size_t until, double near_m,
+Texture texture(const ComparedImage& image, std::size_t from, std::size_t until, double near_m,
                 double far_m) {
   std::vector<double> contrasts, ranges, tracks;
   for (std::size_t ping = from; ping + 8 <= until; ping += 8)
@@ -156,7 +156,7 @@ Texture texture(const Recording& image, std::size_t from, std::size_t until, dou
 }
 
 /// Median of the water column, beyond the transmit leakage.
-double floor_of(const Recording& image, int side, std::size_t from, std::size_t until) {
+double floor_of(const ComparedImage& image, int side, std::size_t from, std::size_t until) {
   std::vector<double> values;
   for (std::size_t ping = from; ping < until; ++ping)
     for (std::size_t bin = 40; bin + 20 < image.first_of(side, ping); ++bin)
@@ -164,7 +164,7 @@ double floor_of(const Recording& image, int side, std::size_t from, std::size_t 
   return median(values);
 }
 
-double clipped(const Recording& image, std::size_t from, std::size_t until) {
+double clipped(const ComparedImage& image, std::size_t from, std::size_t until) {
   double count = 0.0;
   for (std::size_t ping = from; ping < until; ++ping)
     for (int side : {0, 1})
@@ -313,12 +313,12 @@ height_m = -3.5
   return text;
 }
 
-Recording imitation(const Scene& scene, std::vector<Pose>& poses) {
+ComparedImage imitation(const Scene& scene, std::vector<Pose>& poses) {
   Simulator simulator(scene);
   poses = simulator.track();
   const ScenePings all = ping_all(scene, simulator, 0);
   const Waterfall& image = all.images.front();
-  Recording recording;
+  ComparedImage recording;
   for (std::size_t ping = 0; ping < std::min(pings, image.rows()); ++ping)
     for (std::size_t bin = 0; bin < bins; ++bin) {
       // Without speckle the samples would clip, so the expected amplitude is used, with the gain.
@@ -338,7 +338,7 @@ Recording imitation(const Scene& scene, std::vector<Pose>& poses) {
 
 /// Real recording left, imitation right, each with port left, the newest ping on top and every
 /// second bin.
-void write_pictures(const fs::path& folder, const Recording& real, const Recording& ours) {
+void write_pictures(const fs::path& folder, const ComparedImage& real, const ComparedImage& ours) {
   constexpr std::size_t gap = 12, width = 2 * bins + gap;
   Picture picture{width, pings, 1, std::vector<std::uint8_t>(width * pings, 255)};
   for (std::size_t row = 0; row < pings; ++row)
@@ -367,12 +367,12 @@ double db_of(double amplitude) { return 20.0 * std::log10(amplitude / full_scale
 /// The slope of the varied gain for which the echo at each depression falls as a line array's, with
 /// r^-3 and the absorption. The echo is measured relative to the floor, which the gain does not
 /// change.
-double fitted_spreading(const Recording& real) {
+double fitted_spreading(const ComparedImage& real) {
   double covariance = 0.0, variance = 0.0;
   for (const int side : {0, 1})
     for (std::size_t angle = 20; angle <= 70; ++angle) {
       std::vector<double> x, y;
-      for (std::size_t from = 0; from < half; from += block) {
+      for (std::size_t from = 0; from < first_half; from += block) {
         const double level = level_over_depression(real, side, from, from + block, 8.0)[angle];
         if (std::isnan(level)) continue;
         const double r = bin_m * static_cast<double>(real.first_of(side, from + block / 2)) /
@@ -409,10 +409,10 @@ struct Largest {
 };
 
 /// All parameters except gain and pattern.
-Setup set_up(const Recording& real, const Navigation& navigation) {
+Setup set_up(const ComparedImage& real, const Navigation& navigation) {
   Setup setup{};
   std::vector<double> depths, altitudes, means;
-  for (std::size_t ping = 0; ping < half; ++ping) {
+  for (std::size_t ping = 0; ping < first_half; ++ping) {
     const double height_m =
         static_cast<double>(real.first_of(0, ping)) * bin_m * std::cos(navigation.pitch_rad(ping));
     depths.push_back(navigation.depth_m(ping) + height_m);
@@ -429,7 +429,7 @@ Setup set_up(const Recording& real, const Navigation& navigation) {
   setup.spreading = fitted_spreading(real);
   // From the smooth bed at the highest altitude: the contrast gives the looks, the correlation of
   // neighbours the bandwidth.
-  const Texture smooth = texture(real, 0, half / 2, 15.0, 28.0);
+  const Texture smooth = texture(real, 0, first_half / 2, 15.0, 28.0);
   setup.looks = 1;
   while (setup.looks < 8 && std::abs(Largest(setup.looks + 1).contrast() - smooth.contrast) <
                                 std::abs(Largest(setup.looks).contrast() - smooth.contrast))
@@ -447,7 +447,7 @@ struct Summary {
   double floor_db, clipped;
 };
 constexpr std::array texture_from_m{5.0, 10.0, 15.0, 20.0, 25.0};
-Summary summary(const Recording& image, std::size_t from, std::size_t until) {
+Summary summary(const ComparedImage& image, std::size_t from, std::size_t until) {
   Summary all;
   for (const int side : {0, 1})
     all.level[static_cast<std::size_t>(side)] = level_over_depression(image, side, from, until);
@@ -488,7 +488,7 @@ TEST_CASE("a scene fitted to the first half of a real recording resembles the se
   const fs::path folder = tests::program_file().parent_path().parent_path() / "imitation";
   fs::create_directories(folder);
   const ScenePaths paths{folder, file->parent_path().parent_path()};
-  const Recording real = read_recording(*file);
+  const ComparedImage real = read_recording(*file);
   const Navigation navigation = read_navigation(*navigation_file);
   REQUIRE(navigation.rows.size() == pings);
   Setup setup = set_up(real, navigation);
@@ -504,14 +504,14 @@ TEST_CASE("a scene fitted to the first half of a real recording resembles the se
   // The vertical pattern and the gain: the bed relative to the floor, compared with a simulation
   // without a vertical pattern.
   std::vector<Pose> poses;
-  const Recording plain =
+  const ComparedImage plain =
       imitation(parse_scene(scene_text(setup, false, {}), "plain", {}, paths), poses);
   std::array<std::vector<double>, 2> pattern_db;
   const Largest largest(setup.looks);
   double loudest = -1e9;
   for (const int side : {0, 1}) {
     std::vector<double> sums(91), counts(91);
-    for (std::size_t from = 0; from < half; from += block) {
+    for (std::size_t from = 0; from < first_half; from += block) {
       const std::vector<double> has = level_over_depression(real, side, from, from + block, 8.0);
       const std::vector<double> is = level_over_depression(plain, side, from, from + block, 8.0);
       const double floor_db = db_of(floor_of(real, side, from, from + block) / largest.median);
@@ -535,11 +535,11 @@ TEST_CASE("a scene fitted to the first half of a real recording resembles the se
   const Wreck wreck{place.x(), place.y(), beside.heading_rad / degree - 117.0};
   const std::string text = scene_text(setup, true, wreck);
   std::ofstream(folder / "imitation.toml") << text;
-  const Recording ours = imitation(parse_scene(text, "imitation", {}, paths), poses);
+  const ComparedImage ours = imitation(parse_scene(text, "imitation", {}, paths), poses);
   write_pictures(folder, real, ours);
 
-  const Summary before = summary(real, 0, half), has = summary(real, half, pings),
-                is = summary(ours, half, pings), made_of = summary(ours, 0, half);
+  const Summary before = summary(real, 0, first_half), has = summary(real, first_half, pings),
+                is = summary(ours, first_half, pings), made_of = summary(ours, 0, first_half);
   std::string table = fmt::format(
       "fitted to the first half: bed at {:.2f} m depth, altitude {:.3f} of the altimeter's, varied "
       "gain of {:.1f} dB per factor of ten, the largest of {} looks, {:.1f} kHz, mean of a ping "

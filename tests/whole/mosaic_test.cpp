@@ -39,7 +39,7 @@ using ensonify::engine::Overlap, ensonify::engine::Positions;
 namespace {
 
 // A dark level bed, 20 m down; the sonar is 8 m above it.
-const std::string level_bed = ensonify::tests::dark_bed + R"([track]
+const std::string level_bed_scene = ensonify::tests::dark_bed + R"([track]
 pings = 150
 speed_mps = 2
 ping_interval_s = 0.1
@@ -59,7 +59,7 @@ const std::array<Vector2d, 4> balls_m{Vector2d(9.1, 3.1), Vector2d(20.3, -2.1),
                                       Vector2d(-11.1, -6.3), Vector2d(-22.3, 9.1)};
 
 std::string with_balls() {
-  std::string scene = level_bed;
+  std::string scene = level_bed_scene;
   for (const Vector2d& ball : balls_m)
     scene += fmt::format(
         "[[objects]]\nshape = \"sphere\"\ndiameter_m = 0.1\nmaterial = \"bright\"\n"
@@ -69,8 +69,8 @@ std::string with_balls() {
 }
 
 /// Runs a scene into the folder `name`.
-void run_scene(const TemporaryFolder& folder, const std::string& scene, const std::string& name,
-               const std::vector<std::string>& overrides = {}) {
+void run_into(const TemporaryFolder& folder, const std::string& scene, const std::string& name,
+              const std::vector<std::string>& overrides = {}) {
   write_text(folder / (name + ".toml"), scene);
   std::vector<std::string> arguments{"run", name + ".toml", "-o", name, "--quiet"};
   for (const std::string& override : overrides) arguments.insert(arguments.end(), {"-D", override});
@@ -80,8 +80,8 @@ void run_scene(const TemporaryFolder& folder, const std::string& scene, const st
 }
 
 /// A mosaic as other programs see it.
-struct Picture {
-  explicit Picture(const fs::path& file) {
+struct MosaicPicture {
+  explicit MosaicPicture(const fs::path& file) {
     GDALAllRegister();
     const std::unique_ptr<GDALDataset> grid(
         GDALDataset::FromHandle(GDALOpen(file.c_str(), GA_ReadOnly)));
@@ -146,12 +146,12 @@ struct Picture {
 };
 
 /// The mosaic of runs in a folder.
-Picture mosaic_of(const TemporaryFolder& folder, const std::vector<std::string>& runs,
-                  const MosaicOptions& options, const std::string& file = "mosaic.tif") {
+MosaicPicture mosaic_of(const TemporaryFolder& folder, const std::vector<std::string>& runs,
+                        const MosaicOptions& options, const std::string& file = "mosaic.tif") {
   std::vector<fs::path> paths;
   for (const std::string& run : runs) paths.push_back(folder / run);
   make_mosaic(paths, folder / file, options);
-  return Picture(folder / file);
+  return MosaicPicture(folder / file);
 }
 
 /// Replaces the reported position in every row of a table of pings, by f(x, y).
@@ -218,14 +218,14 @@ void list_files(const fs::path& folder, const std::vector<std::string>& files) {
 TEST_CASE("An object of a run is where it is, within half a pixel, in a mosaic of true positions") {
   const TemporaryFolder folder;
   // The vehicle rolls, pitches and turns, and reports a wrong position: the truth does not care.
-  run_scene(folder,
-            with_balls() +
-                "[motion]\nroll = { rms_deg = 2 }\npitch = { rms_deg = 1 }\n"
-                "heading = { rms_deg = 1 }\nheave = { rms_m = 0.1 }\n"
-                "[navigation]\nposition_bias_m = 3\n",
-            "run");
+  run_into(folder,
+           with_balls() +
+               "[motion]\nroll = { rms_deg = 2 }\npitch = { rms_deg = 1 }\n"
+               "heading = { rms_deg = 1 }\nheave = { rms_m = 0.1 }\n"
+               "[navigation]\nposition_bias_m = 3\n",
+           "run");
   for (const double pixel_m : {0.2, 0.5}) {
-    const Picture picture =
+    const MosaicPicture picture =
         mosaic_of(folder, {"run"}, {.pixel_m = pixel_m, .layer = "intensity_mean"});
     for (const Vector2d& ball : balls_m) {
       CAPTURE(pixel_m, ball.x(), ball.y());
@@ -234,7 +234,7 @@ TEST_CASE("An object of a run is where it is, within half a pixel, in a mosaic o
       CHECK(error.cwiseAbs().maxCoeff() < 0.5 * pixel_m);
     }
   }
-  const Picture regions = mosaic_of(folder, {"run"}, {.pixel_m = 0.05, .layer = "region"});
+  const MosaicPicture regions = mosaic_of(folder, {"run"}, {.pixel_m = 0.05, .layer = "region"});
   for (const Vector2d& ball : balls_m) {
     bool object = false;
     regions.for_each([&](const Vector2d& place, double value) {
@@ -246,7 +246,7 @@ TEST_CASE("An object of a run is where it is, within half a pixel, in a mosaic o
     return std::isnan(value) || value == 2.0 || value == 3.0 || value == 4.0;
   }));
   // So is its label, at the side that the sonar sees.
-  const Picture labels = mosaic_of(folder, {"run"}, {.pixel_m = 0.05, .layer = "instance"});
+  const MosaicPicture labels = mosaic_of(folder, {"run"}, {.pixel_m = 0.05, .layer = "instance"});
   std::array<double, 4> nearest_m{9.0, 9.0, 9.0, 9.0}, farthest_m{};
   labels.for_each([&](const Vector2d& place, double value) {
     if (!(value >= 1.0)) return;
@@ -265,16 +265,17 @@ TEST_CASE("An object of a run is where it is, within half a pixel, in a mosaic o
 TEST_CASE("Classes of several runs have one number by name in a mosaic, which has the names") {
   const TemporaryFolder folder;
   const auto with_object = [](const std::string& name, const Vector2d& place) {
-    return level_bed +
+    return level_bed_scene +
            fmt::format(
                "[[objects]]\nshape = \"box\"\nlength_m = 2\nmaterial = \"bright\"\nclass = "
                "\"{}\"\neast_m = {}\nnorth_m = {}\n",
                name, place.x(), place.y());
   };
   const Vector2d to_starboard = balls_m[0], to_port = balls_m[2];
-  run_scene(folder, with_object("a", to_starboard), "one", {"sonar.sidescan.sides=starboard"});
-  run_scene(folder, with_object("b", to_port), "two", {"sonar.sidescan.sides=port"});
-  const Picture picture = mosaic_of(folder, {"one", "two"}, {.pixel_m = 0.1, .layer = "class"});
+  run_into(folder, with_object("a", to_starboard), "one", {"sonar.sidescan.sides=starboard"});
+  run_into(folder, with_object("b", to_port), "two", {"sonar.sidescan.sides=port"});
+  const MosaicPicture picture =
+      mosaic_of(folder, {"one", "two"}, {.pixel_m = 0.1, .layer = "class"});
   CHECK(picture.class_names == R"(["none","seabed","a","b"])");
   std::array<int, 4> near_a{}, near_b{};  // pixels by number
   picture.for_each([&](const Vector2d& place, double value) {
@@ -290,11 +291,11 @@ TEST_CASE("Classes of several runs have one number by name in a mosaic, which ha
 
 TEST_CASE("With perfect navigation over a level bed, both sources of positions agree") {
   const TemporaryFolder folder;
-  run_scene(folder, with_balls(), "run");
+  run_into(folder, with_balls(), "run");
   MosaicOptions options{.pixel_m = 0.25, .layer = "intensity_mean"};
-  const Picture truth = mosaic_of(folder, {"run"}, options);
+  const MosaicPicture truth = mosaic_of(folder, {"run"}, options);
   options.positions = Positions::navigation;
-  const Picture navigation = mosaic_of(folder, {"run"}, options);
+  const MosaicPicture navigation = mosaic_of(folder, {"run"}, options);
   for (const Vector2d& ball : balls_m) {
     CAPTURE(ball.x(), ball.y());
     CHECK((navigation.bright_centre_m(ball) - truth.bright_centre_m(ball)).cwiseAbs().maxCoeff() <
@@ -303,7 +304,7 @@ TEST_CASE("With perfect navigation over a level bed, both sources of positions a
 
   // A report 5 m too far east shifts the mosaic by exactly that.
   move_reports(folder / "run/sidescan_pings.csv", {5.0, 0.0});
-  const Picture shifted = mosaic_of(folder, {"run"}, options);
+  const MosaicPicture shifted = mosaic_of(folder, {"run"}, options);
   CHECK(shifted.transform[0] == navigation.transform[0] + 5.0);
   CHECK(shifted.transform[3] == navigation.transform[3]);
   REQUIRE(shifted.values.size() == navigation.values.size());
@@ -323,10 +324,11 @@ TEST_CASE("With perfect navigation over a level bed, both sources of positions a
 TEST_CASE("A mosaic has no gaps, and a uniform bed has the same brightness everywhere") {
   const TemporaryFolder folder;
   // Pings 0.4 m apart, pixels of 0.1 m, and every tenth ping is lost.
-  run_scene(folder, level_bed, "run",
-            {"track.speed_mps=4", "track.pings=60", "track.heading_deg=0", "artefacts.lost=0.1"});
+  run_into(folder, level_bed_scene, "run",
+           {"track.speed_mps=4", "track.pings=60", "track.heading_deg=0", "artefacts.lost=0.1"});
   for (const Positions positions : {Positions::truth, Positions::navigation}) {
-    const Picture picture = mosaic_of(folder, {"run"}, {.pixel_m = 0.1, .positions = positions});
+    const MosaicPicture picture =
+        mosaic_of(folder, {"run"}, {.pixel_m = 0.1, .positions = positions});
     std::size_t holes = 0, uneven = 0, inside = 0, outside = 0;
     picture.for_each([&](const Vector2d& place, double value) {
       // 60 pings cover 24 m: the first and the last one half of their spacing more.
@@ -347,12 +349,12 @@ TEST_CASE("A mosaic has no gaps, and a uniform bed has the same brightness every
 TEST_CASE("Lost pings and a slow navigation leave no gaps in the mosaic of several beams") {
   const TemporaryFolder folder;
   // Pings 0.5 m apart with five rows each. A report of the position serves four pings.
-  run_scene(folder, level_bed, "run",
-            {"sonar.sidescan.beams=5", "sonar.sidescan.beam_spacing_m=0.1",
-             "track.ping_interval_s=0.25", "track.pings=48", "track.heading_deg=0",
-             "artefacts.lost=0.1", "navigation.update_interval_s=1"});
+  run_into(folder, level_bed_scene, "run",
+           {"sonar.sidescan.beams=5", "sonar.sidescan.beam_spacing_m=0.1",
+            "track.ping_interval_s=0.25", "track.pings=48", "track.heading_deg=0",
+            "artefacts.lost=0.1", "navigation.update_interval_s=1"});
   for (const Positions positions : {Positions::truth, Positions::navigation}) {
-    const Picture picture =
+    const MosaicPicture picture =
         mosaic_of(folder, {"run"}, {.pixel_m = 0.1, .positions = positions, .layer = "region"});
     std::size_t inside = 0, holes = 0;
     picture.for_each([&](const Vector2d& place, double value) {
@@ -371,10 +373,10 @@ TEST_CASE("A vehicle that waits for most of its pings has a mosaic of the way th
   write_text(folder / "waits.csv",
              "t_s,x_m,y_m,z_m,heading_deg\n0,0,-6,-12,0\n10,0,-6,-12,0\n16,0,6,-12,0\n"
              "26,0,6,-12,0\n");
-  run_scene(folder, level_bed, "run",
-            {"track.kind=file", "track.file=waits.csv", "navigation.update_interval_s=0.3"});
+  run_into(folder, level_bed_scene, "run",
+           {"track.kind=file", "track.file=waits.csv", "navigation.update_interval_s=0.3"});
   for (const Positions positions : {Positions::truth, Positions::navigation}) {
-    const Picture picture =
+    const MosaicPicture picture =
         mosaic_of(folder, {"run"}, {.pixel_m = 0.1, .positions = positions, .layer = "region"});
     std::size_t inside = 0, holes = 0, outside = 0;
     picture.for_each([&](const Vector2d& place, double value) {
@@ -393,8 +395,8 @@ TEST_CASE("A vehicle that waits for most of its pings has a mosaic of the way th
 
 TEST_CASE("Every tile of a mosaic is in its file, also without data, so that all readers open it") {
   const TemporaryFolder folder;
-  run_scene(folder, level_bed, "run", {"track.pings=300", "track.heading_deg=45"});
-  const Picture picture = mosaic_of(folder, {"run"}, {.pixel_m = 0.05});
+  run_into(folder, level_bed_scene, "run", {"track.pings=300", "track.heading_deg=45"});
+  const MosaicPicture picture = mosaic_of(folder, {"run"}, {.pixel_m = 0.05});
   CHECK(std::ranges::count_if(picture.values, [](double value) { return std::isnan(value); }) > 0);
   const std::unique_ptr<GDALDataset> grid(
       GDALDataset::FromHandle(GDALOpen((folder / "mosaic.tif").c_str(), GA_ReadOnly)));
@@ -420,12 +422,12 @@ TEST_CASE("The blocks of a mosaic do not change its bytes", "[slow]") {
   const TemporaryFolder folder;
   // With lost pings, so that some neighbours that are read apart lie far apart. Straight to the
   // north, so that pings share no ground with others, which could hide a missing one.
-  run_scene(folder, with_balls(), "run",
-            {"track.pings=200", "track.heading_deg=0", "track.middle_north_m=0.2",
-             "artefacts.lost=0.6", "sonar.sidescan.range_m=10", "sonar.sidescan.bins=20"});
+  run_into(folder, with_balls(), "run",
+           {"track.pings=200", "track.heading_deg=0", "track.middle_north_m=0.2",
+            "artefacts.lost=0.6", "sonar.sidescan.range_m=10", "sonar.sidescan.bins=20"});
   for (const Overlap overlap : {Overlap::newest, Overlap::mean, Overlap::nearest}) {
     MosaicOptions options{.pixel_m = 0.1, .overlap = overlap};
-    const Picture whole = mosaic_of(folder, {"run"}, options, "whole.tif");
+    const MosaicPicture whole = mosaic_of(folder, {"run"}, options, "whole.tif");
     CHECK(whole.overviews > 0);
     for (const std::int64_t block_px : {4, 256}) {
       options.block_px = block_px;
@@ -437,7 +439,7 @@ TEST_CASE("The blocks of a mosaic do not change its bytes", "[slow]") {
 
 TEST_CASE("A run in parts has the same mosaic as in one part") {
   const TemporaryFolder folder;
-  run_scene(folder, with_balls(), "run", {"track.pings=80"});
+  run_into(folder, with_balls(), "run", {"track.pings=80"});
   mosaic_of(folder, {"run"}, {}, "whole.tif");
 
   std::istringstream table(read_text(folder / "run/sidescan_pings.csv"));
@@ -471,12 +473,12 @@ TEST_CASE("Where two lines cross, the overlap decides which is shown") {
   std::vector<std::string> north = line, east = line;
   north.emplace_back("track.heading_deg=0");
   east.emplace_back("track.heading_deg=90");
-  run_scene(folder, level_bed, "north", north);
-  run_scene(folder, level_bed, "east", east);
+  run_into(folder, level_bed_scene, "north", north);
+  run_into(folder, level_bed_scene, "east", east);
   const auto picture = [&](const std::vector<std::string>& runs, Overlap overlap) {
     return mosaic_of(folder, runs, {.pixel_m = 0.1, .layer = "intensity_mean", .overlap = overlap});
   };
-  const auto differences = [&](const Picture& both,
+  const auto differences = [&](const MosaicPicture& both,
                                const std::function<double(const Vector2d&)>& expected) {
     std::size_t wrong = 0;
     both.for_each([&](const Vector2d& place, double value) {
@@ -490,15 +492,15 @@ TEST_CASE("Where two lines cross, the overlap decides which is shown") {
   for (const bool reversed : {false, true}) {
     std::vector<std::string> runs{"north", "east"};
     if (reversed) std::ranges::reverse(runs);
-    const Picture first = picture({runs[0]}, Overlap::newest),
-                  second = picture({runs[1]}, Overlap::newest);
+    const MosaicPicture first = picture({runs[0]}, Overlap::newest),
+                        second = picture({runs[1]}, Overlap::newest);
     CHECK(differences(picture(runs, Overlap::newest), [&](const Vector2d& place) {
             const double newest = second.at(place);
             return std::isnan(newest) ? first.at(place) : newest;
           }) == 0.0);
   }
   {
-    const Picture a = picture({"north"}, Overlap::mean), b = picture({"east"}, Overlap::mean);
+    const MosaicPicture a = picture({"north"}, Overlap::mean), b = picture({"east"}, Overlap::mean);
     // Straight below, where both sides of a line overlap, one line counts twice.
     CHECK(differences(picture({"north", "east"}, Overlap::mean), [&](const Vector2d& place) {
             if (std::isnan(a.at(place))) return b.at(place);
@@ -507,7 +509,8 @@ TEST_CASE("Where two lines cross, the overlap decides which is shown") {
           }) < 0.01);
   }
   {
-    const Picture a = picture({"north"}, Overlap::nearest), b = picture({"east"}, Overlap::nearest);
+    const MosaicPicture a = picture({"north"}, Overlap::nearest),
+                        b = picture({"east"}, Overlap::nearest);
     // The nearer line, by the distance from the tracks, x = 0 and y = 0; close to their bisectors
     // that of a bin's centre decides.
     CHECK(differences(picture({"north", "east"}, Overlap::nearest), [&](const Vector2d& place) {
@@ -521,7 +524,7 @@ TEST_CASE("Where two lines cross, the overlap decides which is shown") {
 TEST_CASE("A mosaic has the coordinate reference system of its run, or none") {
   const TemporaryFolder folder;
   const std::vector<std::string> few{"track.pings=5"};
-  run_scene(folder, level_bed, "local", few);
+  run_into(folder, level_bed_scene, "local", few);
   const auto reference = [&](const std::string& run) {
     mosaic_of(folder, {run}, {.pixel_m = 0.5});
     const std::unique_ptr<GDALDataset> grid(
@@ -534,7 +537,7 @@ TEST_CASE("A mosaic has the coordinate reference system of its run, or none") {
   CHECK(reference("local") == "none");
   std::vector<std::string> placed = few;
   placed.insert(placed.end(), {"track.origin_lat_deg=55", "track.origin_lon_deg=10"});
-  run_scene(folder, level_bed, "placed", placed);
+  run_into(folder, level_bed_scene, "placed", placed);
   CHECK(reference("placed") == "55 10");
   const std::array<fs::path, 2> both{folder / "local", folder / "placed"};
   CHECK_THROWS_WITH(make_mosaic(both, folder / "both.tif", {}),
@@ -543,7 +546,7 @@ TEST_CASE("A mosaic has the coordinate reference system of its run, or none") {
 
 TEST_CASE("The bytes of a mosaic do not depend on the size of GDAL's cache") {
   const TemporaryFolder folder;
-  run_scene(folder, level_bed, "run");
+  run_into(folder, level_bed_scene, "run");
   const auto bytes_with = [&](const std::string& cache_mb) {
     const fs::path file = "mosaic_" + cache_mb + ".tif";
     const Outcome outcome =
@@ -557,7 +560,7 @@ TEST_CASE("The bytes of a mosaic do not depend on the size of GDAL's cache") {
 
 TEST_CASE("A mosaic that is stopped leaves nothing behind") {
   const TemporaryFolder folder;
-  run_scene(folder, level_bed, "run");
+  run_into(folder, level_bed_scene, "run");
   const std::array<fs::path, 1> runs{folder / "run"};
   fs::create_directory(folder / "out");
   for (const std::string stage : {"pings", "blocks", "overviews"}) {
@@ -572,7 +575,7 @@ TEST_CASE("A mosaic that is stopped leaves nothing behind") {
 
 TEST_CASE("A mosaic refuses what it cannot use, with one message and exit code 2") {
   const TemporaryFolder folder;
-  run_scene(folder, level_bed, "good", {"track.pings=20"});
+  run_into(folder, level_bed_scene, "good", {"track.pings=20"});
   fs::create_directory(folder / "out");
   const auto refused = [&](std::vector<std::string> arguments, const std::string& message) {
     CAPTURE(message);
@@ -612,11 +615,12 @@ TEST_CASE("A mosaic refuses what it cannot use, with one message and exit code 2
   refused({"good", "--pixel-m", "-1"}, "--pixel-m");
   CHECK(run_program(folder.path(), {"mosaic", "good", "-o", "mosaic.png"}).code == 2);
 
-  run_scene(folder, level_bed + "[sonar.ahead]\nbins = 100\n", "two", {"track.pings=2"});
+  run_into(folder, level_bed_scene + "[sonar.ahead]\nbins = 100\n", "two", {"track.pings=2"});
   refused({"two"}, "the run has the sonars ahead, sidescan; choose one by its name with --sonar");
-  run_scene(folder, level_bed, "npz", {"track.pings=2", "output.exr=false", "output.npz=true"});
+  run_into(folder, level_bed_scene, "npz",
+           {"track.pings=2", "output.exr=false", "output.npz=true"});
   refused({"npz"}, "the run has no OpenEXR images; run its scene again with output.exr = true");
-  run_scene(folder, level_bed, "one", {"track.pings=1"});
+  run_into(folder, level_bed_scene, "one", {"track.pings=1"});
   refused({"one"}, "its pings do not move, so they cover no ground");
 
   damaged("sidescan.exr: the file is missing",

@@ -55,9 +55,9 @@ pings_per_file = 7
 
 std::string many_pings() { return changed(scene_of_parts, "pings = 9", "pings = 30"); }
 
-Outcome run_scene(const fs::path& folder, const std::string& output,
-                  std::vector<std::string> more = {},
-                  const std::function<void(pid_t)>& meanwhile = {}) {
+Outcome run_in_parts(const fs::path& folder, const std::string& output,
+                     std::vector<std::string> more = {},
+                     const std::function<void(pid_t)>& meanwhile = {}) {
   std::vector<std::string> arguments{"run", "scene.toml", "-o", output, "--quiet"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return run_program(folder, arguments, {}, meanwhile);
@@ -65,42 +65,43 @@ Outcome run_scene(const fs::path& folder, const std::string& output,
 
 void run_whole(const fs::path& folder, const std::string& output,
                std::vector<std::string> more = {}) {
-  const Outcome outcome = run_scene(folder, output, std::move(more));
+  const Outcome outcome = run_in_parts(folder, output, std::move(more));
   INFO(outcome.err);
   REQUIRE(outcome.code == 0);
 }
 
-std::map<std::string, std::string> expected_tree(const fs::path& folder) {
+std::map<std::string, std::string> tree_of_whole_run(const fs::path& folder) {
   run_whole(folder, "expected", {"--threads", "1"});
   return tree_of(folder / "expected");
 }
 
-void check_kills(int kills) {
+void check_killed_runs(int kills) {
   const TemporaryFolder folder;
   write_text(folder / "scene.toml", changed(many_pings(), "elevations = 128", "elevations = 4000"));
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_run(folder.path());
   std::mt19937 random(7);
   int killed = 0, resumed = 0;
   for (int round = 0; killed < kills; ++round) {
     REQUIRE(round < 20 * kills);
     resumed += fs::exists(folder / "killed/part_0001");
-    const Outcome outcome = run_scene(folder.path(), "killed", {"--threads", "2"}, [&](pid_t id) {
-      // Every second time right after a part, so that there is something to continue.
-      const auto parts = [&] {
-        int count = 0;
-        while (fs::exists(folder / ("killed/part_000" + std::to_string(count + 1)))) ++count;
-        return count;
-      };
-      const auto ended = [&] {
-        siginfo_t info{};
-        return waitid(P_PID, static_cast<id_t>(id), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
-               info.si_pid == id;
-      };
-      for (const int before = parts(); round % 2 == 1 && parts() == before && !ended();)
-        std::this_thread::sleep_for(2ms);
-      std::this_thread::sleep_for((random() % (round % 2 == 1 ? 20 : 200)) * 1ms);
-      kill(id, SIGKILL);
-    });
+    const Outcome outcome =
+        run_in_parts(folder.path(), "killed", {"--threads", "2"}, [&](pid_t id) {
+          // Every second time right after a part, so that there is something to continue.
+          const auto parts = [&] {
+            int count = 0;
+            while (fs::exists(folder / ("killed/part_000" + std::to_string(count + 1)))) ++count;
+            return count;
+          };
+          const auto ended = [&] {
+            siginfo_t info{};
+            return waitid(P_PID, static_cast<id_t>(id), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+                   info.si_pid == id;
+          };
+          for (const int before = parts(); round % 2 == 1 && parts() == before && !ended();)
+            std::this_thread::sleep_for(2ms);
+          std::this_thread::sleep_for((random() % (round % 2 == 1 ? 20 : 200)) * 1ms);
+          kill(id, SIGKILL);
+        });
     if (outcome.code == -SIGKILL) {
       ++killed;
     } else {  // finished: begin again
@@ -164,7 +165,7 @@ ping_interval_s = 0.5
   CHECK(parts.at("left-right.png") == one.at("left-right.png"));
   run_whole(folder.path(), "short", {"-D", "output.pings_per_file=5"});
   CHECK(Json::parse(tree_of(folder / "short").at("manifest.json")).at("parts").size() == 8);
-  const Outcome line = run_scene(folder.path(), "line", {"-D", "track.kind=\"line\""});
+  const Outcome line = run_in_parts(folder.path(), "line", {"-D", "track.kind=\"line\""});
   CHECK(line.code == 2);
   CHECK(line.err.find("'output.file_per_leg' needs legs") != std::string::npos);
 }
@@ -381,7 +382,7 @@ TEST_CASE("a run in parts needs at most the disk that it states") {
 TEST_CASE("a run in parts is the same on any number of threads, and when it is run again") {
   const TemporaryFolder folder;
   write_text(folder / "scene.toml", many_pings());
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_run(folder.path());
   for (const std::string threads : {"2", "4"}) {
     run_whole(folder.path(), "on" + threads, {"--threads", threads});
     CHECK(difference(tree_of(folder / ("on" + threads)), expected) == "");
@@ -393,7 +394,7 @@ TEST_CASE("a run in parts is the same on any number of threads, and when it is r
 TEST_CASE("shares of a run's parts, merged, are the run") {
   const TemporaryFolder folder;
   write_text(folder / "scene.toml", many_pings());
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_run(folder.path());
   for (const int shares : {1, 3, 7}) {
     const std::string output = "by" + std::to_string(shares);
     for (int share = shares - 1; share >= 0; --share) {
@@ -407,7 +408,7 @@ TEST_CASE("shares of a run's parts, merged, are the run") {
     CHECK(difference(tree_of(folder / output), expected) == "");
   }
   for (const char* share : {"3", "4/4", "-1/4", "a/b", "0/0"})
-    CHECK(run_scene(folder.path(), "other", {"--part=" + std::string(share)}).code == 2);
+    CHECK(run_in_parts(folder.path(), "other", {"--part=" + std::string(share)}).code == 2);
   // With more shares than parts some have none: those end before there is a seafloor.
   for (const std::vector<std::string>& more :
        {std::vector<std::string>{},
@@ -428,7 +429,7 @@ TEST_CASE("shares of a run's parts, merged, are the run") {
     CHECK(!fs::exists(folder / "none"));
   }
   const Outcome one =
-      run_scene(folder.path(), "other", {"--part=0/2", "-D", "output.pings_per_file=100"});
+      run_in_parts(folder.path(), "other", {"--part=0/2", "-D", "output.pings_per_file=100"});
   CHECK(one.code == 2);
   CHECK(one.err.find("set output.pings_per_file") != std::string::npos);
   CHECK(!fs::exists(folder / "other"));
@@ -469,7 +470,7 @@ TEST_CASE("a run's folder with a damaged plan or record is a wrong input of run 
   for (const std::string plan : {"{", "{}", R"({"seed": -1, "scene": "", "intersector": ""})"}) {
     write_text(folder / "run/run.json", plan);
     refused(run_program(folder.path(), {"merge", "run", "--quiet"}), "run/run.json: ");
-    refused(run_scene(folder.path(), "run"), "run/run.json: ");
+    refused(run_in_parts(folder.path(), "run"), "run/run.json: ");
   }
 }
 
@@ -477,7 +478,7 @@ TEST_CASE("a part of another run is noticed by merge, and made again by run") {
   const TemporaryFolder folder;
   write_text(folder / "scene.toml", many_pings());
   run_whole(folder.path(), "run");
-  REQUIRE(run_scene(folder.path(), "other", {"--seed", "9"}).code == 0);
+  REQUIRE(run_in_parts(folder.path(), "other", {"--seed", "9"}).code == 0);
   const auto expected = tree_of(folder / "run");
   fs::remove_all(folder / "run/part_0002");
   fs::copy(folder / "other/part_0002", folder / "run/part_0002", fs::copy_options::recursive);
@@ -491,7 +492,7 @@ TEST_CASE("a part of another run is noticed by merge, and made again by run") {
 TEST_CASE("parts that lack files, or whose files or records are damaged, are made again") {
   const TemporaryFolder folder;
   write_text(folder / "scene.toml", many_pings());
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_run(folder.path());
   run_whole(folder.path(), "run", {"--part", "0/1"});
   fs::remove(folder / "run/part_0001/left-right_0001.exr");
   fs::resize_file(folder / "run/part_0002/left-right_0002.exr", 100);
@@ -513,7 +514,7 @@ TEST_CASE("what is not of the run is never removed from the places of its parts"
   const auto check_refused = [&](const std::string& output, std::vector<std::string> more,
                                  const std::string& named) {
     const auto before = tree_of(folder / output);
-    const Outcome outcome = run_scene(folder.path(), output, std::move(more));
+    const Outcome outcome = run_in_parts(folder.path(), output, std::move(more));
     INFO(outcome.err);
     CHECK(outcome.code == 2);
     CHECK(outcome.err.find(named + ": is not of ") != std::string::npos);
@@ -543,22 +544,23 @@ TEST_CASE("what is not of the run is never removed from the places of its parts"
 }
 
 TEST_CASE("a run in parts that is killed several times becomes the same, without leftovers") {
-  check_kills(6);
+  check_killed_runs(6);
 }
 
 TEST_CASE("a run in parts that is killed 60 times becomes the same, without leftovers", "[.soak]") {
-  check_kills(60);
+  check_killed_runs(60);
 }
 
 TEST_CASE("SIGTERM ends a run in parts with 75, and the same command continues") {
   const TemporaryFolder folder;
   write_text(folder / "scene.toml", changed(many_pings(), "elevations = 128", "elevations = 6000"));
-  const auto expected = expected_tree(folder.path());
-  const Outcome outcome = run_scene(folder.path(), "run", {"--threads", "1"}, [&](pid_t process) {
-    while (!fs::exists(folder / "run/part_0001"))
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    kill(process, SIGTERM);
-  });
+  const auto expected = tree_of_whole_run(folder.path());
+  const Outcome outcome =
+      run_in_parts(folder.path(), "run", {"--threads", "1"}, [&](pid_t process) {
+        while (!fs::exists(folder / "run/part_0001"))
+          std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        kill(process, SIGTERM);
+      });
   INFO(outcome.err);
   CHECK(outcome.code == 75);
   CHECK(outcome.err.find("the same command makes the others") != std::string::npos);
@@ -571,12 +573,12 @@ TEST_CASE("SIGTERM ends a run in parts with 75, and the same command continues")
 TEST_CASE("two processes in one folder make one run in parts together") {
   const TemporaryFolder folder;
   write_text(folder / "scene.toml", many_pings());
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_run(folder.path());
   for (int round = 0; round < 3; ++round) {
     const std::string output = "both" + std::to_string(round);
     Outcome other;
-    std::thread second([&] { other = run_scene(folder.path(), output); });
-    const Outcome outcome = run_scene(folder.path(), output);
+    std::thread second([&] { other = run_in_parts(folder.path(), output); });
+    const Outcome outcome = run_in_parts(folder.path(), output);
     second.join();
     INFO(outcome.err << other.err);
     CHECK(outcome.code == 0);
@@ -591,7 +593,7 @@ TEST_CASE("a folder with parts of another run is refused with what changed") {
   run_whole(folder.path(), "run", {"--part", "0/2"});
   const auto before = tree_of(folder / "run");
   const Outcome outcome =
-      run_scene(folder.path(), "run", {"-D", "sonar.left-right.range_m=14", "--verify", "2"});
+      run_in_parts(folder.path(), "run", {"-D", "sonar.left-right.range_m=14", "--verify", "2"});
   CHECK(outcome.code == 2);
   CHECK(outcome.err.find("sonar.left-right.range_m was 15 and is 14") != std::string::npos);
   CHECK(outcome.err.find("--verify was 0 and is 2") != std::string::npos);
@@ -600,23 +602,23 @@ TEST_CASE("a folder with parts of another run is refused with what changed") {
   const std::vector<std::string> cast{"--part", "0/2", "-D", "sea.profile=cast.csv"};
   run_whole(folder.path(), "bent", cast);
   write_text(folder / "cast.csv", "depth_m,soundspeed_mps\n0,1500\n50,1480\n");
-  const Outcome other_cast = run_scene(folder.path(), "bent", cast);
+  const Outcome other_cast = run_in_parts(folder.path(), "bent", cast);
   CHECK(other_cast.code == 2);
   CHECK(other_cast.err.find("the file of sea.profile has another content") != std::string::npos);
-  const Outcome one = run_scene(folder.path(), "run", {"-D", "output.pings_per_file=100"});
+  const Outcome one = run_in_parts(folder.path(), "run", {"-D", "output.pings_per_file=100"});
   CHECK(one.code == 2);
   CHECK(difference(tree_of(folder / "run"), before) == "");
 
   run_whole(folder.path(), "whole", {"-D", "output.pings_per_file=100"});
   const auto whole = tree_of(folder / "whole");
-  CHECK(run_scene(folder.path(), "whole").code == 2);
+  CHECK(run_in_parts(folder.path(), "whole").code == 2);
   CHECK(difference(tree_of(folder / "whole"), whole) == "");
 }
 
 TEST_CASE("a disk that becomes full leaves whole parts, and the same command continues") {
   const TemporaryFolder folder;
   write_text(folder / "scene.toml", many_pings());
-  const auto expected = expected_tree(folder.path());
+  const auto expected = tree_of_whole_run(folder.path());
   std::size_t part_bytes = 0;
   for (const auto& [name, content] : expected)
     if (name.starts_with("part_0001")) part_bytes += content.size();
@@ -626,7 +628,7 @@ TEST_CASE("a disk that becomes full leaves whole parts, and the same command con
     WARN("no right to mount a small file system: not tried");
     return;
   }
-  const Outcome outcome = run_scene(folder.path(), "small/run", {"--threads", "1"});
+  const Outcome outcome = run_in_parts(folder.path(), "small/run", {"--threads", "1"});
   const auto left = tree_of(folder / "small/run");
   fs::copy(folder / "small/run", folder / "run", fs::copy_options::recursive);
   umount((folder / "small").c_str());

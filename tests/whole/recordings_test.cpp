@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
-#include <numbers>
 #include <sstream>
 #include <string>
 #include <tuple>
@@ -23,15 +22,16 @@
 #include "support/program.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/scatter/angle.h>
+
 using namespace ensonify::tests;
 using Eigen::Vector2d, Eigen::Vector3d;
+using ensonify::scatter::degree;
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
-
 // A dark level bed, 20 m down, with a bright ball on it.
-const std::string level_bed = ensonify::tests::dark_bed + R"([[objects]]
+const std::string bed_with_ball = ensonify::tests::dark_bed + R"([[objects]]
 shape = "sphere"
 diameter_m = 0.2
 material = "bright"
@@ -188,7 +188,7 @@ Place place_of_ball_deg(const std::vector<Line>& lines) {
 }
 
 /// The rows of a CSV after its header.
-std::vector<std::vector<std::string>> rows_of(const std::string& csv) {
+std::vector<std::vector<std::string>> csv_rows(const std::string& csv) {
   std::vector<std::vector<std::string>> rows;
   std::istringstream lines(csv);
   std::string line;
@@ -202,8 +202,8 @@ std::vector<std::vector<std::string>> rows_of(const std::string& csv) {
 }
 
 /// Runs the level bed with the ball, with additional keys.
-void run_scene(const TemporaryFolder& folder, const std::string& track_and_sonars,
-               std::string scene = level_bed) {
+void run_with_ball(const TemporaryFolder& folder, const std::string& track_and_sonars,
+                   std::string scene = bed_with_ball) {
   scene += track_and_sonars;
   const std::string place =
       fmt::format("[[objects]]\neast_m = {}\nnorth_m = {}\n", ball_m.x(), ball_m.y());
@@ -239,7 +239,7 @@ TEST_CASE("A reader of XTF or JSF finds an object at its position for any mounti
        }) {
     CAPTURE(c.name);
     const TemporaryFolder folder;
-    run_scene(folder, c.track + "[sonar.s]\n" + c.mounting + sonar);
+    run_with_ball(folder, c.track + "[sonar.s]\n" + c.mounting + sonar);
     const Vector2d by_xtf_m = local_m(place_of_ball_deg(read_xtf(read_text(folder / "out/s.xtf"))));
     const Vector2d by_jsf_m = local_m(place_of_ball_deg(read_jsf(read_text(folder / "out/s.jsf"))));
     CHECK((by_xtf_m - ball_m).norm() < 0.1);  // two bins
@@ -271,7 +271,7 @@ TEST_CASE("A reader finds an object at its position on a map whose north is not 
   map.exportToWkt(&wkt);
   write_text(folder / "bed.prj", wkt);
   CPLFree(wkt);
-  std::string scene = level_bed;
+  std::string scene = bed_with_ball;
   const auto replace = [&](const std::string& from, const std::string& to) {
     scene.replace(scene.find(from), from.size(), to);
   };
@@ -279,11 +279,11 @@ TEST_CASE("A reader finds an object at its position on a map whose north is not 
           "kind = \"survey\"\nsurvey = \"bed.asc\"\n");
   replace("[seafloor.fractal]\nheight_at_1m_m = 0\n", "");
   replace("origin_lat_deg = 55\norigin_lon_deg = 10\n", "");
-  run_scene(folder,
-            "pings = 160\nheading_deg = 30\nmiddle_east_m = -8.26\nmiddle_north_m = 4.5\n"
-            "[sonar.s]\nforward_m = 2\n" +
-                sonar,
-            scene);
+  run_with_ball(folder,
+                "pings = 160\nheading_deg = 30\nmiddle_east_m = -8.26\nmiddle_north_m = 4.5\n"
+                "[sonar.s]\nforward_m = 2\n" +
+                    sonar,
+                scene);
   const std::unique_ptr<OGRCoordinateTransformation> to_map(
       OGRCreateCoordinateTransformation(&wgs84, &map));
   for (const std::vector<Line>& lines :
@@ -298,10 +298,10 @@ TEST_CASE("A recording over a generated seabed lies where its track's latitudes 
   const TemporaryFolder folder;
   write_text(folder / "track.csv",
              "t_s,lat_deg,lon_deg\n0,-48.4450,-68.829\n10,-48.4448,-68.829\n");
-  std::string scene = level_bed;
+  std::string scene = bed_with_ball;
   const std::string origin = "origin_lat_deg = 55\norigin_lon_deg = 10\n";
   scene.replace(scene.find(origin), origin.size(), "kind = \"file\"\nfile = \"track.csv\"\n");
-  run_scene(folder, "[sonar.s]\n" + sonar, scene);
+  run_with_ball(folder, "[sonar.s]\n" + sonar, scene);
   for (const std::vector<Line>& lines :
        {read_xtf(read_text(folder / "out/s.xtf")), read_jsf(read_text(folder / "out/s.jsf"))}) {
     CHECK((lines.front().place_deg - Place(-68.829, -48.4450)).norm() < 1e-6);
@@ -313,12 +313,12 @@ TEST_CASE("A recording over a generated seabed lies where its track's latitudes 
 
 TEST_CASE("A recording has the position that the vehicle reports, not the true one") {
   const TemporaryFolder folder;
-  run_scene(
+  run_with_ball(
       folder,
       "pings = 120\nmiddle_east_m = -10\n[navigation]\nposition_bias_m = 4\nheight_bias_m = 1\n"
       "[sonar.s]\nforward_m = 3\nstarboard_m = 1\ndown_m = 2\n" +
           sonar);
-  const std::vector<std::string> first = rows_of(read_text(folder / "out/s_pings.csv")).front();
+  const std::vector<std::string> first = csv_rows(read_text(folder / "out/s_pings.csv")).front();
   const auto column = [&](std::size_t number) { return std::stod(first.at(number)); };
   // x_m, y_m and z_m, three angles, then the same six as reported.
   const Vector2d bias_m{column(8) - column(2), column(9) - column(3)};
@@ -338,11 +338,11 @@ TEST_CASE("A reader takes the numbered recordings of a run in parts for one line
       "[artefacts]\nlost = 0.1\n[sonar.s]\n" +
       sonar;
   const TemporaryFolder whole, in_parts;
-  run_scene(whole, track);
-  std::string scene = level_bed;
+  run_with_ball(whole, track);
+  std::string scene = bed_with_ball;
   const std::string key = "jsf = true\n";
   scene.replace(scene.find(key), key.size(), key + "pings_per_file = 37\n");
-  run_scene(in_parts, track, scene);
+  run_with_ball(in_parts, track, scene);
   using Reader = std::vector<Line> (*)(const std::string&);
   for (const auto& [ending, read] :
        {std::pair<std::string, Reader>{".xtf", &read_xtf}, {".jsf", &read_jsf}}) {
@@ -373,11 +373,11 @@ TEST_CASE("A run's sonars are in one recording, with the samples and positions o
       sonar + "[sonar.b]\nforward_m = 2\ndown_m = 1\nfrequency_hz = 400e3\n" + sonar +
       "[sonar.c]\nfrequency_hz = 200e3\n" + sonar;
   const TemporaryFolder apart, together;
-  run_scene(apart, track);
-  std::string scene = level_bed;
+  run_with_ball(apart, track);
+  std::string scene = bed_with_ball;
   const std::string key = "jsf = true\n";
   scene.replace(scene.find(key), key.size(), key + "one_recording = true\n");
-  run_scene(together, track, scene);
+  run_with_ball(together, track, scene);
   CHECK_FALSE(std::filesystem::exists(together / "out/a.xtf"));
   const std::string xtf = read_text(together / "out/recording.xtf");
   const std::string jsf = read_text(together / "out/recording.jsf");
@@ -411,9 +411,9 @@ TEST_CASE("A run's sonars are in one recording, with the samples and positions o
 
 TEST_CASE("The JSF subsystems of a scene's sonars are ordered by frequency") {
   const TemporaryFolder folder;
-  run_scene(folder, "pings = 1\n[sonar.a]\nfrequency_hz = 900e3\n" + sonar +
-                        "[sonar.b]\nfrequency_hz = 120e3\n" + sonar +
-                        "[sonar.c]\nfrequency_hz = 400e3\n" + sonar);
+  run_with_ball(folder, "pings = 1\n[sonar.a]\nfrequency_hz = 900e3\n" + sonar +
+                            "[sonar.b]\nfrequency_hz = 120e3\n" + sonar +
+                            "[sonar.c]\nfrequency_hz = 400e3\n" + sonar);
   for (const auto& [name, subsystem] : {std::pair{"a", 22}, {"b", 20}, {"c", 21}})
     CHECK(int(at<std::uint8_t>(read_text(folder / "out" / (name + std::string(".jsf"))), 7)) ==
           subsystem);
@@ -421,9 +421,9 @@ TEST_CASE("The JSF subsystems of a scene's sonars are ordered by frequency") {
 
 TEST_CASE("A lost ping and its number are missing from the recordings") {
   const TemporaryFolder folder;
-  run_scene(folder, "pings = 40\n[artefacts]\nlost = 0.3\n[sonar.s]\n" + sonar);
+  run_with_ball(folder, "pings = 40\n[artefacts]\nlost = 0.3\n[sonar.s]\n" + sonar);
   std::vector<std::uint32_t> expected;
-  for (const std::vector<std::string>& row : rows_of(read_text(folder / "out/s_pings.csv")))
+  for (const std::vector<std::string>& row : csv_rows(read_text(folder / "out/s_pings.csv")))
     if (row.back() != "lost")
       for (int side = 0; side < 2; ++side)
         expected.push_back(static_cast<std::uint32_t>(std::stoul(row.front())));
@@ -439,7 +439,7 @@ TEST_CASE("A lost ping and its number are missing from the recordings") {
 
 TEST_CASE("If all pings of a run are lost, its recordings have no pings") {
   const TemporaryFolder folder;
-  run_scene(folder, "pings = 3\n[artefacts]\nlost = 1\n[sonar.s]\n" + sonar);
+  run_with_ball(folder, "pings = 3\n[artefacts]\nlost = 1\n[sonar.s]\n" + sonar);
   CHECK(read_text(folder / "out/s.xtf").size() == 1024);
   CHECK(read_text(folder / "out/s.jsf").empty());
 }

@@ -28,8 +28,8 @@ using engine::degree;
 
 namespace {
 
-struct Folder : tests::TemporaryFolder {
-  Folder() { tests::write_text(*this / "tiny.toml", tests::tiny_scene); }
+struct StreamFolder : tests::TemporaryFolder {
+  StreamFolder() { tests::write_text(*this / "tiny.toml", tests::tiny_scene); }
   tests::Outcome stream(const std::string& lines, std::vector<std::string> more = {}) const {
     tests::write_text(*this / "in", lines);
     std::vector<std::string> arguments = {"stream", "tiny.toml", "--quiet"};
@@ -55,7 +55,7 @@ const std::string pose =
 }  // namespace
 
 TEST_CASE("a stream's lines equal the simulator's, as a block of floats and as JSON") {
-  const Folder folder;
+  const StreamFolder folder;
   engine::Simulator simulator(engine::read_scene(folder / "tiny.toml"));
   engine::Pose same{
       .t_s = 0.5, .position = {0, 1, -12}, .roll_rad = 2 * degree, .heading_rad = 10 * degree};
@@ -94,7 +94,7 @@ TEST_CASE("a stream's lines equal the simulator's, as a block of floats and as J
 }
 
 TEST_CASE("in a stream a sonar can be set, and objects can be added, moved and removed") {
-  const Folder folder;
+  const StreamFolder folder;
   const tests::Outcome outcome = folder.stream(
       // Without what a side hears past nadir, the other side has no object.
       R"({"set": {"sonar.left-right.range_m": 10, "sonar.left-right.bins": 50, "sonar.left-right.sector_high_deg": 90}})"
@@ -132,14 +132,14 @@ TEST_CASE("in a stream a sonar can be set, and objects can be added, moved and r
 }
 
 TEST_CASE("in a stream a blank line is skipped, also one that ends as on Windows") {
-  const Folder folder;
+  const StreamFolder folder;
   const tests::Outcome outcome = folder.stream("\r\n" + pose + "\n \t\n" + pose, {"--json"});
   CHECK(outcome.err == "");
   CHECK(json_lines(outcome.out).size() == 5);
 }
 
 TEST_CASE("a client finds the number of a ping's lines in the start line, and after each set") {
-  const Folder folder;
+  const StreamFolder folder;
   const std::string changed_beams = R"({"set": {"sonar.left-right.beams": 3}})"
                                     "\n";
   const tests::Outcome outcome =
@@ -192,7 +192,7 @@ const std::vector<std::pair<std::string, std::string>> wrong_lines = {
 };
 
 TEST_CASE("a wrong line ends a stream with its line number and advice") {
-  const Folder folder;
+  const StreamFolder folder;
   for (const auto& [line, message] : wrong_lines) {
     CAPTURE(line.substr(0, 100), message);
     const tests::Outcome outcome = folder.stream(pose + "\n" + line + "\n" + pose);
@@ -205,7 +205,7 @@ TEST_CASE("a wrong line ends a stream with its line number and advice") {
 }
 
 TEST_CASE("an input that cannot be read is no end of a stream") {
-  const Folder folder;
+  const StreamFolder folder;
   const tests::Outcome outcome = tests::run_program(
       folder.path(), {"stream", "tiny.toml", "--quiet"}, {}, {}, {}, folder.path());
   CHECK(outcome.code == 1);
@@ -213,7 +213,7 @@ TEST_CASE("an input that cannot be read is no end of a stream") {
 }
 
 TEST_CASE("a line without an end is refused once it is too long, and the next line is read") {
-  const Folder folder;
+  const StreamFolder folder;
   const tests::Outcome endless = tests::run_program(
       folder.path(), {"stream", "tiny.toml", "--quiet"}, {}, {}, {}, "/dev/zero");
   CHECK(endless.code == 2);
@@ -230,7 +230,7 @@ TEST_CASE("a line without an end is refused once it is too long, and the next li
 }
 
 TEST_CASE("a stream warns once of poses out of reach of the seafloor") {
-  const Folder folder;
+  const StreamFolder folder;
   const std::string far = R"({"x_m": 5000, "y_m": 0, "z_m": -12})"
                           "\n";
   const tests::Outcome outcome = folder.stream(pose + far + far);
@@ -240,7 +240,7 @@ TEST_CASE("a stream warns once of poses out of reach of the seafloor") {
 }
 
 TEST_CASE("a stream loses and repeats no ping, and warns of a scene that would") {
-  const Folder folder;
+  const StreamFolder folder;
   const tests::Outcome plain = folder.stream(pose + pose);
   const tests::Outcome lossy =
       folder.stream(pose + pose, {"-D", "artefacts.lost=0.9", "-D", "artefacts.repeated=0.9"});
@@ -252,7 +252,7 @@ TEST_CASE("a stream loses and repeats no ping, and warns of a scene that would")
 }
 
 TEST_CASE("with --answer-all each request has an answer, and a faulty one changes nothing") {
-  const Folder folder;
+  const StreamFolder folder;
   std::string lines = pose;
   for (const auto& [line, message] : wrong_lines) lines += line + "\n";
   const std::string place = R"(, "x_m": 5, "y_m": 0, "z_m": -18})";
@@ -286,7 +286,7 @@ TEST_CASE("with --answer-all each request has an answer, and a faulty one change
 }
 
 TEST_CASE("with --answer-all a stream answers a request that does not fit into memory") {
-  const Folder folder;
+  const StreamFolder folder;
   const std::string rays =
       R"({"set": {"sonar.left-right.planes": 1024, "sonar.left-right.elevations": 50000}})"
       "\n";
@@ -301,7 +301,7 @@ TEST_CASE("with --answer-all a stream answers a request that does not fit into m
 }
 
 TEST_CASE("a stream warns once of levels that a request makes extrapolated") {
-  const Folder folder;
+  const StreamFolder folder;
   const std::string set = R"({"set": {"sonar.left-right.frequency_hz": 2e6}})"
                           "\n";
   const std::string add =
@@ -317,7 +317,7 @@ TEST_CASE("a stream warns once of levels that a request makes extrapolated") {
 }
 
 TEST_CASE("a signal ends a stream whose reader has stopped reading") {
-  const Folder folder;
+  const StreamFolder folder;
   std::string lines;
   for (int i = 0; i < 100; ++i) lines += pose;
   tests::write_text(folder / "in", lines);
@@ -336,7 +336,7 @@ TEST_CASE("a signal ends a stream whose reader has stopped reading") {
 }
 
 TEST_CASE("a signal ends a stream whose reader stops in the middle of a long answer") {
-  const Folder folder;
+  const StreamFolder folder;
   tests::write_text(folder / "in", pose);
   REQUIRE(mkfifo((folder / "lines").c_str(), 0600) == 0);
   const int reader = open((folder / "lines").c_str(), O_RDWR);
@@ -361,7 +361,7 @@ TEST_CASE("a signal ends a stream whose reader stops in the middle of a long ans
 }
 
 TEST_CASE("a stream takes the names of layers with - or _ and answers with _") {
-  const Folder folder;
+  const StreamFolder folder;
   const tests::Outcome lines = folder.stream(pose, {"--layers", "shadow-instance"});
   CHECK(lines.code == 0);
   CHECK(lines.out.find("\"shadow_instance\"") != std::string::npos);
@@ -369,7 +369,7 @@ TEST_CASE("a stream takes the names of layers with - or _ and answers with _") {
 }
 
 TEST_CASE("a stream ends at the end of its input, and at a signal, also one before it waits") {
-  const Folder folder;
+  const StreamFolder folder;
   CHECK(folder.stream("").code == 0);
   CHECK(folder.stream(pose.substr(0, pose.size() - 1)).code == 0);
   REQUIRE(mkfifo((folder / "poses").c_str(), 0600) == 0);

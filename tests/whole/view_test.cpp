@@ -20,8 +20,8 @@ std::size_t number_at(const std::string& png, std::size_t offset) {
   return number;
 }
 
-struct Folder : TemporaryFolder {
-  Folder() { write_text(*this / "tiny.toml", tiny_scene); }
+struct ViewFolder : TemporaryFolder {
+  ViewFolder() { write_text(*this / "tiny.toml", tiny_scene); }
   Outcome view(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), {"view", "tiny.toml"});
     return run_program(path(), arguments);
@@ -34,7 +34,7 @@ struct Folder : TemporaryFolder {
 }  // namespace
 
 TEST_CASE("view draws a ping of a scene, by default the middle one") {
-  const Folder folder;
+  const ViewFolder folder;
   const Outcome outcome = folder.view({"-o", "a.png", "--width-px", "160"});
   INFO(outcome.err);
   REQUIRE(outcome.code == 0);
@@ -52,7 +52,7 @@ TEST_CASE("view draws a ping of a scene, by default the middle one") {
 
 TEST_CASE(
     "view refuses a ping that does not exist and a file that is not PNG or cannot be written") {
-  const Folder folder;
+  const ViewFolder folder;
   const auto check = [&](const std::vector<std::string>& arguments, int code, const char* message) {
     const Outcome outcome = folder.view(arguments);
     CAPTURE(arguments, outcome.err);
@@ -72,7 +72,7 @@ TEST_CASE(
 }
 
 TEST_CASE("view stops at a signal and leaves nothing behind") {
-  const Folder folder;
+  const ViewFolder folder;
   const Outcome stopped =
       run_program(folder.path(), {"view", "tiny.toml", "-o", "a.png", "--width-px", "16384"}, {},
                   [](pid_t process) {

@@ -15,8 +15,8 @@ using namespace ensonify::engine;
 
 namespace {
 
-constexpr std::size_t samples = 500, pings = 400;
-constexpr double range_m = 50.0, sample_m = range_m / samples;
+constexpr std::size_t bottom_samples = 500, bottom_pings = 400;
+constexpr double bottom_range_m = 50.0, bottom_sample_m = bottom_range_m / bottom_samples;
 
 /// The first sample of the bed: 60 to 100.
 double bed(std::size_t ping) { return 80.0 + 20.0 * std::sin(0.02 * static_cast<double>(ping)); }
@@ -28,13 +28,13 @@ double sharp(double sample, double first) { return sample < first ? 5.0 : 500.0;
 RecordedLine made_line(const std::function<double(double sample, double first)>& level = &sharp) {
   std::mt19937 random(5);
   std::exponential_distribution<float> power;
-  RecordedLine line{.samples = samples};
-  for (std::size_t ping = 0; ping < pings; ++ping) {
+  RecordedLine line{.samples = bottom_samples};
+  for (std::size_t ping = 0; ping < bottom_pings; ++ping) {
     line.pings.push_back({.number = ping,
-                          .altitude_m = bed(ping) * sample_m,
-                          .range_m = range_m,
-                          .samples = samples});
-    for (std::size_t k = 0; k < samples; ++k)
+                          .altitude_m = bed(ping) * bottom_sample_m,
+                          .range_m = bottom_range_m,
+                          .samples = bottom_samples});
+    for (std::size_t k = 0; k < bottom_samples; ++k)
       line.port.push_back(static_cast<float>(level(static_cast<double>(k), bed(ping))) *
                           std::sqrt(power(random)));
   }
@@ -44,12 +44,12 @@ RecordedLine made_line(const std::function<double(double sample, double first)>&
 /// As bright as the bed, and dark from there to the bed.
 void add_fish(RecordedLine& line, std::size_t first, std::size_t end) {
   for (std::size_t ping = first; ping < end; ++ping)
-    for (std::size_t k = 30; k < 45; ++k) line.port[ping * samples + k] = 600.0f;
+    for (std::size_t k = 30; k < 45; ++k) line.port[ping * bottom_samples + k] = 600.0f;
 }
 
 void change_altitudes(RecordedLine& line,
                       const std::function<std::optional<double>(std::size_t, double)>& changed) {
-  for (std::size_t ping = 0; ping < pings; ++ping)
+  for (std::size_t ping = 0; ping < bottom_pings; ++ping)
     line.pings[ping].altitude_m = changed(ping, *line.pings[ping].altitude_m);
 }
 
@@ -57,7 +57,7 @@ void change_altitudes(RecordedLine& line,
 double worst(const RecordedLine& line) {
   const FoundBed found = find_bed(line, Side::port);
   double worst = 0.0;
-  for (std::size_t ping = 0; ping < pings; ++ping)
+  for (std::size_t ping = 0; ping < bottom_pings; ++ping)
     worst = std::max(worst, std::abs(static_cast<double>(found.first_sample[ping]) - bed(ping)));
   return worst;
 }
@@ -74,8 +74,8 @@ TEST_CASE("fish in the water column are not the bed, with and without altitudes"
 
 TEST_CASE("a layer over all of the line is not the bed if the altitudes follow the bed") {
   RecordedLine line = made_line();
-  add_fish(line, 0, pings);
-  for (const double off_m : {0.0, 10 * sample_m, -30 * sample_m}) {
+  add_fish(line, 0, bottom_pings);
+  for (const double off_m : {0.0, 10 * bottom_sample_m, -30 * bottom_sample_m}) {
     CAPTURE(off_m);
     RecordedLine moved = line;
     change_altitudes(moved, [&](std::size_t, double altitude_m) { return altitude_m + off_m; });
@@ -87,7 +87,8 @@ TEST_CASE("altitudes that are wrong do not move a bottom line that the samples s
   const RecordedLine line = made_line();
   const double right = worst(line);
   CHECK(right <= 4.0);
-  for (const double off_m : {10 * sample_m, -10 * sample_m, 30 * sample_m, -30 * sample_m}) {
+  for (const double off_m :
+       {10 * bottom_sample_m, -10 * bottom_sample_m, 30 * bottom_sample_m, -30 * bottom_sample_m}) {
     CAPTURE(off_m);
     RecordedLine moved = line;
     change_altitudes(moved, [&](std::size_t, double altitude_m) { return altitude_m + off_m; });
@@ -111,7 +112,7 @@ TEST_CASE("altitudes that follow the fish do not make them the bed") {
   RecordedLine line = made_line();
   add_fish(line, 150, 230);
   change_altitudes(line, [&](std::size_t ping, double altitude_m) {
-    return ping >= 150 && ping < 230 ? 30 * sample_m : altitude_m;
+    return ping >= 150 && ping < 230 ? 30 * bottom_sample_m : altitude_m;
   });
   CHECK(worst(line) <= 4.0);
 }
@@ -120,7 +121,8 @@ TEST_CASE("pings whose samples do not show the bed have it where their altitude 
   RecordedLine line = made_line();
   const auto cover = [&](std::size_t first, std::size_t end) {
     for (std::size_t ping = first; ping < end; ++ping)
-      std::fill_n(line.port.begin() + static_cast<std::ptrdiff_t>(ping * samples), samples, 400.0f);
+      std::fill_n(line.port.begin() + static_cast<std::ptrdiff_t>(ping * bottom_samples),
+                  bottom_samples, 400.0f);
   };
   cover(120, 260);
   change_altitudes(line, [&](std::size_t, double altitude_m) { return altitude_m + 3.0; });
@@ -132,7 +134,7 @@ TEST_CASE("pings whose samples do not show the bed have it where their altitude 
   const auto filled = static_cast<double>(find_bed(bare, Side::port).first_sample[190]);
   CHECK(filled == Approx(0.5 * (bed(120) + bed(260))).margin(4.0));
   // If no ping shows it, the altitude is taken as it is.
-  cover(0, pings);
+  cover(0, bottom_pings);
   CHECK(find_bed(line, Side::port).stated);
   CHECK(static_cast<double>(find_bed(line, Side::port).first_sample[190]) ==
         Approx(bed(190) + 30.0).margin(3.0));
@@ -166,7 +168,7 @@ TEST_CASE("the side lobes of a sweep before the bed are not the bed") {
       return std::hypot(5.0, 500.0 / (std::numbers::pi * std::sqrt(2.0 * before)));
     });
     for (std::size_t k = 0; k < line.port.size(); ++k)  // the speckle of a cell
-      if (k % samples % static_cast<std::size_t>(cell) > 0 && k % samples > 110)
+      if (k % bottom_samples % static_cast<std::size_t>(cell) > 0 && k % bottom_samples > 110)
         line.port[k] = line.port[k - 1];
     CHECK(worst(line) <= 5.0 + 2.0 * cell);
     for (RecordedPing& ping : line.pings) ping.altitude_m.reset();
@@ -185,7 +187,7 @@ TEST_CASE("the altitude counts where the bed behind it is too dark to be seen in
   change_altitudes(line, [](std::size_t, double altitude_m) { return 0.7 * altitude_m; });
   CHECK_FALSE(find_bed(line, Side::port).stated);
   const std::vector<std::size_t> bright = find_bed(line, Side::port).first_sample;
-  for (std::size_t ping = 0; ping < pings; ++ping)
+  for (std::size_t ping = 0; ping < bottom_pings; ++ping)
     CHECK(static_cast<double>(bright[ping]) > 1.2 * bed(ping));
 }
 
@@ -201,13 +203,14 @@ TEST_CASE("samples before the first that was recorded are no water, darker than 
       made_line([](double sample, double first) { return sample < first ? 50.0 : 500.0; });
   const std::vector<std::size_t> whole = find_bed(line, Side::port).first_sample;
   constexpr std::size_t unrecorded = 30;
-  for (std::size_t ping = 0; ping < pings; ++ping) {
+  for (std::size_t ping = 0; ping < bottom_pings; ++ping) {
     line.pings[ping].unrecorded = unrecorded;
     line.pings[ping].altitude_m.reset();
-    std::fill_n(line.port.begin() + static_cast<std::ptrdiff_t>(ping * samples), unrecorded, 0.0f);
+    std::fill_n(line.port.begin() + static_cast<std::ptrdiff_t>(ping * bottom_samples), unrecorded,
+                0.0f);
   }
   const std::vector<std::size_t> late = find_bed(line, Side::port).first_sample;
-  for (std::size_t ping = 0; ping < pings; ++ping) {
+  for (std::size_t ping = 0; ping < bottom_pings; ++ping) {
     CAPTURE(ping);
     CHECK(static_cast<double>(late[ping]) ==
           Approx(static_cast<double>(whole[ping])).epsilon(0).margin(2.0));

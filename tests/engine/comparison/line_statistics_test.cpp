@@ -26,7 +26,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-constexpr std::size_t pings = 400, samples = 600;
+constexpr std::size_t speckled_pings = 400, speckled_samples = 600;
 
 std::size_t altitude_samples(std::size_t ping) { return 50 + ping / 20; }
 
@@ -36,11 +36,11 @@ RecordedLine speckled_line(double shape = 0.0, double amplitude = 1000.0) {
   std::mt19937 random(7);
   std::exponential_distribution<double> power;
   std::gamma_distribution<double> texture(shape > 0.0 ? shape : 1.0);
-  RecordedLine line{.samples = samples};
-  for (std::size_t ping = 0; ping < pings; ++ping) {
-    line.pings.push_back({.number = ping, .range_m = 60.0, .samples = samples});
+  RecordedLine line{.samples = speckled_samples};
+  for (std::size_t ping = 0; ping < speckled_pings; ++ping) {
+    line.pings.push_back({.number = ping, .range_m = 60.0, .samples = speckled_samples});
     for (std::vector<float>* side : {&line.port, &line.starboard})
-      for (std::size_t k = 0; k < samples; ++k) {
+      for (std::size_t k = 0; k < speckled_samples; ++k) {
         const bool water = k < altitude_samples(ping);
         const double mean_power = amplitude * amplitude * (water ? 4e-4 : 1.0);
         const double factor = !water && shape > 0.0 ? texture(random) / shape : 1.0;
@@ -63,7 +63,7 @@ TEST_CASE("the bed of a line begins where the first return is") {
   const RecordedLine line = speckled_line();
   for (const Side side : {Side::port, Side::starboard}) {
     const std::vector<std::size_t> bed = find_bed(line, side).first_sample;
-    for (std::size_t ping = 0; ping < pings; ++ping) {
+    for (std::size_t ping = 0; ping < speckled_pings; ++ping) {
       CAPTURE(ping);
       CHECK(std::abs(static_cast<double>(bed[ping]) -
                      static_cast<double>(altitude_samples(ping))) <= 3.0);
@@ -74,7 +74,7 @@ TEST_CASE("the bed of a line begins where the first return is") {
   for (float& value : all.port) value = 500.0f;
   CHECK(find_bed(all, Side::port).first_sample[9] == 0);
   for (float& value : all.port) value = 0.0f;
-  CHECK(find_bed(all, Side::port).first_sample[9] == samples);
+  CHECK(find_bed(all, Side::port).first_sample[9] == speckled_samples);
 }
 
 TEST_CASE("statistics of a level bed with speckle are those of Rayleigh's distribution") {
@@ -100,14 +100,14 @@ TEST_CASE("statistics of a level bed with speckle are those of Rayleigh's distri
   // Of the samples above the median, a share exp(-8 m) is over 9 times its power m. The share of
   // samples below it is beta distributed, and (1 - share)^8 has this mean.
   double bright = 0.0;
-  for (std::size_t ping = 0; ping < pings; ++ping) {
+  for (std::size_t ping = 0; ping < speckled_pings; ++ping) {
     const std::size_t begin = altitude_samples(ping);
     const auto n = static_cast<double>(begin - begin / 10 - 3 - begin / 3);
     const double k = std::floor((n - 1.0) / 2.0) + 1.0;  // rank of the median
     bright += (n - k) / n *
               std::exp(std::lgamma(n - k + 9.0) + std::lgamma(n + 1.0) - std::lgamma(n + 9.0) -
                        std::lgamma(n - k + 1.0)) /
-              static_cast<double>(pings);
+              static_cast<double>(speckled_pings);
   }
   CHECK(found.at("column_bright_per_10000") == Approx(1e4 * bright).epsilon(0.3));
   // The sd of a mean of some 540 samples.
@@ -140,7 +140,7 @@ TEST_CASE("a recording whose range was changed has the statistics of the range t
   };
   const RecordedLine line = speckled_line();
   RecordedLine longer = line;
-  set_samples(longer, 2 * samples);
+  set_samples(longer, 2 * speckled_samples);
   const tests::TemporaryFolder folder;
   const std::string most = xtf_of(line, 60.0, 200);
   tests::write_text(folder / "most.xtf", most);
@@ -202,12 +202,12 @@ TEST_CASE("changes of tone along the track are those of the bed and of the speck
   std::mt19937 random(8);
   std::normal_distribution<double> normal(0.0, 3.0);
   for (std::vector<float>* side : {&line.port, &line.starboard})
-    for (std::size_t begin = 0; begin < samples; begin += 16)
-      for (std::size_t ping = 0; ping < pings; ping += 32) {
+    for (std::size_t begin = 0; begin < speckled_samples; begin += 16)
+      for (std::size_t ping = 0; ping < speckled_pings; ping += 32) {
         const auto factor = static_cast<float>(std::pow(10.0, normal(random) / 20.0));
-        for (std::size_t i = ping; i < std::min(ping + 32, pings); ++i)
-          for (std::size_t k = begin; k < std::min(begin + 16, samples); ++k)
-            (*side)[i * samples + k] *= factor;
+        for (std::size_t i = ping; i < std::min(ping + 32, speckled_pings); ++i)
+          for (std::size_t k = begin; k < std::min(begin + 16, speckled_samples); ++k)
+            (*side)[i * speckled_samples + k] *= factor;
       }
   const double changed_db = std::sqrt(2.0 * (9.0 + speckle_db * speckle_db));
   const auto found = numbers_of(line);
@@ -219,7 +219,7 @@ TEST_CASE("changes of tone along the track are those of the bed and of the speck
 TEST_CASE("the page of statistics has one row for each, and no others") {
   // Numbers that differ from name to name are letters on the page.
   std::set<std::string> names;
-  for (const LineStatistic& one : line_statistics(speckled_line(), 0, pings)) {
+  for (const LineStatistic& one : line_statistics(speckled_line(), 0, speckled_pings)) {
     const std::string of_ranges =
         std::regex_replace(one.name, std::regex("_at_\\d+_to_\\d+"), "_at_A_to_B");
     names.insert(std::regex_replace(of_ranges, std::regex("(_over_|_correlation_)\\d+"), "$1N"));
@@ -248,13 +248,14 @@ namespace {
 RecordedLine lambert_line(bool falls) {
   std::mt19937 random(9);
   std::exponential_distribution<double> power;
-  RecordedLine line{.samples = samples};
-  for (std::size_t ping = 0; ping < pings; ++ping) {
+  RecordedLine line{.samples = speckled_samples};
+  for (std::size_t ping = 0; ping < speckled_pings; ++ping) {
     const double altitude =
-        falls ? 120.0 - 60.0 * static_cast<double>(ping) / static_cast<double>(pings) : 90.0;
-    line.pings.push_back({.number = ping, .range_m = 60.0, .samples = samples});
+        falls ? 120.0 - 60.0 * static_cast<double>(ping) / static_cast<double>(speckled_pings)
+              : 90.0;
+    line.pings.push_back({.number = ping, .range_m = 60.0, .samples = speckled_samples});
     for (std::vector<float>* side : {&line.port, &line.starboard})
-      for (std::size_t k = 0; k < samples; ++k) {
+      for (std::size_t k = 0; k < speckled_samples; ++k) {
         const double r = static_cast<double>(k) + 0.5,
                      rms = r < altitude ? 5.0 : 1e3 * altitude / r;
         side->push_back(static_cast<float>(rms * std::sqrt(power(random))));
@@ -277,8 +278,8 @@ TEST_CASE("the halves of a line that are compared are at equal altitude, and are
         all.insert(ping);
         mean[half] += static_cast<double>(ping) / static_cast<double>(halves[half].size());
       }
-    CHECK(all.size() == pings);
-    CHECK(halves[0].size() + halves[1].size() == pings);
+    CHECK(all.size() == speckled_pings);
+    CHECK(halves[0].size() + halves[1].size() == speckled_pings);
     // By pairs of neighbours where the altitude falls; else the first and the second half.
     CHECK(mean[1] - mean[0] == Approx(falls ? 400.0 / 12.0 : 200.0).margin(1.0));
     // The level over the whole line's at one range is that of the altitude: 10 log10 of (120 /

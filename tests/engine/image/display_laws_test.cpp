@@ -23,7 +23,7 @@ constexpr std::size_t bins = 400, columns = 2 * bins;
 /// A bed whose level after a gain of 30 lg r is a function of ping, column and depression. The
 /// sonar climbs from 8 m to 16 m above it; at shorter ranges there is water.
 template <class Level>
-Waterfall bed(std::size_t pings, Level&& level) {
+Waterfall bed_of_levels(std::size_t pings, Level&& level) {
   Sonar sonar;
   sonar.bins = bins;
   sonar.range_m = 80.0;
@@ -53,7 +53,7 @@ Waterfall bed(std::size_t pings, Level&& level) {
 
 double flat(std::size_t, std::size_t, double) { return 1.0; }
 
-Display levelling() {
+Display levelling_intensity() {
   Display display;
   display.of = DisplayedLayer::intensity;
   display.spreading = 30.0;
@@ -100,7 +100,7 @@ std::pair<int, int> extremes(const Bright& picture) {
 
 /// Checks that a normalisation does not change a bed without a pattern.
 void leaves_alone(const Display& display, const Waterfall& plain) {
-  const Bright with = render16(plain, display), without = render16(plain, levelling());
+  const Bright with = render16(plain, display), without = render16(plain, levelling_intensity());
   const std::size_t ping = plain.rows() / 2;
   for (std::size_t column = 0; column < columns; column += 7)
     CHECK(std::abs(with.at(ping, column) - without.at(ping, column)) <= 16);
@@ -116,8 +116,8 @@ double stripes(std::size_t, std::size_t column, double) {
 }  // namespace
 
 TEST_CASE("a flat bed stays flat under every normalisation and mapping") {
-  const Waterfall waterfall = bed(12, flat);
-  Display smoothed = levelling();
+  const Waterfall waterfall = bed_of_levels(12, flat);
+  Display smoothed = levelling_intensity();
   smoothed.smoothing_px = 1.5;
   const auto [least, greatest] = extremes(render16(waterfall, smoothed));
   CHECK(greatest - least <= 16);
@@ -125,7 +125,7 @@ TEST_CASE("a flat bed stays flat under every normalisation and mapping") {
     for (const bool beam : {false, true})
       for (const bool field : {false, true})
         for (const Mapping mapping : {Mapping::gamma, Mapping::logarithmic}) {
-          Display display = levelling();
+          Display display = levelling_intensity();
           display.slant_range_correction = slant;
           display.beam_normalisation = beam;
           display.flat_field = field;
@@ -138,9 +138,9 @@ TEST_CASE("a flat bed stays flat under every normalisation and mapping") {
 }
 
 TEST_CASE("a gain of 20, 30, 40 or 50 dB per factor of ten in range changes a bed by just that") {
-  const Waterfall waterfall = bed(1, flat);
+  const Waterfall waterfall = bed_of_levels(1, flat);
   for (const double spreading : {20.0, 30.0, 40.0, 50.0}) {
-    Display display = levelling();
+    Display display = levelling_intensity();
     display.spreading = spreading;
     display.mapping = Mapping::logarithmic;
     display.range_db = 60.0;
@@ -154,30 +154,30 @@ TEST_CASE("a gain of 20, 30, 40 or 50 dB per factor of ten in range changes a be
 }
 
 TEST_CASE("beam normalisation removes a pattern over depression, and is idempotent") {
-  const Waterfall patterned = bed(40, pattern);
-  Display display = levelling();
+  const Waterfall patterned = bed_of_levels(40, pattern);
+  Display display = levelling_intensity();
   const auto [dark, bright] = extremes(render16(patterned, display));
   CHECK(bright > 2 * dark);
   display.beam_normalisation = true;
   const auto [darkest, brightest] = extremes(render16(patterned, display));
   CHECK(brightest < 1.1 * darkest);  // a pattern within half a degree remains
-  leaves_alone(display, bed(40, flat));
+  leaves_alone(display, bed_of_levels(40, flat));
 }
 
 TEST_CASE("flat-fielding removes a pattern over columns, and is idempotent") {
-  const Waterfall striped = bed(10, stripes);
-  Display display = levelling();
+  const Waterfall striped = bed_of_levels(10, stripes);
+  Display display = levelling_intensity();
   const auto [dark, bright] = extremes(render16(striped, display));
   CHECK(bright > 1.4 * dark);
   display.flat_field = true;
   const auto [darkest, brightest] = extremes(render16(striped, display));
   CHECK(brightest - darkest <= 16);
-  leaves_alone(display, bed(10, flat));
+  leaves_alone(display, bed_of_levels(10, flat));
 }
 
 TEST_CASE("a normalisation is that of the bed: glints and objects change only their own pixels") {
   for (const bool beam : {false, true}) {
-    const Waterfall plain = bed(10, beam ? pattern : stripes);
+    const Waterfall plain = bed_of_levels(10, beam ? pattern : stripes);
     Waterfall spoilt = plain;
     for (std::size_t ping = 0; ping < 7; ++ping)
       for (std::size_t column = bins + 150; column < bins + 170; ++column) {
@@ -186,7 +186,7 @@ TEST_CASE("a normalisation is that of the bed: glints and objects change only th
       }
     // A glint whose bin has a label of the bed.
     spoilt.pixels.intensity[3 * columns + bins - 200] *= 1e7f;
-    Display display = levelling();
+    Display display = levelling_intensity();
     (beam ? display.beam_normalisation : display.flat_field) = true;
     const Bright without = render16(plain, display), with = render16(spoilt, display);
     int changed = 0;
@@ -201,7 +201,7 @@ TEST_CASE("a normalisation is that of the bed: glints and objects change only th
 }
 
 TEST_CASE("a normalisation leaves the water as it is") {
-  Waterfall waterfall = bed(40, pattern);
+  Waterfall waterfall = bed_of_levels(40, pattern);
   std::vector<std::size_t> water;
   for (std::size_t i = 0; i < waterfall.pixels.region.size(); ++i)
     if (waterfall.pixels.intensity[i] == 0.0f) {
@@ -212,9 +212,9 @@ TEST_CASE("a normalisation leaves the water as it is") {
       water.push_back(i);
     }
   REQUIRE(water.size() > 1000);
-  const Bright plain = render16(waterfall, levelling());
+  const Bright plain = render16(waterfall, levelling_intensity());
   for (const bool beam : {false, true}) {
-    Display display = levelling();
+    Display display = levelling_intensity();
     (beam ? display.beam_normalisation : display.flat_field) = true;
     const Bright normalised = render16(waterfall, display);
     int changed = 0;
@@ -228,11 +228,11 @@ TEST_CASE("a normalisation leaves the water as it is") {
 TEST_CASE("every mapping shows the median of the bed at its medium brightness, normalised or not") {
   std::mt19937_64 random(1);
   std::exponential_distribution<double> exponential;
-  const Waterfall waterfall = bed(
+  const Waterfall waterfall = bed_of_levels(
       60, [&](std::size_t, std::size_t, double) { return exponential(random) / std::log(2.0); });
   for (const Mapping mapping : {Mapping::gamma, Mapping::logarithmic, Mapping::equalised})
     for (const int normalisation : {0, 1, 2}) {
-      Display display = levelling();
+      Display display = levelling_intensity();
       display.mapping = mapping;
       display.beam_normalisation = normalisation == 1;
       display.flat_field = normalisation == 2;
@@ -254,13 +254,13 @@ TEST_CASE("a smoothed point is a Gaussian of that width, with the brightness of 
   const auto point = [](std::size_t its_ping, std::size_t its_column, double) {
     return its_ping == ping && its_column == column ? 4.0 : 1.0;
   };
-  const Waterfall with = bed(40, point), without = bed(40, flat);
+  const Waterfall with = bed_of_levels(40, point), without = bed_of_levels(40, flat);
   struct Widths {
     double sigma_px, track_px;
   };
   for (const auto [sigma_px, track_px] :
        {Widths{0.6, 0.0}, Widths{1.0, 0.0}, Widths{2.5, 0.0}, Widths{0.6, 0.8}, Widths{0.0, 1.0}}) {
-    Display display = levelling();
+    Display display = levelling_intensity();
     const double height =
         render16(with, display).at(ping, column) - render16(without, display).at(ping, column);
     display.smoothing_px = sigma_px;
@@ -286,9 +286,9 @@ TEST_CASE("a smoothed picture does not wrap around, and its border keeps its bri
   const auto half = [](std::size_t, std::size_t column, double) {
     return column < bins ? 1.0 : 4.0;
   };
-  Display display = levelling();
+  Display display = levelling_intensity();
   display.smoothing_px = 2.0;
-  const Waterfall waterfall = bed(8, half);
+  const Waterfall waterfall = bed_of_levels(8, half);
   const Bright smoothed = render16(waterfall, display);
   display.smoothing_px = 0.0;
   const Bright sharp = render16(waterfall, display);
@@ -319,7 +319,7 @@ TEST_CASE("rows with their neighbours have the pixels that they have in the whol
   std::mt19937_64 random(3);
   std::exponential_distribution<double> speckle;
   const Waterfall whole =
-      bed(40, [&](std::size_t, std::size_t, double) { return speckle(random); });
+      bed_of_levels(40, [&](std::size_t, std::size_t, double) { return speckle(random); });
   struct Rows {
     std::size_t first, end;
   };
@@ -327,7 +327,7 @@ TEST_CASE("rows with their neighbours have the pixels that they have in the whol
     for (const bool over_ground : {false, true})
       for (const int bits : {8, 16})
         for (const auto [first, end] : {Rows{0, 10}, Rows{10, 13}, Rows{13, 40}}) {
-          Display display = levelling();
+          Display display = levelling_intensity();
           display.smoothing_px = sigma_px;
           display.track_smoothing_px = 0.5;
           display.slant_range_correction = over_ground;
@@ -348,10 +348,10 @@ TEST_CASE("rows with their neighbours have the pixels that they have in the whol
 
 TEST_CASE("neighbours have the normalisation of the rows that they adjoin") {
   // The neighbours are four times as strong, so that their own normalisation would hide them.
-  const Waterfall whole = bed(40, [](std::size_t row, std::size_t column, double r) {
+  const Waterfall whole = bed_of_levels(40, [](std::size_t row, std::size_t column, double r) {
     return (row < 15 || row >= 25 ? 4.0 : 1.0) * stripes(row, column, r);
   });
-  Display display = levelling();
+  Display display = levelling_intensity();
   display.flat_field = true;
   display.track_smoothing_px = 2.0;
   const NeighbourRows neighbours{rows_of(whole, 0, 15), rows_of(whole, 25, 40)};
@@ -371,8 +371,8 @@ TEST_CASE(
     const auto bin = static_cast<std::size_t>(std::hypot(over_m, height_m) / 0.2);
     return column == bins + bin || column == bins - 1 - bin ? 100.0 : 1.0;
   };
-  const Waterfall marked = bed(30, mark);
-  Display display = levelling();
+  const Waterfall marked = bed_of_levels(30, mark);
+  Display display = levelling_intensity();
   display.slant_range_correction = true;
   const Bright picture = render16(marked, display);
   for (std::size_t ping = 0; ping < 30; ++ping) {
@@ -394,16 +394,17 @@ TEST_CASE(
 TEST_CASE(
     "with speed correction a column is as wide as rows are apart, and shows its mean amplitude") {
   // Bins of 0.2 m, to 80 m; some are far above white.
-  const Waterfall waterfall = bed(5, [](std::size_t ping, std::size_t column, double depression) {
-    return (column % 17 == 0 ? 300.0 : 1.0) * stripes(ping, column, depression);
-  });
+  const Waterfall waterfall =
+      bed_of_levels(5, [](std::size_t ping, std::size_t column, double depression) {
+        return (column % 17 == 0 ? 300.0 : 1.0) * stripes(ping, column, depression);
+      });
   constexpr double darker_db = 40.0;  // then all are below white
   Calibration calibration;
   for (std::size_t column = 0; column < columns; ++column)
     calibration.level_bed.push_back(1e9 * std::pow(0.2 * double(column % bins + 1), -3.0));
   for (const bool ground : {false, true})
     for (const double spacing_m : {0.5, 0.32, 0.2, 0.05, 0.0}) {
-      Display display = levelling();
+      Display display = levelling_intensity();
       display.gamma = 1.0;  // brightness is amplitude
       const auto bright = [&](bool corrected, double row_spacing_m) -> Bright {
         display.speed_correction = corrected;
@@ -445,12 +446,12 @@ TEST_CASE(
 }
 
 TEST_CASE("a column of several samples shows their peak or the one in its middle") {
-  const Waterfall waterfall = bed(5, stripes);
+  const Waterfall waterfall = bed_of_levels(5, stripes);
   Calibration calibration;
   for (std::size_t column = 0; column < columns; ++column)
     calibration.level_bed.push_back(1e9 * std::pow(0.2 * double(column % bins + 1), -3.0));
   const auto bright = [&](ColumnValue value, bool corrected) -> Bright {
-    Display display = levelling();
+    Display display = levelling_intensity();
     display.gain_db = -20.0;
     display.speed_correction = corrected;
     display.column_value = value;
@@ -484,12 +485,12 @@ TEST_CASE("a column of several samples shows their peak or the one in its middle
 }
 
 TEST_CASE("a picture does not depend on how far above its sonar the vehicle's origin is") {
-  const Waterfall at_origin = bed(16, pattern);
+  const Waterfall at_origin = bed_of_levels(16, pattern);
   Waterfall below = at_origin;
   below.sonar.mounting.down_m = 3.0;
   for (PingRow& ping : below.pings) ping.altitude_m += 3.0;
   for (const bool over_ground : {false, true}) {
-    Display display = levelling();
+    Display display = levelling_intensity();
     display.slant_range_correction = over_ground;
     display.beam_normalisation = !over_ground;
     CHECK(shown(below, display).pixels == shown(at_origin, display).pixels);
@@ -501,11 +502,11 @@ TEST_CASE(
   const auto ramp = [](std::size_t, std::size_t column, double) {
     return std::pow(10.0, -4.0 + 8.0 * static_cast<double>(column) / columns);
   };
-  const Waterfall waterfall = bed(1, ramp);
+  const Waterfall waterfall = bed_of_levels(1, ramp);
   for (const Mapping mapping : {Mapping::gamma, Mapping::logarithmic, Mapping::equalised})
     for (const Palette palette :
          {Palette::grey, Palette::copper, Palette::bronze, Palette::paper}) {
-      Display display = levelling();
+      Display display = levelling_intensity();
       display.mapping = mapping;
       display.palette = palette;
       const Picture picture = shown(waterfall, display);
@@ -536,8 +537,8 @@ TEST_CASE(
   const auto ramp = [](std::size_t, std::size_t column, double) {
     return std::pow(10.0, -1.0 + 2.0 * static_cast<double>(column) / columns);  // 20 dB
   };
-  const Waterfall waterfall = bed(1, ramp);
-  Display display = levelling();
+  const Waterfall waterfall = bed_of_levels(1, ramp);
+  Display display = levelling_intensity();
   display.mapping = Mapping::logarithmic;
   display.range_db = 50.0;
   display.gain_db = -10.0;
@@ -562,8 +563,8 @@ TEST_CASE("a picture of 16 bits rounds to that of 8 bits and has finer steps") {
   const auto ramp = [](std::size_t, std::size_t column, double) {
     return 0.5 + static_cast<double>(column) / columns;
   };
-  const Waterfall waterfall = bed(3, ramp);
-  const Display display = levelling();
+  const Waterfall waterfall = bed_of_levels(3, ramp);
+  const Display display = levelling_intensity();
   const Picture coarse = shown(waterfall, display);
   const Bright fine = render16(waterfall, display);
   CHECK(fine.picture.bits == 16);
@@ -581,8 +582,8 @@ TEST_CASE("a picture of samples undoes the recorder's gain, for each gain law") 
   const auto ramp = [](std::size_t, std::size_t column, double) {
     return 0.5 + static_cast<double>(column) / columns;
   };
-  Waterfall waterfall = bed(2, ramp);
-  Display display = levelling();
+  Waterfall waterfall = bed_of_levels(2, ramp);
+  Display display = levelling_intensity();
   const Bright of_intensity = render16(waterfall, display);
   display.of = DisplayedLayer::sample;
   for (const double spreading : {0.0, 20.0, 40.0}) {

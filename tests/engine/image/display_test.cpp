@@ -49,7 +49,7 @@ Calibration calibration_of(const Sonar& sonar) {
   return made;
 }
 
-Picture shown(const Waterfall& waterfall, const Display& display, double share = 1.0) {
+Picture shown_at_share(const Waterfall& waterfall, const Display& display, double share = 1.0) {
   Calibration calibration = calibration_of(waterfall.sonar);
   calibration.median_share = share;
   return render(waterfall, display, calibration);
@@ -62,7 +62,7 @@ const Display levelling{.spreading = 30.0};  // makes flat_bed() even
 
 TEST_CASE("The gain shows a flat bed evenly at mid-brightness, and leaves the water black") {
   const Waterfall waterfall = flat_bed(4, 200);
-  const Picture picture = shown(waterfall, levelling);
+  const Picture picture = shown_at_share(waterfall, levelling);
   CHECK(picture.width == 400);
   CHECK(picture.height == 4);
   CHECK(picture.channels == 1);
@@ -79,7 +79,7 @@ TEST_CASE("The gain shows a flat bed evenly at mid-brightness, and leaves the wa
 TEST_CASE("Each part of the gain law has its documented effect") {
   const Waterfall waterfall = flat_bed(1, 200);
   const auto ratio = [&](const Display& display) {  // of amplitude, bin 150 to bin 40
-    const Picture picture = shown(waterfall, display);
+    const Picture picture = shown_at_share(waterfall, display);
     return std::pow(double(picture.pixels[350]) / double(picture.pixels[240]), 1.0 / display.gamma);
   };
   const double r1 = 40.5 * 0.375, r2 = 150.5 * 0.375;
@@ -92,11 +92,11 @@ TEST_CASE("Each part of the gain law has its documented effect") {
 
   display = levelling;
   display.gamma = 1.0;
-  CHECK(int(shown(waterfall, display).pixels[300]) == 89);  // 255 * 0.35
+  CHECK(int(shown_at_share(waterfall, display).pixels[300]) == 89);  // 255 * 0.35
   display.gain_db = 6.0;
-  CHECK(int(shown(waterfall, display).pixels[300]) == 178);  // 255 * 0.35 * 10^(6/20)
+  CHECK(int(shown_at_share(waterfall, display).pixels[300]) == 178);  // 255 * 0.35 * 10^(6/20)
   display.gain_db = 20.0;
-  CHECK(int(shown(waterfall, display).pixels[300]) == 255);
+  CHECK(int(shown_at_share(waterfall, display).pixels[300]) == 255);
 }
 
 TEST_CASE("Each pixel has the step of its level, by the formula of the mapping") {
@@ -113,7 +113,7 @@ TEST_CASE("Each pixel has the step of its level, by the formula of the mapping")
       Display display = levelling;
       display.mapping = mapping;
       display.gamma = gamma;
-      const Picture picture = shown(waterfall, display);
+      const Picture picture = shown_at_share(waterfall, display);
       int wrong = 0, between = 0;
       for (std::size_t i = 0; i < levels.size(); ++i) {
         const std::size_t column = i % 400, row = i / 400;
@@ -138,7 +138,7 @@ TEST_CASE("The newest ping is on top, port is left, and each bin has its column"
   waterfall.pixels.intensity[1 * 200 + (99 - 70)] *= 1e6f;
   waterfall.pixels.intensity[4 * 200 + 100 + 30] = 0.0f;
   waterfall.pixels.region[4 * 200 + 100 + 30] = static_cast<std::uint32_t>(Region::shadow);
-  const Picture picture = shown(waterfall, levelling);
+  const Picture picture = shown_at_share(waterfall, levelling);
   for (std::size_t row = 0; row < 5; ++row)
     for (std::size_t column = 0; column < 200; ++column) {
       const bool bright = row == 3 && column == 29;
@@ -157,16 +157,16 @@ TEST_CASE("Pings not yet received are black and do not change the brightness of 
     part.pixels.region[i] = whole.pixels.region[i];
     part.pixels.range_m[i] = whole.pixels.range_m[i];
   }
-  const Picture picture = shown(part, {});
-  const Picture full = shown(whole, {});
+  const Picture picture = shown_at_share(part, {});
+  const Picture full = shown_at_share(whole, {});
   CHECK(std::all_of(picture.pixels.begin(), picture.pixels.begin() + 4 * 200,
                     [](auto p) { return p == 0; }));
   CHECK(std::equal(picture.pixels.begin() + 4 * 200, picture.pixels.end(),
                    full.pixels.begin() + 4 * 200));
 
-  const Picture nothing = shown(Waterfall(whole.sonar, 3), {});
+  const Picture nothing = shown_at_share(Waterfall(whole.sonar, 3), {});
   CHECK(nothing.pixels == std::vector<std::uint8_t>(3 * 200, 0));
-  CHECK(shown(Waterfall(whole.sonar, 0), {}).pixels.empty());
+  CHECK(shown_at_share(Waterfall(whole.sonar, 0), {}).pixels.empty());
 }
 
 TEST_CASE(
@@ -182,7 +182,7 @@ TEST_CASE(
       waterfall.pixels.region[i] = static_cast<std::uint32_t>(Region::shadow);
     }
   }
-  const Picture picture = shown(waterfall, levelling, std::log(2.0));
+  const Picture picture = shown_at_share(waterfall, levelling, std::log(2.0));
   for (std::size_t row = 0; row < 50; ++row)
     for (std::size_t column = 0; column < 400; ++column) {
       const std::size_t i = row * 400 + column;
@@ -208,7 +208,7 @@ TEST_CASE("Copper goes from black to pale yellow, never gets darker, and is alwa
   }
   Display display;
   display.palette = Palette::copper;
-  const Picture picture = shown(waterfall, display);
+  const Picture picture = shown_at_share(waterfall, display);
   CHECK(picture.channels == 3);
   const std::uint8_t* ramp = picture.pixels.data() + 200 * 3;
   for (std::size_t i = 0; i < 200; ++i) {
@@ -228,7 +228,7 @@ TEST_CASE(
   for (float& intensity : waterfall.pixels.intensity) intensity *= 4.0f;
   Display display = levelling;
   display.gamma = 1.0;
-  CHECK(double(shown(waterfall, display).pixels[300]) == Approx(255 * 0.35 * 2).margin(1));
+  CHECK(double(shown_at_share(waterfall, display).pixels[300]) == Approx(255 * 0.35 * 2).margin(1));
 }
 
 TEST_CASE("A picture made line by line equals the picture of all lines") {
@@ -240,7 +240,7 @@ TEST_CASE("A picture made line by line equals the picture of all lines") {
   for (const Mapping mapping : {Mapping::gamma, Mapping::logarithmic})
     for (const bool over_ground : {false, true}) {
       Display display{.slant_range_correction = over_ground, .mapping = mapping};
-      const Picture all = shown(waterfall, display);
+      const Picture all = shown_at_share(waterfall, display);
       const Renderer renderer(waterfall.sonar, display, calibration_of(waterfall.sonar));
       for (std::size_t row = 0; row < 7; ++row) {
         Waterfall line(waterfall.sonar, 1);

@@ -13,7 +13,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 /// One ping, heading east: object 1 to port, feature 2 to starboard.
-Waterfall drawn() {
+Waterfall one_ping() {
   Sonar sonar;
   sonar.bins = 4;
   Waterfall image(sonar, 1);
@@ -26,7 +26,7 @@ Waterfall drawn() {
   return image;
 }
 
-Seafloor bed() {
+Seafloor labelled_bed() {
   Seafloor seafloor;
   seafloor.classes = {"none", "mine", "pockmark"};
   seafloor.materials = {"none", "steel", "silt"};
@@ -46,7 +46,7 @@ Seafloor bed() {
 
 TEST_CASE("a target's record says what is known of the object or feature") {
   const std::vector<ObjectVisibility> views{{.alone = 4, .seen = 1}};
-  const std::vector<TargetRecord> records = target_records(drawn(), bed(), views);
+  const std::vector<TargetRecord> records = target_records(one_ping(), labelled_bed(), views);
   REQUIRE(records.size() == 2);
   const TargetRecord &object = records[0], &feature = records[1];
   REQUIRE(object.is_object());
@@ -70,14 +70,14 @@ TEST_CASE("a target's record says what is known of the object or feature") {
 
 TEST_CASE("the side and the aspect are those of the sonar, however it is mounted") {
   const auto aspect_rad = [](const Waterfall& image) {
-    return target_records(image, bed()).front().object->aspect_rad;
+    return target_records(image, labelled_bed()).front().object->aspect_rad;
   };
   for (const Sides sides : {Sides::port, Sides::starboard}) {
-    Waterfall image = drawn();
+    Waterfall image = one_ping();
     image.sonar.sides = sides;
     image.sonar.bins = 8;  // all columns are of one side
     const bool port = sides == Sides::port;
-    CHECK(target_records(image, bed()).front().target.sight.side() ==
+    CHECK(target_records(image, labelled_bed()).front().target.sight.side() ==
           (port ? Side::port : Side::starboard));
     // North, or south, less the object's heading.
     CHECK(aspect_rad(image) == Approx(port ? -0.25 * pi : 0.75 * pi));
@@ -96,12 +96,12 @@ TEST_CASE("the aspect of what two legs see from one direction is that direction"
     image.pixels.region[pixel] = static_cast<std::uint32_t>(Region::object);
     image.pixels.instance[pixel] = 1;
   }
-  const double aspect_rad = target_records(image, bed()).front().object->aspect_rad;
+  const double aspect_rad = target_records(image, labelled_bed()).front().object->aspect_rad;
   CHECK(std::cos(aspect_rad - 0.25 * pi) == Approx(1.0));  // east less the heading
 }
 
 TEST_CASE("a share that was not counted is not known") {
-  CHECK(!target_records(drawn(), bed()).front().object->visible_share);
+  CHECK(!target_records(one_ping(), labelled_bed()).front().object->visible_share);
   const std::vector<ObjectVisibility> never_met{{}};
-  CHECK(!target_records(drawn(), bed(), never_met).front().object->visible_share);
+  CHECK(!target_records(one_ping(), labelled_bed(), never_met).front().object->visible_share);
 }

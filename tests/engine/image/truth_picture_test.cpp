@@ -26,7 +26,7 @@ Waterfall small_image() {
   image.pixels.shadow_instance = {0, 0, 0, 0, 0, 0, 0, 1};
   return image;
 }
-const PictureColumns bins{.over_ground = false, .per_side = 4};  // of the same
+const PictureColumns bin_columns{.over_ground = false, .per_side = 4};  // of the same
 const std::vector<std::string> classes = {"none", "seabed", "mine"};
 const std::vector<std::string> materials = {"none", "mud", "sand", "steel"};
 
@@ -40,7 +40,7 @@ std::vector<std::string> names(const TruthPicture& truth) {
 
 TEST_CASE("The legend lists the labels in the picture, classes first, in different colours") {
   const Picture grey{4, 2, 1, std::vector<std::uint8_t>(8, 100)};
-  const TruthPicture truth = lay_truth(small_image(), grey, classes, materials, bins);
+  const TruthPicture truth = lay_truth(small_image(), grey, classes, materials, bin_columns);
   CHECK(names(truth) ==
         std::vector<std::string>{"mine", "mud", "sand", "shadow", "water column", "no data"});
   for (std::size_t a = 0; a < truth.legend.size(); ++a)
@@ -66,7 +66,7 @@ TEST_CASE("In ground range a picture has the tints of its columns, and none beyo
   // The picture as its columns show it: `over` has the bins below in these columns, 0 for none.
   const Picture over{4, 2, 1, {100, 120, 140, 160, 200, 220, 220, 240}};
   const TruthPicture truth = lay_truth(image, over, classes, materials, ground);
-  const Picture in_slant_range = lay_truth(image, grey, classes, materials, bins).picture;
+  const Picture in_slant_range = lay_truth(image, grey, classes, materials, bin_columns).picture;
   const auto first = [&](std::size_t row) {
     std::vector<double> columns;
     for (const ShownColumns& shown : shown_columns(image, row, ground)) {
@@ -124,7 +124,7 @@ TEST_CASE("A seabed of one sediment keeps its greys") {
   Waterfall image = small_image();
   image.pixels.sediment = {0, 1, 1, 0, 0, 1, 3, 0};
   const Picture grey{4, 2, 1, {10, 20, 30, 40, 50, 60, 70, 80}};
-  const TruthPicture truth = lay_truth(image, grey, classes, materials, bins);
+  const TruthPicture truth = lay_truth(image, grey, classes, materials, bin_columns);
   CHECK(names(truth) == std::vector<std::string>{"mine", "shadow", "water column", "no data"});
   CHECK(truth.picture.pixels[3 * 1] == 20);
   CHECK(truth.picture.pixels[3 * 5] == 60);
@@ -142,5 +142,6 @@ TEST_CASE("A legend is below its picture, with the number of lines that it needs
   truth.legend.push_back({{0, 255, 0}, "a long name of something"});
   CHECK(with_legend(truth).height > one.height);
   const Picture other{3, 2, 1, std::vector<std::uint8_t>(6)};
-  CHECK_THROWS_AS(lay_truth(small_image(), other, classes, materials, bins), std::invalid_argument);
+  CHECK_THROWS_AS(lay_truth(small_image(), other, classes, materials, bin_columns),
+                  std::invalid_argument);
 }

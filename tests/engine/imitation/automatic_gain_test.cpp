@@ -61,7 +61,7 @@ RecordedLine with_even_stretches(RecordedLine line, std::size_t reach) {
   return line;
 }
 
-RecordedLine with_altitudes(RecordedLine line, double (*altitude_m)(std::size_t)) {
+RecordedLine at_altitudes(RecordedLine line, double (*altitude_m)(std::size_t)) {
   for (std::size_t i = 0; i < line.pings.size(); ++i) line.pings[i].altitude_m = altitude_m(i);
   return line;
 }
@@ -73,7 +73,7 @@ TEST_CASE("an automatic gain that evens each range is known, and the stated alti
     CAPTURE(pings_of_mean);
     const auto eight_m = +[](std::size_t) { return 8.0; };
     const RecordedLine line =
-        with_altitudes(with_even_ranges(made_line({.spreading = 20.0}), pings_of_mean), eight_m);
+        at_altitudes(with_even_ranges(made_line({.spreading = 20.0}), pings_of_mean), eight_m);
     const RecorderSigns signs = recorder_signs(line);
     CHECK(signs.even_ranges);
     CHECK(signs.column_from.how == Confidence::assumed);

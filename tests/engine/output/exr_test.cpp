@@ -29,15 +29,12 @@
 
 using namespace ensonify::engine;
 using ensonify::tests::OtherSettings;
+using ensonify::tests::sample_origin;
 using ensonify::tests::sample_waterfall;
 using ensonify::tests::TemporaryFolder;
 using ensonify::tests::written_bytes;
 
 namespace {
-
-const ImageOrigin origin{{148376.25, 6234000.1, -0.5},
-                         "0123456789abcdef",
-                         {{"none", "mine", "pot \"A\""}, {"none", "sandy mud"}}};
 
 std::vector<std::byte> exr(const Waterfall& waterfall, const ImageOrigin& its_origin) {
   return written_bytes([&](const auto& write_at) { encode_exr(waterfall, its_origin, write_at); });
@@ -53,7 +50,7 @@ void write_exr(const std::filesystem::path& file, const Waterfall& waterfall,
 TEST_CASE("OpenEXR reads every layer back, bit by bit, and the attributes") {
   const TemporaryFolder folder;
   const Waterfall waterfall = sample_waterfall();
-  write_exr(folder / "s.exr", waterfall, origin);
+  write_exr(folder / "s.exr", waterfall, sample_origin);
 
   Imf::InputFile file((folder / "s.exr").c_str(), 0);
   const Imf::Header& header = file.header();
@@ -95,7 +92,7 @@ TEST_CASE("OpenEXR reads every layer back, bit by bit, and the attributes") {
   };
   CHECK(text("row_order") == "oldest_first");
   CHECK(text("sonar") == waterfall.sonar.name);
-  CHECK(text("scene_hash") == origin.scene_hash);
+  CHECK(text("scene_hash") == sample_origin.scene_hash);
   CHECK(text("class_names") == R"(["none","mine","pot \"A\""])");
   CHECK(text("sediment_names") == R"(["none","sandy mud"])");
   CHECK(text("units_intensity") == "uPa^2");
@@ -130,7 +127,7 @@ TEST_CASE("An EXR's preview is what viewers of pictures show, oldest ping on top
   Picture picture{waterfall.columns(), waterfall.rows(), 1, {}};
   for (std::size_t i = 0; i < picture.width * picture.height; ++i)
     picture.pixels.push_back(static_cast<std::uint8_t>(37 * i));
-  ImageOrigin with_preview = origin;
+  ImageOrigin with_preview = sample_origin;
   with_preview.preview = [&] { return picture; };
   write_exr(folder / "s.exr", waterfall, with_preview);
 
@@ -195,7 +192,7 @@ TEST_CASE("An EXR has the bytes that OpenEXR makes of its pixels") {
           std::memcpy(&values[pixel], &bits, sizeof bits);
         }
     });
-    ImageOrigin with_preview = origin;
+    ImageOrigin with_preview = sample_origin;
     if (bins % 3 == 0)
       with_preview.preview = [&] {
         return Picture{waterfall.columns(), waterfall.rows(), 1,
@@ -232,18 +229,18 @@ TEST_CASE("An EXR has the bytes that OpenEXR makes of its pixels") {
 
 TEST_CASE("An EXR has the same bytes a second time, and in another time zone and locale") {
   const Waterfall waterfall = sample_waterfall(40, 100);
-  const auto bytes = exr(waterfall, origin);
-  CHECK(exr(waterfall, origin) == bytes);
+  const auto bytes = exr(waterfall, sample_origin);
+  CHECK(exr(waterfall, sample_origin) == bytes);
   const OtherSettings other;
-  CHECK(exr(waterfall, origin) == bytes);
+  CHECK(exr(waterfall, sample_origin) == bytes);
 }
 
 TEST_CASE("An EXR reports each piece that cannot be written, also when it is closed") {
   const Waterfall waterfall = sample_waterfall(40, 1000);
   CHECK(ensonify::tests::ignored_failures(
-            [&](const auto& write_at) { encode_exr(waterfall, origin, write_at); }) == 0);
+            [&](const auto& write_at) { encode_exr(waterfall, sample_origin, write_at); }) == 0);
 }
 
 TEST_CASE("An EXR without pixels is refused") {
-  CHECK_THROWS_AS(exr(Waterfall(Sonar{}, 0), origin), std::invalid_argument);
+  CHECK_THROWS_AS(exr(Waterfall(Sonar{}, 0), sample_origin), std::invalid_argument);
 }

@@ -23,14 +23,11 @@
 using namespace ensonify::engine;
 using ensonify::tests::OtherSettings;
 using ensonify::tests::read_text;
+using ensonify::tests::sample_origin;
 using ensonify::tests::sample_waterfall;
 using ensonify::tests::TemporaryFolder;
 
 namespace {
-
-const ImageOrigin origin{{148376.25, 6234000.1, -0.5},
-                         "0123456789abcdef",
-                         {{"none", "mine", "pot \"A\""}, {"none", "sandy mud"}}};
 
 /// Python's ZIP reader tests the archive; NumPy, if installed, prints each array as raw bytes.
 constexpr const char* script = R"py(
@@ -68,7 +65,7 @@ std::vector<std::byte> npz(const Waterfall& waterfall, const ImageOrigin& its_or
 TEST_CASE("Python and NumPy read the archive's arrays back, bit by bit") {
   const TemporaryFolder folder;
   const Waterfall waterfall = sample_waterfall();
-  ensonify::refine::write_file(folder / "s.npz", npz(waterfall, origin));
+  ensonify::refine::write_file(folder / "s.npz", npz(waterfall, sample_origin));
   ensonify::refine::write_file(folder / "a.npy",
                                encode_npy(std::vector{1.0, 2.5, 3.0, 4.0, 5.0, -0.125}, 2, 3));
   ensonify::refine::write_file(folder / "read.py", script);
@@ -107,9 +104,9 @@ TEST_CASE("Python and NumPy read the archive's arrays back, bit by bit") {
   CHECK(attributes["bins"] == 33);
   CHECK(attributes["world_origin_y_m"] == 6234000.1);
   CHECK(attributes["units_z_m"] == "m");
-  CHECK(attributes["scene_hash"] == origin.scene_hash);
-  CHECK(attributes["class_names"] == origin.names.classes);
-  CHECK(attributes["sediment_names"] == origin.names.materials);
+  CHECK(attributes["scene_hash"] == sample_origin.scene_hash);
+  CHECK(attributes["class_names"] == sample_origin.names.classes);
+  CHECK(attributes["sediment_names"] == sample_origin.names.materials);
 }
 
 TEST_CASE("A NumPy file is laid out as its specification says") {
@@ -135,10 +132,10 @@ TEST_CASE("A NumPy file is laid out as its specification says") {
 
 TEST_CASE("A NumPy archive has the same bytes a second time, and in another time zone and locale") {
   const Waterfall waterfall = sample_waterfall(40, 100);
-  const auto bytes = npz(waterfall, origin);
-  CHECK(npz(waterfall, origin) == bytes);
+  const auto bytes = npz(waterfall, sample_origin);
+  CHECK(npz(waterfall, sample_origin) == bytes);
   const OtherSettings other;
-  CHECK(npz(waterfall, origin) == bytes);
+  CHECK(npz(waterfall, sample_origin) == bytes);
 }
 
 TEST_CASE("An archive takes files of more than 2 GiB") {
@@ -159,11 +156,11 @@ TEST_CASE("An archive takes files of more than 2 GiB") {
 TEST_CASE("A NumPy archive reports each piece that cannot be written") {
   const Waterfall waterfall = sample_waterfall();
   CHECK(ensonify::tests::ignored_failures(
-            [&](const auto& write_at) { encode_npz(waterfall, origin, write_at); }) == 0);
+            [&](const auto& write_at) { encode_npz(waterfall, sample_origin, write_at); }) == 0);
 }
 
 TEST_CASE("A sonar's name that is not UTF-8 still makes a NumPy archive") {
   Waterfall waterfall = sample_waterfall();
   waterfall.sonar.name = "\xff\xfe";
-  CHECK_NOTHROW(npz(waterfall, origin));
+  CHECK_NOTHROW(npz(waterfall, sample_origin));
 }

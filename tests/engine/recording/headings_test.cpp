@@ -16,8 +16,8 @@ using namespace ensonify::engine;
 namespace {
 
 /// 100 pings half a metre apart on this course, with these headings in every ping.
-RecordedLine line_of(double course_deg, std::optional<double> heading_deg,
-                     std::optional<double> gyro_deg = {}, double step_m = 0.5) {
+RecordedLine line_on_course(double course_deg, std::optional<double> heading_deg,
+                            std::optional<double> gyro_deg = {}, double step_m = 0.5) {
   RecordedLine line;
   for (int i = 0; i < 100; ++i) {
     RecordedPing ping;
@@ -43,23 +43,23 @@ std::optional<double> chosen_deg(const RecordedLine& line) {
 TEST_CASE("stated headings that may be right are the headings") {
   for (const double course_deg : {0.0, 90.0, 200.0, 330.0})
     for (const double crab_deg : {-50.0, 0.0, 20.0}) {
-      const RecordedLine line = line_of(course_deg, course_deg + crab_deg, course_deg + 5.0);
+      const RecordedLine line = line_on_course(course_deg, course_deg + crab_deg, course_deg + 5.0);
       CHECK(chosen_deg(line).value() == Approx(course_deg + crab_deg));
       CHECK(choose_headings(line).instead.empty());
     }
-  CHECK(choose_headings(line_of(90.0, std::nullopt)).instead.empty());
-  CHECK_FALSE(chosen_deg(line_of(90.0, std::nullopt)));
+  CHECK(choose_headings(line_on_course(90.0, std::nullopt)).instead.empty());
+  CHECK_FALSE(chosen_deg(line_on_course(90.0, std::nullopt)));
 }
 
 TEST_CASE("a heading of 0 in every ping is not used if the course or the gyro contradicts it") {
-  const ChosenHeadings gyro = choose_headings(line_of(90.0, 0.0, 92.0));
+  const ChosenHeadings gyro = choose_headings(line_on_course(90.0, 0.0, 92.0));
   CHECK(gyro.rad[50].value() == Approx(92.0 * degree));
   CHECK(gyro.of_gyro);
   CHECK(
       gyro.instead ==
       "the heading is 0 in every ping, but the course is 90 degrees off it; the ship's gyro is the "
       "heading");
-  const ChosenHeadings course = choose_headings(line_of(90.0, 0.0));
+  const ChosenHeadings course = choose_headings(line_on_course(90.0, 0.0));
   CHECK_FALSE(course.rad[50]);
   CHECK_FALSE(course.of_gyro);
   CHECK(course.instead ==
@@ -67,14 +67,14 @@ TEST_CASE("a heading of 0 in every ping is not used if the course or the gyro co
         "heading");
   // Due north it may be right.
   for (const double course_deg : {0.0, 5.0, -8.0}) {
-    CHECK(chosen_deg(line_of(course_deg, 0.0)).value() == 0.0);
-    CHECK(choose_headings(line_of(course_deg, 0.0)).instead.empty());
+    CHECK(chosen_deg(line_on_course(course_deg, 0.0)).value() == 0.0);
+    CHECK(choose_headings(line_on_course(course_deg, 0.0)).instead.empty());
   }
   // Without a course the gyro decides, and without both nothing contradicts.
-  CHECK(chosen_deg(line_of(90.0, 0.0, 92.0, 0.0)).value() == Approx(92.0));
-  CHECK(chosen_deg(line_of(90.0, 0.0, std::nullopt, 0.0)).value() == 0.0);
+  CHECK(chosen_deg(line_on_course(90.0, 0.0, 92.0, 0.0)).value() == Approx(92.0));
+  CHECK(chosen_deg(line_on_course(90.0, 0.0, std::nullopt, 0.0)).value() == 0.0);
   // One other heading shows that the field is used.
-  RecordedLine line = line_of(30.0, 0.0);
+  RecordedLine line = line_on_course(30.0, 0.0);
   line.pings[7].heading_rad = 1.0 * degree;
   CHECK(chosen_deg(line).value() == 0.0);
 }
@@ -82,8 +82,8 @@ TEST_CASE("a heading of 0 in every ping is not used if the course or the gyro co
 TEST_CASE("headings far off the course are replaced by a gyro that is not, else by the course") {
   for (const double off_deg : {70.0, 180.0, -90.0}) {
     CAPTURE(off_deg);
-    CHECK(chosen_deg(line_of(200.0, 200.0 + off_deg, 190.0)).value() == Approx(190.0));
-    const ChosenHeadings course = choose_headings(line_of(200.0, 200.0 + off_deg, 100.0));
+    CHECK(chosen_deg(line_on_course(200.0, 200.0 + off_deg, 190.0)).value() == Approx(190.0));
+    const ChosenHeadings course = choose_headings(line_on_course(200.0, 200.0 + off_deg, 100.0));
     CHECK_FALSE(course.rad[50]);
     CHECK_THAT(course.instead,
                Catch::Contains("degrees off the course, unless port and starboard") &&
@@ -92,7 +92,7 @@ TEST_CASE("headings far off the course are replaced by a gyro that is not, else 
 }
 
 TEST_CASE("the gyro is the heading where most pings have no other") {
-  RecordedLine line = line_of(200.0, 190.0, 195.0);
+  RecordedLine line = line_on_course(200.0, 190.0, 195.0);
   CHECK(chosen_deg(line).value() == Approx(190.0));
   for (std::size_t i = 0; i < 60; ++i) line.pings[i].heading_rad.reset();
   const ChosenHeadings gyro = choose_headings(line);
@@ -103,13 +103,13 @@ TEST_CASE("the gyro is the heading where most pings have no other") {
 }
 
 TEST_CASE("places in metres, over the date line, and far wrong fixes give the same course") {
-  RecordedLine metres = line_of(90.0, 0.0);
+  RecordedLine metres = line_on_course(90.0, 0.0);
   for (std::size_t i = 0; i < 100; ++i) {
     metres.pings[i].place.reset();
     metres.pings[i].place_m = Eigen::Vector2d(5e5 + 0.5 * static_cast<double>(i), 6e6);
   }
   CHECK_FALSE(chosen_deg(metres));
-  RecordedLine line = line_of(0.0, 10.0);
+  RecordedLine line = line_on_course(0.0, 10.0);
   for (std::size_t i = 0; i < 100; ++i)
     line.pings[i].place->longitude_rad = (i % 2 == 0 ? 180.0 : -180.0) * degree;
   CHECK(chosen_deg(line).value() == Approx(10.0));

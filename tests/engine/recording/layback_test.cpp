@@ -16,7 +16,7 @@ using tests::AlteredXtf;
 
 namespace {
 
-constexpr std::size_t pings = 200;
+constexpr std::size_t towed_pings = 200;
 const GeographicPlace middle{55.0 * degree, -10.5 * degree};
 
 /// Where a ship is that goes 400 m east and then 400 m north, 4 m from ping to ping.
@@ -30,7 +30,7 @@ AlteredXtf towed(float layback_m, std::uint16_t cable_m, bool with_sonar) {
   const NavPing first = recording.pings.front();
   recording.pings.clear();
   recording.samples.clear();
-  for (std::size_t i = 0; i < pings; ++i) {
+  for (std::size_t i = 0; i < towed_pings; ++i) {
     NavPing ping = first;
     ping.row = ping.number = i;
     ping.unix_ms += static_cast<std::int64_t>(250 * i);
@@ -39,9 +39,9 @@ AlteredXtf towed(float layback_m, std::uint16_t cable_m, bool with_sonar) {
     for (std::size_t k = 0; k < 10; ++k)
       recording.samples.push_back(static_cast<std::uint16_t>(i + k + 1));
   }
-  recording.gain_db.resize(pings);
+  recording.gain_db.resize(towed_pings);
   AlteredXtf file(recording);
-  for (std::size_t i = 0; i < pings; ++i) {
+  for (std::size_t i = 0; i < towed_pings; ++i) {
     const GeographicPlace ship = place_of_tangent(ship_m(static_cast<double>(i)), middle).where;
     std::vector<std::byte>& packet = file.packets[i];
     for (const std::size_t at : {std::size_t{128}, std::size_t{160}}) {
@@ -64,7 +64,7 @@ double off_m(const RecordedPing& ping, const Eigen::Vector2d& place_m) {
 TEST_CASE("a towed sonar is where its ship was, as far back as the layback") {
   for (const bool with_sonar : {false, true}) {  // which is also the ship's
     const RecordedLine line = towed(100.0f, 0, with_sonar).line();
-    REQUIRE(line.pings.size() == pings);
+    REQUIRE(line.pings.size() == towed_pings);
     CHECK(off_m(line.pings[0], {-100.0, 0.0}) < 0.05);  // it came straight from behind
     CHECK(off_m(line.pings[60], ship_m(35)) < 0.05);
     CHECK(off_m(line.pings[180], ship_m(155)) < 0.05);
@@ -85,7 +85,7 @@ TEST_CASE("without a layback, a cable is straight from the ship to the depth of 
 
 TEST_CASE("a place of the sonar itself is not moved, and neither is one without a layback") {
   AlteredXtf file = towed(100.0f, 120, true);
-  for (std::size_t i = 0; i < pings; ++i) {
+  for (std::size_t i = 0; i < towed_pings; ++i) {
     const GeographicPlace sonar =
         place_of_tangent(ship_m(static_cast<double>(i)) - Eigen::Vector2d(70.0, 5.0), middle).where;
     AlteredXtf::put(file.packets[i], 160, sonar.latitude_rad / degree);
@@ -126,7 +126,7 @@ TEST_CASE("a ping whose place is neither degrees nor metres has no place and no 
 TEST_CASE("a place in metres that no map reaches does not count, and moves no other place") {
   AlteredXtf file = towed(100.0f, 0, false);
   AlteredXtf::put(file.head, 164, std::uint16_t{0});  // metres
-  for (std::size_t i = 0; i < pings; ++i) {
+  for (std::size_t i = 0; i < towed_pings; ++i) {
     AlteredXtf::put(file.packets[i], 128, 6.2e6 + ship_m(static_cast<double>(i)).y());
     AlteredXtf::put(file.packets[i], 136, 4e5 + ship_m(static_cast<double>(i)).x());
   }

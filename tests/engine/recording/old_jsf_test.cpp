@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/recording/recording_bytes.h"
 #include "support/catch.h"
 #include "support/small_recording.h"
 
@@ -21,14 +22,9 @@
 
 using namespace ensonify;
 using namespace ensonify::engine;
+using ensonify::tests::put;
 
 namespace {
-
-template <class T>
-void put(std::span<std::byte> header, std::size_t offset, T value) {
-  REQUIRE(offset + sizeof value <= header.size());
-  std::memcpy(header.data() + offset, &value, sizeof value);
-}
 
 /// The line of a JSF whose sonar headers are altered, by the number of the message.
 RecordedLine altered(

@@ -17,15 +17,15 @@ using tests::AlteredXtf;
 
 namespace {
 
-constexpr std::size_t pings = 60;
+constexpr std::size_t numbered_pings = 60;
 
 Recording ordered() {
   Recording recording = tests::small_recording();
   const NavPing first = recording.pings.front();
   recording.pings.clear();
   recording.samples.clear();
-  recording.gain_db.resize(pings);
-  for (std::size_t i = 0; i < pings; ++i) {
+  recording.gain_db.resize(numbered_pings);
+  for (std::size_t i = 0; i < numbered_pings; ++i) {
     NavPing ping = first;
     ping.row = i;
     ping.number = 1000 + i;
@@ -60,7 +60,7 @@ TEST_CASE("pings in a wrong order are sorted by their numbers, with a warning") 
     if (way == 0) std::ranges::shuffle(packets, random);
     if (way == 1) std::ranges::reverse(packets);
     // Not std::ranges::rotate, which clang 14 does not compile.
-    if (way == 2) std::rotate(packets.begin(), packets.begin() + pings / 2, packets.end());
+    if (way == 2) std::rotate(packets.begin(), packets.begin() + numbered_pings / 2, packets.end());
     const RecordedLine line = other.line();
     check_alike(line, whole);
     CHECK(line.warnings ==
@@ -71,14 +71,14 @@ TEST_CASE("pings in a wrong order are sorted by their numbers, with a warning") 
 
 TEST_CASE("pings whose numbers ascend stay where they are when the clock is set back") {
   AlteredXtf file(ordered());
-  for (std::size_t i = pings / 2; i < pings; ++i) {
+  for (std::size_t i = numbered_pings / 2; i < numbered_pings; ++i) {
     constexpr std::size_t second = 20;
     AlteredXtf::put(
         file.packets[i], second,
         static_cast<std::uint8_t>(AlteredXtf::get<std::uint8_t>(file.packets[i], second) - 2));
   }
   const RecordedLine line = file.line();
-  REQUIRE(line.pings.size() == pings);
+  REQUIRE(line.pings.size() == numbered_pings);
   CHECK(line.pings[40].number == 1040);
   REQUIRE(line.warnings.size() == 1);
   CHECK_THAT(line.warnings[0], Catch::Contains("of 60 pings have times before"));
@@ -112,6 +112,6 @@ TEST_CASE("a ping with the samples of another, but a number of its own, stays") 
   Recording recording = ordered();
   std::copy_n(recording.samples.begin(), 10, recording.samples.begin() + 10);
   const RecordedLine line = AlteredXtf(recording).line();
-  CHECK(line.pings.size() == pings);
+  CHECK(line.pings.size() == numbered_pings);
   CHECK(line.warnings.empty());
 }

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "engine/recording/recording_bytes.h"
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/files.h"
@@ -24,6 +25,7 @@
 
 using namespace ensonify;
 using namespace ensonify::engine;
+using ensonify::tests::error_of, ensonify::tests::put;
 
 namespace {
 
@@ -31,24 +33,9 @@ std::vector<RecordedLine> parse(const std::string& bytes) {
   return parse_recording(std::as_bytes(std::span(bytes)), "r");
 }
 
-std::string error_of(const std::string& bytes) {
-  try {
-    parse(bytes);
-  } catch (const RecordingError& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
-template <class T>
-void put(std::string& bytes, std::size_t offset, T value) {
-  REQUIRE(offset + sizeof value <= bytes.size());
-  std::memcpy(bytes.data() + offset, &value, sizeof value);
-}
-
 /// An XTF file of one ping and one starboard channel, with these samples.
 template <class T>
-std::string xtf_of(const std::vector<T>& samples, int format, bool bipolar = false) {
+std::string one_ping_xtf(const std::vector<T>& samples, int format, bool bipolar = false) {
   std::string bytes(1024 + 256 + 64 + samples.size() * sizeof(T), '\0');
   put<std::uint8_t>(bytes, 0, 123);
   put<std::uint16_t>(bytes, 166, 1);  // channels
@@ -240,21 +227,23 @@ TEST_CASE("files of one recording are read as one line") {
 }
 
 TEST_CASE("XTF samples of every format are amplitudes") {
-  CHECK(parse(xtf_of<std::uint8_t>({1, 200}, 8)).front().starboard == std::vector{1.0f, 200.0f});
-  CHECK(parse(xtf_of<std::uint16_t>({1, 40000}, 3)).front().starboard ==
+  CHECK(parse(one_ping_xtf<std::uint8_t>({1, 200}, 8)).front().starboard ==
+        std::vector{1.0f, 200.0f});
+  CHECK(parse(one_ping_xtf<std::uint16_t>({1, 40000}, 3)).front().starboard ==
         std::vector{1.0f, 40000.0f});
-  CHECK(parse(xtf_of<std::int16_t>({1, -40}, 3, true)).front().starboard ==
+  CHECK(parse(one_ping_xtf<std::int16_t>({1, -40}, 3, true)).front().starboard ==
         std::vector{1.0f, 40.0f});
-  CHECK(parse(xtf_of<std::int32_t>({-70000}, 2, true)).front().starboard == std::vector{70000.0f});
+  CHECK(parse(one_ping_xtf<std::int32_t>({-70000}, 2, true)).front().starboard ==
+        std::vector{70000.0f});
   for (const int format : {0, 2})
-    CHECK(parse(xtf_of<std::uint32_t>({3000000000}, format)).front().starboard ==
+    CHECK(parse(one_ping_xtf<std::uint32_t>({3000000000}, format)).front().starboard ==
           std::vector{3e9f});
-  CHECK(parse(xtf_of<float>({0.5f, NAN}, 5)).front().starboard == std::vector{0.5f, 0.0f});
-  CHECK_THAT(error_of(xtf_of<float>({1.0f}, 1)),
+  CHECK(parse(one_ping_xtf<float>({0.5f, NAN}, 5)).front().starboard == std::vector{0.5f, 0.0f});
+  CHECK_THAT(error_of(one_ping_xtf<float>({1.0f}, 1)),
              Catch::StartsWith("r: its samples have format 1, which is not supported"));
   // An old file has no format, but bytes per sample.
-  CHECK(parse(xtf_of<std::uint8_t>({3}, 0)).front().starboard == std::vector{3.0f});
-  const RecordedLine line = parse(xtf_of<std::uint16_t>({1, 2}, 0)).front();
+  CHECK(parse(one_ping_xtf<std::uint8_t>({3}, 0)).front().starboard == std::vector{3.0f});
+  const RecordedLine line = parse(one_ping_xtf<std::uint16_t>({1, 2}, 0)).front();
   CHECK(line.starboard == std::vector{1.0f, 2.0f});
   CHECK(line.sound_speed_mps == 1500.0);
   CHECK(line.pings.front().range_m == Approx(75.0));
@@ -277,7 +266,7 @@ TEST_CASE("the headings in tables of recordings are those of a compass") {
 }
 
 TEST_CASE("an XTF sample is scaled by its channel's weight") {
-  std::string bytes = xtf_of<std::uint16_t>({4, 40000}, 3);
+  std::string bytes = one_ping_xtf<std::uint16_t>({4, 40000}, 3);
   const auto samples = [&](std::int16_t weight) {
     put(bytes, 1024 + 256 + 58, weight);
     return parse(bytes).front().starboard;
@@ -320,7 +309,7 @@ TEST_CASE("the samples of a JSF that begin late lie at their ranges") {
 }
 
 TEST_CASE("an XTF whose samples lie in ground range gets a warning") {
-  std::string bytes = xtf_of<std::uint16_t>({1, 2, 3, 4}, 3);
+  std::string bytes = one_ping_xtf<std::uint16_t>({1, 2, 3, 4}, 3);
   CHECK(parse(bytes).front().warnings.empty());
   put<std::uint16_t>(bytes, 256 + 2, 2);  // CorrectionFlags
   const RecordedLine line = parse(bytes).front();
@@ -461,7 +450,7 @@ TEST_CASE("impossible places and angles of an XTF are left out and named") {
 }
 
 TEST_CASE("the gyro of the ship is read from an XTF") {
-  std::string bytes = xtf_of<std::uint16_t>({1, 2}, 3);
+  std::string bytes = one_ping_xtf<std::uint16_t>({1, 2}, 3);
   CHECK_FALSE(parse(bytes).front().pings.front().gyro_rad);
   put<float>(bytes, 1024 + 124, 90.0f);
   CHECK(parse(bytes).front().pings.front().gyro_rad.value() == Approx(90.0 * degree));
@@ -522,7 +511,7 @@ TEST_CASE("a file that begins before the end of the file before it gets a warnin
 }
 
 TEST_CASE("the samples of an XTF that begin late lie at their ranges") {
-  std::string bytes = xtf_of<std::uint16_t>({1, 2, 3, 4}, 3);  // of 0.025 s each
+  std::string bytes = one_ping_xtf<std::uint16_t>({1, 2, 3, 4}, 3);  // of 0.025 s each
   const auto samples = [&](double range_m) {
     const RecordedLine line = parse(bytes).front();
     CHECK(line.warnings.empty());
@@ -573,7 +562,7 @@ TEST_CASE("what is no recording is refused, and says so") {
 }
 
 TEST_CASE("the header of an XTF grows with its channels") {
-  std::string bytes = xtf_of(std::vector<std::uint8_t>{1, 2, 3}, 8);
+  std::string bytes = one_ping_xtf(std::vector<std::uint8_t>{1, 2, 3}, 8);
   for (const std::uint16_t channels : {6, 7, 14}) {
     CAPTURE(channels);
     put<std::uint16_t>(bytes, 166, channels);
@@ -652,7 +641,7 @@ TEST_CASE("a packet that states a wrong size loses itself alone") {
 TEST_CASE("bytes that all look like packets take a time in proportion to their number") {
   // As many beginnings of packets as there is room for, none of which ends well.
   constexpr std::size_t step = 16, packets = 300000;
-  const std::string header = xtf_of(std::vector<std::uint8_t>{1}, 8);
+  const std::string header = one_ping_xtf(std::vector<std::uint8_t>{1}, 8);
   std::string bytes = header + std::string(step * packets, '\0');
   for (std::size_t i = 0; i < packets; ++i) {
     const std::size_t at = header.size() + i * step;
@@ -665,8 +654,8 @@ TEST_CASE("bytes that all look like packets take a time in proportion to their n
 
 TEST_CASE("a ping that claims too many samples does not fill the memory") {
   // One ping of 3 million samples, and 3000 of one sample: their rows would take 9e9 values.
-  std::string bytes = xtf_of(std::vector<std::uint8_t>(3000000), 8);
-  const std::string one = xtf_of(std::vector<std::uint8_t>(1), 8).substr(1024);
+  std::string bytes = one_ping_xtf(std::vector<std::uint8_t>(3000000), 8);
+  const std::string one = one_ping_xtf(std::vector<std::uint8_t>(1), 8).substr(1024);
   for (std::uint32_t number = 1; number <= 3000; ++number) {
     const std::size_t at = bytes.size();
     bytes += one;

@@ -18,7 +18,7 @@ struct Kind {
 };
 
 /// A line of pings of these kinds, whose samples all differ.
-RecordedLine line_of(const std::vector<Kind>& kinds) {
+RecordedLine line_of_kinds(const std::vector<Kind>& kinds) {
   RecordedLine line;
   for (const Kind& kind : kinds) line.samples = std::max(line.samples, kind.samples);
   for (const Kind& kind : kinds) {
@@ -42,7 +42,7 @@ std::vector<std::size_t> numbers_of(const RecordedLine& line) {
 
 TEST_CASE("pings of the most frequent range and length are alike, and keep their samples") {
   const Kind near{20.0, 3}, far{30.0, 5}, coarse{30.0, 3};
-  const RecordedLine line = line_of({far, near, coarse, near, far, near, far, near, coarse});
+  const RecordedLine line = line_of_kinds({far, near, coarse, near, far, near, far, near, coarse});
   const auto [alike, left_out] = alike_pings(line);
   CHECK(left_out == "5 of 9 pings have another range or length than most and are left out");
   CHECK(alike.samples == 3);
@@ -54,16 +54,16 @@ TEST_CASE("pings of the most frequent range and length are alike, and keep their
         CHECK(alike.row(side, i)[k] == line.row(side, alike.pings[i].number)[k]);
   }
   // Ranges that follow the sound speed of their pings are one range, those 2 % apart are not.
-  CHECK(numbers_of(alike_pings(line_of({{30.0, 3}, {20.1, 3}, {20.0, 3}, {20.5, 3}})).line) ==
+  CHECK(numbers_of(alike_pings(line_of_kinds({{30.0, 3}, {20.1, 3}, {20.0, 3}, {20.5, 3}})).line) ==
         std::vector<std::size_t>{1, 2});
   // The first of two that are equally frequent.
-  CHECK(numbers_of(alike_pings(line_of({far, near, near, far})).line) ==
+  CHECK(numbers_of(alike_pings(line_of_kinds({far, near, near, far})).line) ==
         std::vector<std::size_t>{0, 3});
 }
 
 TEST_CASE("a line of one range and length stays as it is") {
   for (const double range_m : {0.0, 20.0}) {  // 0: not stated, as in pictures
-    const RecordedLine line = line_of({{range_m, 4}, {range_m, 4}, {range_m, 4}});
+    const RecordedLine line = line_of_kinds({{range_m, 4}, {range_m, 4}, {range_m, 4}});
     const auto [alike, left_out] = alike_pings(line);
     CHECK(left_out.empty());
     CHECK(alike.port == line.port);
@@ -73,8 +73,8 @@ TEST_CASE("a line of one range and length stays as it is") {
 }
 
 TEST_CASE("pings that state no range count only if most state none") {
-  CHECK(numbers_of(alike_pings(line_of({{0.0, 4}, {20.0, 4}, {30.0, 4}, {0.0, 4}})).line) ==
+  CHECK(numbers_of(alike_pings(line_of_kinds({{0.0, 4}, {20.0, 4}, {30.0, 4}, {0.0, 4}})).line) ==
         std::vector<std::size_t>{1});
-  CHECK(numbers_of(alike_pings(line_of({{0.0, 4}, {20.0, 4}, {0.0, 4}})).line) ==
+  CHECK(numbers_of(alike_pings(line_of_kinds({{0.0, 4}, {20.0, 4}, {0.0, 4}})).line) ==
         std::vector<std::size_t>{0, 2});
 }

@@ -24,30 +24,32 @@ using namespace ensonify::engine;
 
 namespace {
 
-constexpr std::size_t pings = 64, samples = 500;
+constexpr std::size_t side_pings = 64, side_samples = 500;
 
 /// Rayleigh amplitudes with this rms over the share of the range.
 std::vector<float> rows_of(const std::function<double(double share)>& rms) {
   std::mt19937 random(5);
   std::exponential_distribution<double> power;
   std::vector<float> rows;
-  for (std::size_t i = 0; i < pings * samples; ++i)
-    rows.push_back(static_cast<float>(
-        1e4 * rms((static_cast<double>(i % samples) + 0.5) / samples) * std::sqrt(power(random))));
+  for (std::size_t i = 0; i < side_pings * side_samples; ++i)
+    rows.push_back(
+        static_cast<float>(1e4 * rms((static_cast<double>(i % side_samples) + 0.5) / side_samples) *
+                           std::sqrt(power(random))));
   return rows;
 }
 
-RecordedLine line_of(std::vector<float> port, std::vector<float> starboard = {}) {
-  RecordedLine line{.samples = samples};
-  for (std::size_t i = 0; i < pings; ++i)
-    line.pings.push_back({.number = i, .range_m = 50.0, .samples = samples});
+RecordedLine line_of_sides(std::vector<float> port, std::vector<float> starboard = {}) {
+  RecordedLine line{.samples = side_samples};
+  for (std::size_t i = 0; i < side_pings; ++i)
+    line.pings.push_back({.number = i, .range_m = 50.0, .samples = side_samples});
   line.port = std::move(port);
   line.starboard = std::move(starboard);
   return line;
 }
 
 std::vector<float> reversed(std::vector<float> rows) {
-  for (auto row = rows.begin(); row != rows.end(); row += samples) std::reverse(row, row + samples);
+  for (auto row = rows.begin(); row != rows.end(); row += side_samples)
+    std::reverse(row, row + side_samples);
   return rows;
 }
 
@@ -65,34 +67,34 @@ TEST_CASE("a side whose water column lies at its far end is turned, with a warni
   for (const double altitude : {0.08, 0.2, 0.4}) {
     CAPTURE(altitude);
     const std::vector<float> right = bed(altitude, 1.0);
-    RecordedLine line = line_of(reversed(right), right);
+    RecordedLine line = line_of_sides(reversed(right), right);
     turn_reversed_sides(line, "r");
     CHECK(line.port == right);
     CHECK(line.starboard == right);
     CHECK(line.warnings ==
           std::vector<std::string>{"r: the samples of port are in the other order than the format "
                                    "says: the water column is at their far end; turned"});
-    line = line_of({}, reversed(right));  // the other side alone
+    line = line_of_sides({}, reversed(right));  // the other side alone
     turn_reversed_sides(line, "r");
     CHECK(line.starboard == right);
   }
 }
 
 TEST_CASE("an XTF or JSF whose port is stored the other way is read near to far") {
-  Recording written = tests::small_recording(samples);
+  Recording written = tests::small_recording(side_samples);
   const NavPing first = written.pings.front();
   const std::vector<float> right = bed(0.2, 1.0);
   written.pings.clear();
   written.samples.clear();
-  written.gain_db.resize(pings);
-  for (std::size_t row = 0; row < pings; ++row) {
+  written.gain_db.resize(side_pings);
+  for (std::size_t row = 0; row < side_pings; ++row) {
     written.pings.push_back(first);
     written.pings.back().row = row;
     written.pings.back().number += row;
     written.pings.back().unix_ms += 100 * static_cast<int>(row);
     for (int side = 0; side < 2; ++side)  // of port, the first sample should be the farthest
-      for (std::size_t k = 0; k < samples; ++k)
-        written.samples.push_back(static_cast<std::uint16_t>(right[row * samples + k]));
+      for (std::size_t k = 0; k < side_samples; ++k)
+        written.samples.push_back(static_cast<std::uint16_t>(right[row * side_samples + k]));
   }
   for (const bool jsf : {false, true}) {
     CAPTURE(jsf);
@@ -107,12 +109,12 @@ TEST_CASE("an XTF or JSF whose port is stored the other way is read near to far"
 TEST_CASE("samples before the recorded ones stay where they are") {
   constexpr std::size_t unrecorded = 40;
   std::vector<float> right = bed(0.3, 1.0);
-  for (std::size_t ping = 0; ping < pings; ++ping)
-    std::fill_n(right.begin() + static_cast<std::ptrdiff_t>(ping * samples), unrecorded, 0.0f);
-  RecordedLine line = line_of(right);
-  for (std::size_t ping = 0; ping < pings; ++ping) {
-    const auto row = line.port.begin() + static_cast<std::ptrdiff_t>(ping * samples);
-    std::reverse(row + unrecorded, row + samples);
+  for (std::size_t ping = 0; ping < side_pings; ++ping)
+    std::fill_n(right.begin() + static_cast<std::ptrdiff_t>(ping * side_samples), unrecorded, 0.0f);
+  RecordedLine line = line_of_sides(right);
+  for (std::size_t ping = 0; ping < side_pings; ++ping) {
+    const auto row = line.port.begin() + static_cast<std::ptrdiff_t>(ping * side_samples);
+    std::reverse(row + unrecorded, row + side_samples);
     line.pings[ping].unrecorded = unrecorded;
   }
   turn_reversed_sides(line, "r");
@@ -133,7 +135,7 @@ TEST_CASE("a side in the right order stays, whatever its far end looks like") {
   for (std::size_t i = 0; i < levels.size(); ++i) {
     CAPTURE(i);
     const std::vector<float> rows = rows_of(levels[i]);
-    RecordedLine line = line_of(rows, rows);
+    RecordedLine line = line_of_sides(rows, rows);
     turn_reversed_sides(line, "r");
     CHECK(line.port == rows);
     CHECK(line.warnings.empty());
@@ -141,7 +143,7 @@ TEST_CASE("a side in the right order stays, whatever its far end looks like") {
   for (const double fall : {0.0, 1.0, 2.0})
     for (const double altitude : {0.03, 0.1, 0.3, 0.55}) {
       CAPTURE(fall, altitude);
-      RecordedLine line = line_of(bed(altitude, fall));
+      RecordedLine line = line_of_sides(bed(altitude, fall));
       turn_reversed_sides(line, "r");
       CHECK(line.warnings.empty());
     }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/recording/recording_bytes.h"
 #include "support/catch.h"
 #include "support/files.h"
 #include "support/temporary_folder.h"
@@ -16,17 +17,12 @@
 
 using namespace ensonify;
 using namespace ensonify::engine;
+using ensonify::tests::error_of, ensonify::tests::put;
 
 namespace {
 
 constexpr std::size_t ping_header = 256, channel_header = 64;
 constexpr int port = 1, starboard = 2, bathymetry = 3;
-
-template <class T>
-void put(std::vector<std::byte>& bytes, std::size_t offset, T value) {
-  REQUIRE(offset + sizeof value <= bytes.size());
-  std::memcpy(bytes.data() + offset, &value, sizeof value);
-}
 
 struct TestChannel {
   int type = port;
@@ -37,7 +33,7 @@ struct TestChannel {
 };
 
 /// Two pings of these channels.
-std::vector<std::byte> xtf_of(const std::vector<TestChannel>& channels) {
+std::vector<std::byte> xtf_of_channels(const std::vector<TestChannel>& channels) {
   std::vector<std::byte> bytes(1024);
   put<std::uint8_t>(bytes, 0, 123);
   put<std::uint8_t>(bytes, 1, 1);
@@ -75,20 +71,11 @@ std::vector<std::byte> xtf_of(const std::vector<TestChannel>& channels) {
 /// The first sample in the file of each side of each line; 0: it has no such side.
 std::vector<std::pair<int, int>> pairs_of(const std::vector<TestChannel>& channels) {
   std::vector<std::pair<int, int>> pairs;
-  for (const RecordedLine& line : parse_recording(xtf_of(channels), "r"))
+  for (const RecordedLine& line : parse_recording(xtf_of_channels(channels), "r"))
     pairs.emplace_back(
         line.port.empty() ? 0 : static_cast<int>(line.row(Side::port, 0)[line.samples - 1]),
         line.starboard.empty() ? 0 : static_cast<int>(line.row(Side::starboard, 0)[0]));
   return pairs;
-}
-
-std::string error_of(const std::vector<std::byte>& bytes) {
-  try {
-    parse_recording(bytes, "r");
-  } catch (const RecordingError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 using Pairs = std::vector<std::pair<int, int>>;
@@ -108,7 +95,7 @@ TEST_CASE("port and starboard of one frequency are one line, in any order of the
   CHECK(pairs_of({low_port, high_starboard, high_port}) == Pairs{{10, 0}, {30, 40}});
   CHECK(pairs_of({low_port, high_port, low_starboard}) == Pairs{{10, 20}, {30, 0}});
   for (const RecordedLine& line :
-       parse_recording(xtf_of({low_port, high_port, high_starboard, low_starboard}), "r"))
+       parse_recording(xtf_of_channels({low_port, high_port, high_starboard, low_starboard}), "r"))
     CHECK(line.warnings.empty());
 }
 
@@ -118,7 +105,7 @@ TEST_CASE("frequencies that only the samples' headers state pair the channels, t
   CHECK(pairs_of({low_port, high_port, high_starboard, low_starboard}) ==
         Pairs{{10, 20}, {30, 40}});
   const auto lines =
-      parse_recording(xtf_of({low_port, high_port, high_starboard, low_starboard}), "r");
+      parse_recording(xtf_of_channels({low_port, high_port, high_starboard, low_starboard}), "r");
   CHECK(lines[0].frequency_hz == 100e3);
   CHECK(lines[1].frequency_hz == 400e3);
 }
@@ -131,7 +118,8 @@ TEST_CASE("sides may differ by some percent in frequency, and one may not state 
         Pairs{{10, 40}, {20, 30}});
   // Two frequencies are not those of two sides.
   CHECK(pairs_of({{port, 100.0, 10}, {starboard, 400.0, 20}}) == Pairs{{10, 0}, {0, 20}});
-  const auto lines = parse_recording(xtf_of({{port, 100.0, 10}, {starboard, 400.0, 20}}), "r");
+  const auto lines =
+      parse_recording(xtf_of_channels({{port, 100.0, 10}, {starboard, 400.0, 20}}), "r");
   CHECK(lines[0].warnings ==
         std::vector<std::string>{"r: port of 100 kHz and starboard of 400 kHz are separate lines, "
                                  "because their frequencies differ"});
@@ -150,7 +138,7 @@ TEST_CASE("channels of one frequency are paired by the number of samples, then b
 }
 
 TEST_CASE("an XTF without sidescan samples is named by what it has") {
-  std::vector<std::byte> bytes = xtf_of({{bathymetry}, {bathymetry}});
+  std::vector<std::byte> bytes = xtf_of_channels({{bathymetry}, {bathymetry}});
   put<std::uint16_t>(bytes, 166, 0);
   put<std::uint16_t>(bytes, 168, 2);
   const std::size_t packet = (bytes.size() - 1024) / 2;
@@ -167,17 +155,15 @@ TEST_CASE("an XTF without sidescan samples is named by what it has") {
   CHECK(error_of(bytes) ==
         "r: has no sidescan samples; it has packets of type 28, bathymetry (1) and packets of type "
         "3, attitude (1), expected a recording of a sidescan sonar");
-  CHECK_THAT(error_of(xtf_of({{0, 4.0}})),  // a sub-bottom profiler
+  CHECK_THAT(error_of(xtf_of_channels({{0, 4.0}})),  // a sub-bottom profiler
              Catch::Contains("packets of type 0, sonar without samples of port or starboard (2)"));
   // Text is none of it.
   const std::string text = "{\"a\": 1}" + std::string(2000, ' ');
-  CHECK(error_of({reinterpret_cast<const std::byte*>(text.data()),
-                  reinterpret_cast<const std::byte*>(text.data()) + text.size()}) ==
-        "r: is no recording, expected an XTF or a JSF file");
+  CHECK(error_of(text) == "r: is no recording, expected an XTF or a JSF file");
 }
 
 TEST_CASE("places of an XTF that only its navigation packets have are not lost in silence") {
-  std::vector<std::byte> bytes = xtf_of({{port, 400.0, 10}, {starboard, 400.0, 20}});
+  std::vector<std::byte> bytes = xtf_of_channels({{port, 400.0, 10}, {starboard, 400.0, 20}});
   put<std::uint8_t>(bytes, 1024 + (bytes.size() - 1024) / 2 + 2, 42);
   CHECK(parse_recording(bytes, "r").front().warnings ==
         std::vector<std::string>{"r: its pings have no places; places in packets of type 42, "
@@ -188,7 +174,7 @@ TEST_CASE("places of an XTF that only its navigation packets have are not lost i
 }
 
 TEST_CASE("channels of port and starboard are read although the header counts them as bathymetry") {
-  std::vector<std::byte> bytes = xtf_of({{port, 400.0, 10}, {starboard, 400.0, 20}});
+  std::vector<std::byte> bytes = xtf_of_channels({{port, 400.0, 10}, {starboard, 400.0, 20}});
   put<std::uint16_t>(bytes, 166, 0);
   put<std::uint16_t>(bytes, 168, 2);
   const auto lines = parse_recording(bytes, "r");

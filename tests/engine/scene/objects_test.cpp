@@ -2,31 +2,24 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/parsed_scene.h"
 
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;
+using ensonify::tests::error_of;
 
 namespace {
 
-const std::string head = "version = 1\n[[objects]]\n";
-
-std::string error_of(const std::string& keys) {
-  try {
-    parse_scene(head + keys, "s.toml", {}, {});
-  } catch (const SceneError& error) {
-    return error.what();
-  }
-  return "";
-}
+const std::string objects_head = "version = 1\n[[objects]]\n";
 
 }  // namespace
 
 TEST_CASE("A shape, its sizes, its path and its area are read, and read back from a dump") {
   const std::string text =
-      head +
+      objects_head +
       "shape = \"cone\"\ntop_diameter_m = 0.3\ncount = 7\n"
       "area = [[0, 0], [10.5, 0], [0, -10]]\nheading_spread_deg = 20\n"
       "[[objects]]\nshape = \"cable\"\npath = [[-1, 2], [3e1, 4]]\n"
@@ -105,7 +98,7 @@ TEST_CASE("An error in an object is reported once, with its place") {
           {cone + "count = 60000\n[[objects]]\n" + cone + "count = 10000",
            "s.toml: the scene has 70000 objects, expected at most 65534"}}) {
     CAPTURE(keys);
-    const std::string error = error_of(keys);
+    const std::string error = error_of(objects_head + keys);
     INFO(error);
     CHECK(error.substr(error.find(": ")).starts_with(message.substr(message.find(": "))));
     if (message.find("less than scale_min") == std::string::npos)

@@ -9,10 +9,11 @@
 
 #include "support/catch.h"
 #include "support/files.h"
+#include "support/parsed_scene.h"
 #include "support/temporary_folder.h"
 
 using namespace ensonify::engine;
-using ensonify::tests::TemporaryFolder, ensonify::tests::write_text;
+using ensonify::tests::error_of, ensonify::tests::TemporaryFolder, ensonify::tests::write_text;
 
 namespace {
 
@@ -43,15 +44,6 @@ on = "own"
 model = "lambert"
 )";
 
-std::string error_of(const std::string& text, const std::vector<std::string>& overrides = {},
-                     const ScenePaths& paths = {}) {
-  try {
-    parse_scene(text, "s.toml", overrides, paths);
-  } catch (const SceneError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 std::string with(const std::string& patch) {
   return "version = 1\n[seafloor]\nextent_east_m = 60\nextent_north_m = 40\n" + patch;
 }

@@ -24,14 +24,14 @@ using namespace ensonify::engine;
 
 namespace {
 
-NavigationLog parsed(const std::string& text, const TrackOptions& track = {},
-                     const LocalFrame& frame = {}) {
+NavigationLog parsed_track(const std::string& text, const TrackOptions& track = {},
+                           const LocalFrame& frame = {}) {
   return parse_track(text, "t.csv", track, frame);
 }
 
-std::string error_of(const std::string& text, const LocalFrame& frame = {}) {
+std::string track_error(const std::string& text, const LocalFrame& frame = {}) {
   try {
-    parsed(text, {}, frame);
+    parsed_track(text, {}, frame);
   } catch (const SceneError& error) {
     return error.what();
   }
@@ -43,7 +43,7 @@ const LocalFrame survey{{405000.0, 6202000.0, 0.0}, true, 0};
 }  // namespace
 
 TEST_CASE("a track's columns can have any of their names, in any order") {
-  const NavigationLog log = parsed(
+  const NavigationLog log = parsed_track(
       "heading_deg,time_s,y_m,x_m,depth_m,altitude_m,roll_deg,speed\n90,5,2,1,7,3,-1,9\n91,6,2,3,8,"
       "3,-1,9\n",
       {.middle_east_m = 100.0, .middle_north_m = 10.0});
@@ -55,7 +55,8 @@ TEST_CASE("a track's columns can have any of their names, in any order") {
   CHECK(log.heading_rad[1] == 91 * degree);
   CHECK(log.roll_rad[0] == -degree);
   CHECK(log.pitch_rad.empty());
-  const NavigationLog world = parsed("t_s,easting_m,northing_m\n0,405010,6201990\n", {}, survey);
+  const NavigationLog world =
+      parsed_track("t_s,easting_m,northing_m\n0,405010,6201990\n", {}, survey);
   CHECK(world.x_m == std::vector<double>{10});
   CHECK(world.y_m == std::vector<double>{-10});
 }
@@ -65,7 +66,7 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
       "t_s,lat_deg,lon_deg,heading_deg\n0,48.445,-68.829,0\n1,48.446,-68.827,0\n";
   NavigationLog log;
   try {
-    log = parsed(text);
+    log = parsed_track(text);
   } catch (const SceneError& error) {
     CHECK(std::string(error.what()).find("GeographicLib") != std::string::npos);
     WARN("skipped: built without GeographicLib");
@@ -80,12 +81,13 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
 
   // Over the meridian of 180 degrees, however longitudes are counted.
   for (const std::string last : {"-179.9999", "180.0001"}) {
-    const NavigationLog over = parsed("t_s,lat_deg,lon_deg\n0,-17,179.9999\n1,-17," + last + "\n");
+    const NavigationLog over =
+        parsed_track("t_s,lat_deg,lon_deg\n0,-17,179.9999\n1,-17," + last + "\n");
     CHECK(over.x_m[0] == Approx(-10.65).margin(0.01));
     CHECK(over.x_m[1] == Approx(10.65).margin(0.01));
   }
 
-  const NavigationLog about = parsed(
+  const NavigationLog about = parsed_track(
       text, {.origin_latitude_rad = 48.445 * degree, .origin_longitude_rad = -68.829 * degree});
   CHECK_FALSE(about.origin);
   CHECK(about.x_m[0] == Approx(0.0).margin(1e-6));
@@ -94,7 +96,7 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
   // In zone 19 the same place lies where UTM says, and headings count from the grid's north.
   const MapPlace map = utm_place({48.445 * degree, -68.829 * degree}, 19);
   const LocalFrame utm{{map.place.x() - 5.0, map.place.y() + 3.0, 0.0}, true, 19};
-  const NavigationLog grid = parsed(text, {}, utm);
+  const NavigationLog grid = parsed_track(text, {}, utm);
   CHECK(grid.x_m[0] == Approx(5.0).margin(1e-6));
   CHECK(grid.y_m[0] == Approx(-3.0).margin(1e-6));
   CHECK(grid.heading_rad[0] == Approx(-map.convergence_rad));
@@ -105,7 +107,7 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
   const MapPlace middle = map_of_reference(reference)({55.0 * degree, 5.0 * degree});
   LocalFrame mapped{{middle.place.x(), middle.place.y(), 0.0}, true};
   mapped.reference = reference;
-  const NavigationLog placed = parsed(
+  const NavigationLog placed = parsed_track(
       "t_s,lat_deg,lon_deg,heading_deg\n0,55,5,0\n1,55.002,5.003,0\n",
       {.origin_latitude_rad = 10.0 * degree, .origin_longitude_rad = 100.0 * degree}, mapped);
   const PlaceOfMap back = place_of_reference(reference);
@@ -117,20 +119,21 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
   }
   CHECK(placed.heading_rad[0] / degree == Approx(-5.0 * std::sin(55.0 * degree)).margin(0.02));
 
-  CHECK(error_of(text, survey).starts_with("t.csv: lat_deg and lon_deg cannot be put onto this"));
+  CHECK(
+      track_error(text, survey).starts_with("t.csv: lat_deg and lon_deg cannot be put onto this"));
 }
 
 TEST_CASE("the table of a run is a track, also over holes, where it has no altitude") {
   const std::string table = "t_s,x_m,y_m,z_m,altitude_m\n0,0,0,-5,3\n1,1,0,-5,\n";
-  CHECK(parsed(table).z_m == std::vector<double>{-5, -5});
-  CHECK(parsed(table).altitude_m.empty());
-  CHECK(error_of("t_s,x_m,y_m,altitude_m\n0,0,0,3\n1,1,0,\n") ==
+  CHECK(parsed_track(table).z_m == std::vector<double>{-5, -5});
+  CHECK(parsed_track(table).altitude_m.empty());
+  CHECK(track_error("t_s,x_m,y_m,altitude_m\n0,0,0,3\n1,1,0,\n") ==
         "t.csv:3: altitude_m is empty, expected a number");
 }
 
 TEST_CASE("a column of a track that goes by another name is warned of") {
   const auto warnings = [](const std::string& columns) {
-    return parsed("t_s,x_m,y_m," + columns + "\n0,0,0,1,1\n").warnings;
+    return parsed_track("t_s,x_m,y_m," + columns + "\n0,0,0,1,1\n").warnings;
   };
   for (const char* name : {"heading", "Heading_deg", "heading_rad", "yaw", "HDG"})
     CHECK(warnings(std::string("z_m,") + name) ==
@@ -144,17 +147,17 @@ TEST_CASE("a column of a track that goes by another name is warned of") {
 }
 
 TEST_CASE("an error in a track names its line") {
-  CHECK(error_of("x_m,y_m\n0,0\n").starts_with("t.csv: no column of times in the header row"));
-  CHECK(error_of("t_s,x_m\n0,0\n") == "t.csv: there is a column x_m and no y_m, expected both");
-  CHECK(error_of("t_s\n0\n").starts_with("t.csv: no columns of places"));
-  CHECK(error_of("t_s,x_m,y_m\n0,0,0\n\n# so\n0,1,0\n") ==
+  CHECK(track_error("x_m,y_m\n0,0\n").starts_with("t.csv: no column of times in the header row"));
+  CHECK(track_error("t_s,x_m\n0,0\n") == "t.csv: there is a column x_m and no y_m, expected both");
+  CHECK(track_error("t_s\n0\n").starts_with("t.csv: no columns of places"));
+  CHECK(track_error("t_s,x_m,y_m\n0,0,0\n\n# so\n0,1,0\n") ==
         "t.csv:5: t_s is 0, not after 0 of the row before, expected times that ascend");
-  CHECK(error_of("t_s,x_m,y_m\n0,0,nan\n").starts_with("t.csv:2: y_m is 'nan'"));
-  CHECK(error_of("t_s,x_m,y_m\n0,1e300,0\n").starts_with("t.csv:2: x_m is 1e+300"));
-  CHECK(error_of("t_s,lat_deg,lon_deg\n0,91,0\n").starts_with("t.csv:2: lat_deg is 91"));
-  CHECK(
-      error_of("t_s,easting_m,northing_m\n0,1,1\n").starts_with("t.csv: easting_m and northing_m"));
-  CHECK(error_of("t_s,x_m,y_m\n").starts_with("t.csv:1: no pose follows"));
+  CHECK(track_error("t_s,x_m,y_m\n0,0,nan\n").starts_with("t.csv:2: y_m is 'nan'"));
+  CHECK(track_error("t_s,x_m,y_m\n0,1e300,0\n").starts_with("t.csv:2: x_m is 1e+300"));
+  CHECK(track_error("t_s,lat_deg,lon_deg\n0,91,0\n").starts_with("t.csv:2: lat_deg is 91"));
+  CHECK(track_error("t_s,easting_m,northing_m\n0,1,1\n")
+            .starts_with("t.csv: easting_m and northing_m"));
+  CHECK(track_error("t_s,x_m,y_m\n").starts_with("t.csv:1: no pose follows"));
 }
 
 TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {

@@ -18,13 +18,13 @@ using namespace ensonify::tests;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
-LayerDraws draws(std::uint64_t seed) { return {seed, Purpose::crest_layer, 1}; }
+LayerDraws crest_draws(std::uint64_t seed) { return {seed, Purpose::crest_layer, 1}; }
 
 Heightfield crests(const Bedforms& relief, std::uint64_t seed) {
   Heightfield field = flat(320, 256, 0.2, 0.25);
-  add_bedforms(field, relief, draws(seed));
+  add_bedforms(field, relief, crest_draws(seed));
   return field;
 }
 
@@ -143,7 +143,7 @@ TEST_CASE("Where crests are held below the angle of repose, the bed has no creas
                         .raggedness = 0.1,
                         .forks = 0.0};
   Heightfield field = flat(801, 801, 0.1, 0.1);
-  add_bedforms(field, relief, draws(3));
+  add_bedforms(field, relief, crest_draws(3));
   // At a crease the curvature along the crests jumps. Gentle sides have none of their own.
   constexpr double cell_m = 0.1;
   int gentle = 0, sudden = 0;
@@ -175,7 +175,7 @@ TEST_CASE(
     Bedforms relief = straight;
     relief.raggedness = raggedness;
     Heightfield field = flat(1201, 601, 0.1, 0.4);
-    add_bedforms(field, relief, draws(2));
+    add_bedforms(field, relief, crest_draws(2));
     double squares = 0.0;
     int count = 0;
     for (int row = 0; row < field.rows; ++row)
@@ -204,7 +204,7 @@ TEST_CASE("A pair of forks adds a crest between its ends, and none away from it"
                   .bend_rad = 0.0,
                   .height_spread = 0.0,
                   .forks = forks},
-                 draws(seed));
+                 crest_draws(seed));
     std::vector<int> crossings;  // upward, of each row
     for (int row = 0; row < field.rows; ++row) {
       int n = 0;
@@ -222,8 +222,8 @@ TEST_CASE("A pair of forks adds a crest between its ends, and none away from it"
 TEST_CASE("Crests are a matter of place: a smaller bed is a part of the larger one") {
   const Bedforms relief{.wavelength_m = 2.0, .height_m = 0.2, .across_crests_rad = 0.4};
   Heightfield large = flat(201, 161, 0.2, 0.2), small = flat(101, 81, 0.2, 0.2);
-  add_bedforms(large, relief, draws(7));
-  add_bedforms(small, relief, draws(7));
+  add_bedforms(large, relief, crest_draws(7));
+  add_bedforms(small, relief, crest_draws(7));
   for (int row = 0; row < small.rows; ++row)
     for (int column = 0; column < small.columns; ++column)
       REQUIRE(small.at(column, row) == Approx(large.at(column + 50, row + 40)).margin(1e-9));
@@ -234,8 +234,8 @@ TEST_CASE("Crests are the same where their area has all weight, and left out whe
   Heightfield everywhere = flat(201, 161, 0.2, 0.2), half = everywhere;
   std::vector<double> weight(half.z_m.size(), 0.0);
   for (std::size_t i = 0; i < weight.size(); ++i) weight[i] = i % 201 < 100 ? 1.0 : 0.0;
-  add_bedforms(everywhere, relief, draws(7));
-  add_bedforms(half, relief, draws(7), weight);
+  add_bedforms(everywhere, relief, crest_draws(7));
+  add_bedforms(half, relief, crest_draws(7), weight);
   for (std::size_t i = 0; i < weight.size(); ++i)
     REQUIRE(half.z_m[i] == (weight[i] > 0.0 ? everywhere.z_m[i] : 0.0));
 }
@@ -245,8 +245,8 @@ TEST_CASE("At the border of their area crests die out one by one, high ones last
       .wavelength_m = 2.0, .height_m = 0.2, .height_spread = 0.0, .raggedness = 0.1, .forks = 0.0};
   Heightfield everywhere = flat(401, 401, 0.2, 0.2), border = everywhere;
   constexpr double share = 0.3;
-  add_bedforms(everywhere, relief, draws(7));
-  add_bedforms(border, relief, draws(7), std::vector<double>(border.z_m.size(), share));
+  add_bedforms(everywhere, relief, crest_draws(7));
+  add_bedforms(border, relief, crest_draws(7), std::vector<double>(border.z_m.size(), share));
   std::vector<std::pair<double, double>> crests;  // height inside, and its share that is left
   for (int row = 1; row + 1 < border.rows; ++row)
     for (int column = 1; column + 1 < border.columns; ++column) {
@@ -289,7 +289,7 @@ TEST_CASE("Crests are hardly ever steeper than sand lies, and their median heigh
   for (const double height_m : {0.1, 0.15}) {
     const Bedforms relief{.wavelength_m = 1.0, .height_m = height_m};
     Heightfield field = flat(1201, 1201, 0.05, 0.05);
-    add_bedforms(field, relief, draws(3));
+    add_bedforms(field, relief, crest_draws(3));
     std::size_t steep = 0, all = 0;
     for (int row = 1; row + 1 < field.rows; ++row)
       for (int column = 1; column + 1 < field.columns; ++column) {
@@ -310,7 +310,7 @@ TEST_CASE("Crests are hardly ever steeper than sand lies, and their median heigh
                  .raggedness = 0.0,
                  .forks = 0.0};
   Heightfield field = flat(201, 201, 0.05, 0.05);
-  add_bedforms(field, steep, draws(3));
+  add_bedforms(field, steep, crest_draws(3));
   const auto [low, high] = std::ranges::minmax(field.z_m);
   CHECK(high - low == Approx(0.5).epsilon(0.02));
 }

@@ -5,6 +5,7 @@
 
 #include "engine/seafloor/spectrum.h"
 #include "support/beds.h"
+#include "support/body.h"
 #include "support/catch.h"
 
 #include <ensonify/engine/seafloor/make_seafloor.h>
@@ -15,15 +16,10 @@
 
 using namespace ensonify;
 using namespace ensonify::engine;
+using ensonify::tests::body;
 using std::numbers::pi;
 
-namespace {
-
-refine::TriangleMesh body(const char* name, const ShapeSize& size) {
-  return make_body(shape_named(name), size, RandomStream(1, Purpose::test)).mesh;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 TEST_CASE("The facet angle of a round shape is the angle that it was made with") {
   ShapeSize size;

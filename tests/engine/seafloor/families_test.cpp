@@ -80,7 +80,8 @@ std::vector<std::vector<std::uint32_t>> surfaces_of(const refine::TriangleMesh& 
   return surfaces;
 }
 
-double volume_m3(const refine::TriangleMesh& mesh, const std::vector<std::uint32_t>& faces) {
+double volume_of_part_m3(const refine::TriangleMesh& mesh,
+                         const std::vector<std::uint32_t>& faces) {
   const refine::Triangles triangles = mesh;
   const Vector3d about = triangles.corner(faces.front(), 0);
   double volume = 0.0;
@@ -132,7 +133,7 @@ TEST_CASE("Members of families are closed and manifold, with normals outwards", 
                     const refine::RepairedMesh repaired = refine::repair(mesh, -1.0);
                     CHECK(repaired.report.total() == 0);
                     for (const std::vector<std::uint32_t>& surface : surfaces_of(mesh))
-                      CHECK(volume_m3(mesh, surface) > 0.0);
+                      CHECK(volume_of_part_m3(mesh, surface) > 0.0);
                     CHECK(refine::encloses_volume(mesh));
                   });
 }

@@ -24,9 +24,11 @@ using namespace ensonify::tests;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
-LayerDraws draws(std::uint64_t seed, Purpose purpose = Purpose::test) { return {seed, purpose, 1}; }
+LayerDraws layer_draws(std::uint64_t seed, Purpose purpose = Purpose::test) {
+  return {seed, purpose, 1};
+}
 bool anywhere(double, double) { return true; }
 
 struct Laid {
@@ -44,7 +46,7 @@ struct Laid {
 TEST_CASE("A smooth field has unit variance, Gaussian tails and the same slope in all directions") {
   double square = 0.0, fourth = 0.0, east = 0.0, north = 0.0, promised = 0.0, n = 0.0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
-    const SmoothField smooth(draws(seed).of(1), 4.0, 16.0);
+    const SmoothField smooth(layer_draws(seed).of(1), 4.0, 16.0);
     const Heightfield grid = flat(200, 200, 0.5, 0.5);
     const std::vector<double> z = smooth.over(grid);
     promised += smooth.slope_per_m() * smooth.slope_per_m() / 30.0;
@@ -66,7 +68,7 @@ TEST_CASE("A smooth field has unit variance, Gaussian tails and the same slope i
 }
 
 TEST_CASE("A smooth field on a fine grid is interpolated from its waves, and nearly their sum") {
-  const SmoothField smooth(draws(4).of(1), 5.0, 20.0);
+  const SmoothField smooth(layer_draws(4).of(1), 5.0, 20.0);
   const Heightfield grid = flat(150, 130, 0.1, 0.13);
   const std::vector<double> z = smooth.over(grid);
   for (int row = 0; row < grid.rows; row += 7)
@@ -110,7 +112,7 @@ TEST_CASE("A trawl's doors leave two furrows of the requested depth, width and s
   double deepest = 0.0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Laid laid(flat(401, 61, 0.1, 1.0));
-    add_trawl_marks(laid.field, marks, draws(seed), laid.marked);
+    add_trawl_marks(laid.field, marks, layer_draws(seed), laid.marked);
     // One furrow may lie outside the bed: only rows with both are used.
     std::vector<double> spacing;
     for (int row = 0; row < laid.field.rows; ++row) {
@@ -136,7 +138,7 @@ TEST_CASE("What a trawl's door digs out lies next to the furrow: no volume is lo
   Laid laid(flat(601, 11, 0.05, 5.0));
   add_trawl_marks(laid.field,
                   {.count = 40, .width_m = 0.6, .door_spacing_m = 5.0, .heading_spread_rad = 0.0},
-                  draws(2), laid.marked);
+                  layer_draws(2), laid.marked);
   double sum = 0.0, size = 0.0;
   for (int row = 0; row < laid.field.rows; ++row)
     for (int column = 0; column < laid.field.columns; ++column) {
@@ -158,7 +160,7 @@ TEST_CASE("Between a trawl's doors lie fine furrows along the tow, of the reques
   constexpr int seeds = 80, columns = 1000, rows = 400;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     Laid laid(flat(columns, rows, 0.1, 0.15));
-    add_trawl_marks(laid.field, marks, draws(seed), laid.marked);
+    add_trawl_marks(laid.field, marks, layer_draws(seed), laid.marked);
     for (int row = 0; row + 7 < rows; ++row)
       for (int column = 0; column + 5 < columns; ++column) {
         const double z = laid.field.at(column, row);
@@ -176,21 +178,21 @@ TEST_CASE("Between a trawl's doors lie fine furrows along the tow, of the reques
 
   marks.sweep_depth_m = 0.0;
   Laid none(flat(200, 200, 0.5, 0.5));
-  add_trawl_marks(none.field, marks, draws(1), none.marked);
+  add_trawl_marks(none.field, marks, layer_draws(1), none.marked);
   CHECK(std::ranges::count(none.field.z_m, 0.0) == std::ssize(none.field.z_m));
 }
 
 TEST_CASE("A window of a bed has the bits of the whole bed's trawl marks") {
   const TrawlMarks marks{.count = 12, .heading_rad = 0.7};
   Laid whole(flat(900, 700, 0.13, 0.17));
-  add_trawl_marks(whole.field, marks, draws(3), whole.marked);
+  add_trawl_marks(whole.field, marks, layer_draws(3), whole.marked);
   Heightfield window = flat(150, 120, 0.13, 0.17);
   window.whole_columns = 900;
   window.whole_rows = 700;
   window.first_column = 610;
   window.first_row = 430;
   Laid part(window);
-  add_trawl_marks(part.field, marks, draws(3), part.marked);
+  add_trawl_marks(part.field, marks, layer_draws(3), part.marked);
   int changed = 0;
   for (int row = 0; row < window.rows; ++row)
     for (int column = 0; column < window.columns; ++column) {
@@ -211,7 +213,7 @@ TEST_CASE("Pits have the requested number, width and depth, and are marked insid
   constexpr int seeds = 12;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     Laid laid(flat(401, 401, 0.5, 0.5));
-    add_pits(laid.field, relief, draws(seed), anywhere, laid.marked);
+    add_pits(laid.field, relief, layer_draws(seed), anywhere, laid.marked);
     share += laid.marked_share() / seeds;
     for (const double z : laid.field.z_m) {
       deepest = std::min(deepest, z);
@@ -237,7 +239,7 @@ TEST_CASE("Round pits have wider and narrower floors, and are deepest off their 
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Laid laid(flat(801, 801, 0.2, 0.2));
     add_pits(laid.field, {.per_hectare = 4.0, .diameter_m = 6.0, .diameter_spread = 0.0},
-             draws(seed), anywhere, laid.marked);
+             layer_draws(seed), anywhere, laid.marked);
     std::map<std::uint32_t, Pit> pits;
     for (int row = 0; row < 801; ++row)
       for (int column = 0; column < 801; ++column) {
@@ -273,7 +275,7 @@ TEST_CASE("A rim rises from the pit's own bowl without a step") {
   Laid laid(flat(401, 401, 0.05, 0.05));
   add_pits(laid.field,
            {.per_hectare = 100.0, .diameter_m = 5.0, .diameter_spread = 0.0, .rim_ratio = 1.0},
-           draws(2), anywhere, laid.marked);
+           layer_draws(2), anywhere, laid.marked);
   REQUIRE(laid.marked_share() > 0.05);
   // The steepest side of the bowl, of the rim, and some for outlines that are not round.
   const double depth_m = 1.6 * PitRelief{}.depth_ratio * 5.0;
@@ -291,7 +293,7 @@ TEST_CASE("A rim fades away as smoothly where a pit's outline stands out") {
   double steepest = 0.0;  // where less than a tenth of a rim is left
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Laid laid(flat(401, 401, 0.05, 0.05));
-    add_pits(laid.field, relief, draws(seed), anywhere, laid.marked);
+    add_pits(laid.field, relief, layer_draws(seed), anywhere, laid.marked);
     for (int row = 0; row < 401; ++row)
       for (int column = 0; column + 1 < 401; ++column)
         if (const double a = laid.field.at(column, row), b = laid.field.at(column + 1, row);
@@ -336,8 +338,8 @@ TEST_CASE("Outcrops with ledges of any height are laid at once") {
 TEST_CASE("Features lie where they are allowed to, whatever the bed's extent") {
   const BoulderField boulders{.per_hectare = 300.0, .scour_ratio = 0.0, .tail_ratio = 0.0};
   Laid large(flat(401, 301, 0.25, 0.25)), small(flat(201, 101, 0.25, 0.25));
-  add_boulders(large.field, boulders, draws(3), anywhere, large.marked);
-  add_boulders(small.field, boulders, draws(3), anywhere, small.marked);
+  add_boulders(large.field, boulders, layer_draws(3), anywhere, large.marked);
+  add_boulders(small.field, boulders, layer_draws(3), anywhere, small.marked);
   for (int row = 0; row < small.field.rows; ++row)
     for (int column = 0; column < small.field.columns; ++column)
       REQUIRE(small.field.at(column, row) ==
@@ -345,7 +347,7 @@ TEST_CASE("Features lie where they are allowed to, whatever the bed's extent") {
   CHECK(large.marked_share() > 0.01);
   Laid west(flat(401, 301, 0.25, 0.25));
   add_boulders(
-      west.field, boulders, draws(3), [](double x, double) { return x < -5.0; }, west.marked);
+      west.field, boulders, layer_draws(3), [](double x, double) { return x < -5.0; }, west.marked);
   CHECK(west.marked_share() > 0.003);
   for (int row = 0; row < west.field.rows; ++row)
     for (int column = 201; column < west.field.columns; ++column)
@@ -366,7 +368,7 @@ TEST_CASE("Boulders lie in clusters, as many on average as those that do not") {
                     .scour_ratio = 0.0,
                     .tail_ratio = 0.0,
                     .clustering = clustering},
-                   draws(seed), anywhere, laid.marked);
+                   layer_draws(seed), anywhere, laid.marked);
       constexpr int along = points / square;
       std::vector<double> of_squares(along * along);
       std::vector<bool> seen(10000);
@@ -406,7 +408,7 @@ TEST_CASE("A boulder is as high as asked on average, and parts have broken off a
                   .scour_ratio = 0.0,
                   .tail_ratio = 0.0,
                   .clustering = 0.0},
-                 draws(seed), anywhere, laid.marked);
+                 layer_draws(seed), anywhere, laid.marked);
     for (int row = 0; row < laid.field.rows; ++row)
       for (int column = 1; column + 1 < laid.field.columns; ++column) {
         const std::size_t point = laid.field.index(column, row);
@@ -442,7 +444,7 @@ TEST_CASE("Boulders may cover the bed twenty times, by the mean square of their 
                    {.per_hectare = cover / (1e-4 * 4.84 * mean_square),
                     .diameter_m = 2.2,
                     .diameter_spread = spread},
-                   draws(1), anywhere, laid.marked);
+                   layer_draws(1), anywhere, laid.marked);
     };
     CHECK_NOTHROW(lay(19.98));
     CHECK_THROWS_WITH(lay(20.02), Catch::Contains("would cover the bed 20.0"));
@@ -459,7 +461,7 @@ TEST_CASE("A current digs a scour in front of a boulder and leaves a tail behind
                     .diameter_m = 2.0,
                     .diameter_spread = 0.0,
                     .current_rad = current_rad},
-                   draws(seed), anywhere, laid.marked);
+                   layer_draws(seed), anywhere, laid.marked);
       return laid;
     };
     // The boulders are the same, so the difference along the current is the sediment that it moved.
@@ -489,7 +491,7 @@ TEST_CASE("Rock forms ledges: blocks along the dip, each ending with a bed") {
   for (int row = 0; row < 300; ++row)
     for (int column = 0; column < 400; ++column)
       weight[laid.field.index(column, row)] = 0.5 + 0.5 * std::sin(column * 0.01);
-  add_outcrops(laid.field, relief, draws(1), weight, laid.marked);
+  add_outcrops(laid.field, relief, layer_draws(1), weight, laid.marked);
   // On blocks the slope to the east is the dip of the beds, downwards, and their own lean, which is
   // at most 0.06. The height changes from block to block by the thickness of whole beds; blocks
   // that lean and cracks change it in other steps.
@@ -526,7 +528,7 @@ TEST_CASE("Fallen blocks lie near a cliff, and none farther away") {
                 .dip_rad = 0.05,
                 .dip_heading_rad = 0.5 * pi,
                 .roughness_at_1m_m = 0.0},
-               draws(1), weight, laid.marked);
+               layer_draws(1), weight, laid.marked);
   // A block stands on one side as a whole, so rock may end 2 m off; blocks fall by up to 4 m.
   int fallen = 0;
   for (int row = 0; row < 300; ++row)
@@ -548,7 +550,7 @@ TEST_CASE("Rock stays in its area, and is about as high as asked for") {
         const double r = 0.5 * std::hypot(column - 200.0, row - 200.0);
         weight[laid.field.index(column, row)] = std::clamp((40.0 - r) / 20.0, 0.0, 1.0);
       }
-    add_outcrops(laid.field, relief, draws(seed), weight, laid.marked);
+    add_outcrops(laid.field, relief, layer_draws(seed), weight, laid.marked);
     double highest = 0.0, inside = 0.0;
     for (std::size_t point = 0; point < weight.size(); ++point) {
       if (weight[point] == 0.0) REQUIRE(laid.field.z_m[point] == 0.0);
@@ -563,23 +565,24 @@ TEST_CASE("Rock stays in its area, and is about as high as asked for") {
 TEST_CASE("Rock without ledges has neither joints nor fallen blocks") {
   Laid laid(flat(100, 100, 0.1, 0.1));
   std::vector<double> weight(laid.field.z_m.size(), 0.75);
-  add_outcrops(laid.field, {.height_m = 2.0, .ledge_m = 0.0, .roughness_at_1m_m = 0.0}, draws(1),
-               weight, laid.marked);
+  add_outcrops(laid.field, {.height_m = 2.0, .ledge_m = 0.0, .roughness_at_1m_m = 0.0},
+               layer_draws(1), weight, laid.marked);
   for (const double z : laid.field.z_m) REQUIRE(z == 1.0);
 }
 
 TEST_CASE("Features with values outside their ranges are refused") {
   Laid laid(flat(10, 10, 1.0, 1.0));
-  CHECK_THROWS_AS(add_trawl_marks(laid.field, {.count = -1}, draws(1), laid.marked),
+  CHECK_THROWS_AS(add_trawl_marks(laid.field, {.count = -1}, layer_draws(1), laid.marked),
                   std::invalid_argument);
-  CHECK_THROWS_AS(add_trawl_marks(laid.field, {.width_m = 0.0}, draws(1), laid.marked),
+  CHECK_THROWS_AS(add_trawl_marks(laid.field, {.width_m = 0.0}, layer_draws(1), laid.marked),
                   std::invalid_argument);
-  CHECK_THROWS_AS(add_pits(laid.field, {.elongation = 0.5}, draws(1), anywhere, laid.marked),
+  CHECK_THROWS_AS(add_pits(laid.field, {.elongation = 0.5}, layer_draws(1), anywhere, laid.marked),
                   std::invalid_argument);
-  CHECK_THROWS_AS(add_boulders(laid.field, {.diameter_m = -1.0}, draws(1), anywhere, laid.marked),
-                  std::invalid_argument);
+  CHECK_THROWS_AS(
+      add_boulders(laid.field, {.diameter_m = -1.0}, layer_draws(1), anywhere, laid.marked),
+      std::invalid_argument);
   const std::vector<double> weight(100, 1.0);
-  CHECK_THROWS_AS(add_outcrops(laid.field, {.dip_rad = 2.0}, draws(1), weight, laid.marked),
+  CHECK_THROWS_AS(add_outcrops(laid.field, {.dip_rad = 2.0}, layer_draws(1), weight, laid.marked),
                   std::invalid_argument);
-  CHECK_THROWS_AS(SmoothField(draws(1).of(1), 0.0, 1.0), std::invalid_argument);
+  CHECK_THROWS_AS(SmoothField(layer_draws(1).of(1), 0.0, 1.0), std::invalid_argument);
 }

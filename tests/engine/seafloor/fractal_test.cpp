@@ -20,7 +20,7 @@ using namespace ensonify::tests;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 Heightfield fractal(int columns, int rows, double dx, double dy, const FractalRelief& relief,
                     std::uint64_t seed) {

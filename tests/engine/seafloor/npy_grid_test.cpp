@@ -31,8 +31,6 @@ std::string npy(const std::string& type, const std::string& shape,
                      numbers.size() * sizeof(Number));
 }
 
-constexpr double hole = std::numeric_limits<double>::quiet_NaN();
-
 }  // namespace
 
 TEST_CASE("an .npy file has the southern row first and the cell size that is given") {
@@ -61,8 +59,9 @@ TEST_CASE("an .npy file has the southern row first and the cell size that is giv
 
 TEST_CASE("an .npy file may have holes, and is read by windows") {
   const TemporaryFolder folder;
-  write_text(folder / "a & b.npy",
-             npy<double>("<f8", "(3, 3)", {-1, -2, -3, -4, -5, -6, -7, -8, hole}));
+  write_text(folder / "a & b.npy", npy<double>("<f8", "(3, 3)",
+                                               {-1, -2, -3, -4, -5, -6, -7, -8,
+                                                std::numeric_limits<double>::quiet_NaN()}));
   const SurveyFile file{folder / "a & b.npy", 2.0};
   const Heightfield field = read_survey(file, 0.0);
   CHECK(std::isnan(field.at(2, 2)));

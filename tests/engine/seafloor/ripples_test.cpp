@@ -15,7 +15,7 @@ using namespace ensonify::tests;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 Heightfield ripples(const RippleRelief& relief, std::uint64_t seed) {
   Heightfield field = flat(256, 200, 0.25, 0.32);

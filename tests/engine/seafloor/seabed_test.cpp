@@ -31,7 +31,7 @@ using namespace ensonify::tests;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 std::vector<double> mask_of(const Area& area, const Heightfield& grid, std::uint64_t seed = 1) {
   return area_mask(area, {grid, [](std::size_t, const std::string&) { return true; }},

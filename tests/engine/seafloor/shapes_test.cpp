@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include "support/body.h"
 #include "support/catch.h"
 
 #include <ensonify/refine/mesh_repair.h>
@@ -14,11 +15,10 @@
 using namespace ensonify;
 using namespace ensonify::engine;
 using Eigen::Vector3d;
+using ensonify::tests::body;
 using std::numbers::pi;
 
 namespace {
-
-const RandomStream draws(1, Purpose::test);
 
 double volume_m3(const refine::TriangleMesh& mesh) {
   const refine::Triangles triangles = mesh;
@@ -27,10 +27,6 @@ double volume_m3(const refine::TriangleMesh& mesh) {
     volume +=
         triangles.corner(f, 0).dot(triangles.corner(f, 1).cross(triangles.corner(f, 2))) / 6.0;
   return volume;
-}
-
-refine::TriangleMesh body(std::string_view name, const ShapeSize& size = {}) {
-  return make_body(shape_named(name), size, draws).mesh;
 }
 
 refine::TriangleMesh line(std::string_view name, const ShapeSize& size = {}) {

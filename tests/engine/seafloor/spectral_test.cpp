@@ -16,7 +16,7 @@ using namespace ensonify::tests;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 double mean_square(const Heightfield& field) {
   double sum = 0.0;

@@ -23,7 +23,7 @@ using namespace ensonify::tests;
 namespace {
 
 /// A fractal field, and a survey that holds every n-th point of it.
-Heightfield fractal(int side, double cell_m, double hurst, std::uint64_t seed) {
+Heightfield square_fractal(int side, double cell_m, double hurst, std::uint64_t seed) {
   Heightfield field = flat(side, side, cell_m, cell_m);
   add_fractal(field, {.height_at_1m_m = 0.1, .hurst = hurst}, seed);
   return field;
@@ -58,7 +58,7 @@ TEST_CASE("A survey's roughness is estimated from its finest scales, whatever it
     double h = 0.0, height = 0.0;
     constexpr int seeds = 6;
     for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-      Heightfield survey = every(fractal(513, 0.25, hurst, seed), 4);
+      Heightfield survey = every(square_fractal(513, 0.25, hurst, seed), 4);
       for (int row = 0; row < survey.rows; ++row)
         for (int column = 0; column < survey.columns; ++column)
           survey.at(column, row) += 0.3 * survey.x_m(column);
@@ -78,7 +78,7 @@ TEST_CASE("A survey's spectrum continues below its cell, without a step where th
   for (const double hurst : {0.4, 0.7}) {
     Spectrum truth(side, side, 0.125, 0.125), continued(side, side, 0.125, 0.125);
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-      const Heightfield fine = fractal(side, 0.125, hurst, seed);
+      const Heightfield fine = square_fractal(side, 0.125, hurst, seed);
       truth.add(fine);
       continued.add(with_detail(
           every(fine, parts), {.cell_m = 0.125, .height_at_1m_m = 0.1, .hurst = hurst}, seed + 50));
@@ -131,7 +131,7 @@ TEST_CASE("Detail in windows has the heights of the whole, and relief of the sam
   constexpr int side = 1025, parts = 8;
   const double hurst = GENERATE(0.4, 0.7);
   CAPTURE(hurst);
-  Heightfield survey = every(fractal(side, 0.125, hurst, 7), parts);
+  Heightfield survey = every(square_fractal(side, 0.125, hurst, 7), parts);
   survey.at(40, 50) = std::numeric_limits<double>::quiet_NaN();
   const auto of_survey = [&](int first_column, int first_row, int columns, int rows,
                              std::span<double> z_m, std::span<std::uint8_t>) {

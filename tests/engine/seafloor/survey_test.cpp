@@ -28,11 +28,11 @@ using ensonify::refine::MeshError;
 
 namespace {
 
-struct Range {
+struct HeightRange {
   double low, high;
 };
-Range heights(const Heightfield& field) {
-  Range range{1e9, -1e9};
+HeightRange heights(const Heightfield& field) {
+  HeightRange range{1e9, -1e9};
   for (const double z : field.z_m)
     if (!std::isnan(z)) range = {std::min(range.low, z), std::max(range.high, z)};
   return range;
@@ -287,7 +287,7 @@ TEST_CASE("Real surveys have their known size, place, heights and holes") {
     CHECK(field.rows == known.rows);
     CHECK(field.cell_east_m == Approx(known.cell_m).epsilon(1e-4));
     CHECK(field.cell_north_m == Approx(known.cell_m).epsilon(1e-4));
-    const Range range = heights(field);
+    const HeightRange range = heights(field);
     CHECK(range.low == Approx(known.low_m).margin(known.tolerance * 10));
     CHECK(range.high == Approx(known.high_m).margin(known.tolerance * 10));
     CHECK(valid_share(field) == Approx(known.valid_share).margin(known.tolerance));

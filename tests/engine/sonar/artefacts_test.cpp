@@ -21,7 +21,7 @@ using namespace ensonify::tests;
 namespace {
 
 constexpr double altitude_m = 10.0;
-const Eigen::Vector3d array{0.0, 0.0, -10.0};
+const Eigen::Vector3d array_place{0.0, 0.0, -10.0};
 
 /// An array that heads north with its bow up by an angle.
 ArrayFrame pitched(const Eigen::Vector3d& here, double bow_up_rad) {
@@ -38,7 +38,7 @@ struct Receiver {
 
   EchoLine receive(std::uint64_t ping = 0, double t_s = 0.0, double north_m = 0.0,
                    double strength = 1.0) {
-    const Eigen::Vector3d here = array + north_m * Eigen::Vector3d::UnitY();
+    const Eigen::Vector3d here = array_place + north_m * Eigen::Vector3d::UnitY();
     EchoLine line = level_line(sonar, Side::starboard, here, altitude_m);
     for (float& mean : line.bins.intensity_mean) mean *= static_cast<float>(strength);
     chain.receive({.ping = ping, .t_s = t_s, .array = {here, {0, 1, 0}}, .altitude_m = altitude_m},
@@ -140,10 +140,11 @@ TEST_CASE("another sonar has its level over the noise at the vehicle's speed") {
       {.speckle = false, .artefacts = {.interference_db = 20.0, .interference_range_m = 20.0}});
   SignalChain::Scratch scratch;
   for (const double speed_mps : {0.0, 6.0}) {
-    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(sonar, Side::starboard, array_place, altitude_m);
     std::ranges::fill(line.bins.intensity_mean, 0.0f);
-    chain.receive({.array = {array, {0, 1, 0}}, .altitude_m = altitude_m, .speed_mps = speed_mps},
-                  std::span(&line, 1), scratch);
+    chain.receive(
+        {.array = {array_place, {0, 1, 0}}, .altitude_m = altitude_m, .speed_mps = speed_mps},
+        std::span(&line, 1), scratch);
     CHECK(std::ranges::max(line.bins.intensity) / line.bins.intensity.back() ==
           Approx(101.0).epsilon(0.01));
   }
@@ -158,14 +159,14 @@ TEST_CASE("a gain from ping to ping is the same on both sides and in all bins of
   double squares = 0.0, products = 0.0, before_db = 0.0;
   constexpr int pings = 1000;
   for (int ping = 0; ping < pings; ++ping) {
-    std::array<EchoLine, 2> lines{level_line(sonar, Side::port, array, altitude_m),
-                                  level_line(sonar, Side::starboard, array, altitude_m)};
+    std::array<EchoLine, 2> lines{level_line(sonar, Side::port, array_place, altitude_m),
+                                  level_line(sonar, Side::starboard, array_place, altitude_m)};
     for (EchoLine& line : lines)
       for (float& mean : line.bins.intensity_mean) mean *= 1e9f;
     std::array<EchoLine, 2> usual = lines;
     const PingContext context{.ping = static_cast<std::uint64_t>(ping),
                               .t_s = 0.1 * ping,
-                              .array = {array, {0, 1, 0}},
+                              .array = {array_place, {0, 1, 0}},
                               .altitude_m = altitude_m};
     even.receive(context, usual, scratch);
     chain.receive(context, lines, scratch);
@@ -402,7 +403,7 @@ TEST_CASE("a pitched array meets as many fish, and a wake where its beam meets t
     Receiver receiver({.fish_per_hectare = 40.0});
     int pings = 0;
     for (double north_m = 0.0; north_m < 400.0; north_m += 1.0) {
-      const Eigen::Vector3d here = array + north_m * Eigen::Vector3d::UnitY();
+      const Eigen::Vector3d here = array_place + north_m * Eigen::Vector3d::UnitY();
       EchoLine line = level_line(receiver.sonar, Side::starboard, here, 60.0);
       receiver.chain.receive({.array = pitched(here, bow_up_rad), .altitude_m = 60.0},
                              std::span(&line, 1), receiver.scratch);
@@ -421,9 +422,9 @@ TEST_CASE("a pitched array meets as many fish, and a wake where its beam meets t
                        .wake_heading_rad = 90.0 * degree,
                        .wake_width_m = 2.0,
                        .wake_offset_m = offset_m});
-    EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(receiver.sonar, Side::starboard, array_place, altitude_m);
     std::ranges::fill(line.bins.intensity_mean, 0.0f);
-    receiver.chain.receive({.array = pitched(array, bow_up_rad), .altitude_m = altitude_m},
+    receiver.chain.receive({.array = pitched(array_place, bow_up_rad), .altitude_m = altitude_m},
                            std::span(&line, 1), receiver.scratch);
     return std::accumulate(line.bins.intensity.begin(), line.bins.intensity.end(), 0.0);
   };
@@ -462,10 +463,10 @@ TEST_CASE("a wake's echo is as long as the pulse, and has the energy of its stre
                                                     .wake_width_m = width_m,
                                                     .wake_offset_m = 40.0}});
       SignalChain::Scratch scratch;
-      EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+      EchoLine line = level_line(sonar, Side::starboard, array_place, altitude_m);
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
-      chain.receive({.array = {array, {0, 1, 0}}, .altitude_m = altitude_m}, std::span(&line, 1),
-                    scratch);
+      chain.receive({.array = {array_place, {0, 1, 0}}, .altitude_m = altitude_m},
+                    std::span(&line, 1), scratch);
       double sum = 0.0, moment_m = 0.0, first_m = 0.0, last_m = 0.0;
       for (std::size_t i = 0; i < line.bins.intensity.size(); ++i) {
         const double intensity = double(line.bins.intensity[i]), at_m = line.bins.range_m[i];
@@ -499,10 +500,11 @@ TEST_CASE("a wake floats on the waves from which the surface's return comes") {
   double lowest_m = 100.0, highest_m = 0.0;
   for (int ping = 0; ping < 20; ++ping) {
     const auto first_m = [&](const SignalChain& chain) {
-      EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+      EchoLine line = level_line(sonar, Side::starboard, array_place, altitude_m);
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
-      chain.receive({.t_s = 0.9 * ping, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m},
-                    std::span(&line, 1), scratch);
+      chain.receive(
+          {.t_s = 0.9 * ping, .array = {array_place, {0, 1, 0}}, .altitude_m = altitude_m},
+          std::span(&line, 1), scratch);
       const auto first =
           std::ranges::find_if(line.bins.intensity, [](float i) { return i > 0.0f; });
       return double(first - line.bins.intensity.begin()) * sonar.bin_m();
@@ -540,9 +542,9 @@ TEST_CASE("shimmer's bands bend, and those of one side are not those of the othe
   std::array<std::vector<std::vector<double>>, 2> db;
   for (std::size_t row = 0; row < rows; ++row)
     for (const Side side : {Side::port, Side::starboard}) {
-      EchoLine line = level_line(sonar, side, array, altitude_m);
+      EchoLine line = level_line(sonar, side, array_place, altitude_m);
       chain.receive({.t_s = 0.6 * static_cast<double>(row),
-                     .array = {array, {0, 1, 0}},
+                     .array = {array_place, {0, 1, 0}},
                      .altitude_m = altitude_m},
                     std::span(&line, 1), scratch);
       std::vector<double>& values = db[static_cast<std::size_t>(side)].emplace_back();

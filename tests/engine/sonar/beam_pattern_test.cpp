@@ -14,29 +14,32 @@ using namespace ensonify::engine;
 using ensonify::scatter::to_db;
 
 namespace {
-const LineArray array{.length_m = 0.5, .wavelength_m = 0.00375};
+const LineArray half_metre_array{.length_m = 0.5, .wavelength_m = 0.00375};
 }
 
 TEST_CASE("a line array's one-way beam is 0.8859 lambda/L wide, its two-way beam 0.6378") {
-  const double unit = array.wavelength_m / array.length_m;
-  CHECK(to_db(array.power(0.5 * 0.8859 * unit)) == Approx(-3.0103).margin(0.002));
-  CHECK(2.0 * to_db(array.power(0.5 * 0.6378 * unit)) == Approx(-3.0103).margin(0.002));
+  const double unit = half_metre_array.wavelength_m / half_metre_array.length_m;
+  CHECK(to_db(half_metre_array.power(0.5 * 0.8859 * unit)) == Approx(-3.0103).margin(0.002));
+  CHECK(2.0 * to_db(half_metre_array.power(0.5 * 0.6378 * unit)) == Approx(-3.0103).margin(0.002));
 }
 
 TEST_CASE("a line array's first null is at lambda/L and its first side lobe at -13.26 dB") {
-  CHECK(array.power(std::sin(array.null_rad(1))) < 1e-20);
+  CHECK(half_metre_array.power(std::sin(half_metre_array.null_rad(1))) < 1e-20);
   double highest = 0.0;
   for (double x = 1.05; x < 1.95; x += 1e-3)
-    highest = std::max(highest, array.power(x * array.wavelength_m / array.length_m));
+    highest = std::max(highest, half_metre_array.power(x * half_metre_array.wavelength_m /
+                                                       half_metre_array.length_m));
   CHECK(to_db(highest) == Approx(-13.26).margin(0.01));
 }
 
 TEST_CASE("the two-way beam's integral is its equivalent width, 2/3 lambda/L") {
   double integral = 0.0;
   const double step = 1e-6;
-  for (double psi = 0.5 * step; psi < 40.0 * array.null_rad(1); psi += step)
-    integral += 2.0 * std::pow(array.power(std::sin(psi)), 2) * step;
-  CHECK(integral == Approx(2.0 / 3.0 * array.wavelength_m / array.length_m).epsilon(1e-3));
+  for (double psi = 0.5 * step; psi < 40.0 * half_metre_array.null_rad(1); psi += step)
+    integral += 2.0 * std::pow(half_metre_array.power(std::sin(psi)), 2) * step;
+  CHECK(
+      integral ==
+      Approx(2.0 / 3.0 * half_metre_array.wavelength_m / half_metre_array.length_m).epsilon(1e-3));
 }
 
 TEST_CASE("a ray layout's weights sum over planes to the beam's width at every elevation") {
@@ -263,27 +266,30 @@ TEST_CASE("the table of a vertical pattern over direction agrees with the patter
 }
 
 TEST_CASE("an unfocused array's beam changes from the array's length nearby to sinc^2 far away") {
-  const double unit = array.wavelength_m / array.length_m;
+  const double unit = half_metre_array.wavelength_m / half_metre_array.length_m;
   for (double x = 0.0; x < 3.0; x += 0.1)
-    CHECK(array.power(x * unit, 1e6) == Approx(array.power(x * unit)).margin(1e-6));
+    CHECK(half_metre_array.power(x * unit, 1e6) ==
+          Approx(half_metre_array.power(x * unit)).margin(1e-6));
   // The radiated power is the same at all ranges: the integral over sin(psi) is lambda / L
   // (Parseval).
   for (const double range_m : {2.0, 5.0, 20.0, 100.0}) {
     double sum = 0.0;
     const double step = 0.02 * unit;
     for (double s = 0.5 * step; s < 150.0 * unit; s += step)
-      sum += 2.0 * step * array.power(s, range_m);
+      sum += 2.0 * step * half_metre_array.power(s, range_m);
     CHECK(sum == Approx(unit).epsilon(2e-3));
   }
   // On the axis, Fresnel's integrals: |C(w) + i S(w)|^2 / w^2 with w = L / sqrt(2 lambda r), and
   // C(1) = 0.7798934, S(1) = 0.4382591 (Abramowitz and Stegun, table 7.7).
-  const double range_m = array.length_m * array.length_m / (2.0 * array.wavelength_m);
-  CHECK(array.power(0.0, range_m) ==
+  const double range_m =
+      half_metre_array.length_m * half_metre_array.length_m / (2.0 * half_metre_array.wavelength_m);
+  CHECK(half_metre_array.power(0.0, range_m) ==
         Approx(0.7798934 * 0.7798934 + 0.4382591 * 0.4382591).epsilon(1e-5));
   // Abeam of the end of a long array the intensity is a quarter of that at its middle.
   const double near_m = 0.02 * range_m;
-  CHECK(array.power(0.5 * array.length_m / near_m, near_m) * array.length_m * array.length_m /
-            (array.wavelength_m * near_m) ==
+  CHECK(half_metre_array.power(0.5 * half_metre_array.length_m / near_m, near_m) *
+            half_metre_array.length_m * half_metre_array.length_m /
+            (half_metre_array.wavelength_m * near_m) ==
         Approx(0.25).epsilon(0.1));
 }
 
@@ -330,12 +336,13 @@ TEST_CASE(
 TEST_CASE("the array's table agrees with the array's pattern, near and far") {
   const ArrayTable table(1);
   for (const double nearness : {0.0, 0.01, 0.3, 1.0, 2.7, 4.9, 9.3}) {
-    const double range_m =
-        0.5 * array.length_m * array.length_m / (array.wavelength_m * std::max(nearness, 1e-9));
+    const double range_m = 0.5 * half_metre_array.length_m * half_metre_array.length_m /
+                           (half_metre_array.wavelength_m * std::max(nearness, 1e-9));
     const ArrayTable::Row row = table.row(nearness);
     for (double x = 0.0; x < nearness + 2.0; x += 0.0731) {
       CAPTURE(nearness, x);
-      const double exact = array.power(x * array.wavelength_m / array.length_m, range_m);
+      const double exact = half_metre_array.power(
+          x * half_metre_array.wavelength_m / half_metre_array.length_m, range_m);
       CHECK(row.scale * table.value(row, static_cast<float>(x)) * (1.0 + 2.0 * nearness) ==
             Approx(exact * (1.0 + 2.0 * nearness)).margin(nearness < 5.0 ? 0.003 : 0.02));
       CHECK(table.value(row, -1.0f) == table.value(row, 1.0f));

@@ -14,7 +14,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-constexpr double bin_m = 0.5;
+constexpr double half_metre_bin = 0.5;
 constexpr std::size_t bins = 40;
 
 /// Labels 0 (bed), 1 (instance 7, an object) and 2 (instance 9, a feature of the bed).
@@ -86,7 +86,7 @@ class Bins {
   }
 
  private:
-  RangeBins bins_{bin_m, bins};
+  RangeBins bins_{half_metre_bin, bins};
   EchoLine line_;
 };
 

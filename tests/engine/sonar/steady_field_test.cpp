@@ -22,12 +22,12 @@ namespace {
 constexpr double speed_mps = 1500.0, band_hz = 10e3;
 constexpr double lobe_m = 0.5 * speed_mps / band_hz;  // of 1 / B
 
-const Pulse tone{.kind = PulseKind::cw, .bandwidth_hz = band_hz};
-const Pulse sweep{.kind = PulseKind::lfm, .bandwidth_hz = band_hz, .length_s = 10e-3};
-const Pulse hann{.kind = PulseKind::lfm,
-                 .bandwidth_hz = band_hz,
-                 .length_s = 10e-3,
-                 .window = PulseWindow::hann};
+const Pulse band_tone{.kind = PulseKind::cw, .bandwidth_hz = band_hz};
+const Pulse long_sweep{.kind = PulseKind::lfm, .bandwidth_hz = band_hz, .length_s = 10e-3};
+const Pulse long_hann{.kind = PulseKind::lfm,
+                      .bandwidth_hz = band_hz,
+                      .length_s = 10e-3,
+                      .window = PulseWindow::hann};
 
 /// The pulse's amplitude x lobes behind the echo's range, written out again.
 double amplitude(const Pulse& pulse, double x) {
@@ -74,7 +74,7 @@ std::vector<double> intensities(const Pulse& pulse, double bin_m, std::size_t bi
 }  // namespace
 
 TEST_CASE("two steady echoes have the energy of their overlap in time, whatever the bins") {
-  for (const Pulse& pulse : {tone, sweep, hann})
+  for (const Pulse& pulse : {band_tone, long_sweep, long_hann})
     for (const int bins_per_lobe : {1, 2, 4, 16})
       for (const double gap : {0.0, 0.1, 0.25, 0.5, 0.9, 1.01, 1.5, 2.0})
         for (const double phase : {0.0, 1.0, 2.0, std::numbers::pi}) {
@@ -94,7 +94,7 @@ TEST_CASE("two steady echoes have the energy of their overlap in time, whatever 
 }
 
 TEST_CASE("each bin of steady echoes has the mean of the square of their field in it") {
-  for (const Pulse& pulse : {tone, sweep, hann})
+  for (const Pulse& pulse : {band_tone, long_sweep, long_hann})
     for (const double bins_per_lobe : {0.3, 1.0, 2.0, 4.0, 7.3})
       for (std::uint64_t seed = 0; seed < 4; ++seed) {
         const double bin_m = lobe_m / bins_per_lobe;
@@ -127,7 +127,7 @@ TEST_CASE("each bin of steady echoes has the mean of the square of their field i
 }
 
 TEST_CASE("a steady field has the phase of its echo, and keeps nothing from ping to ping") {
-  for (const Pulse& pulse : {tone, sweep}) {
+  for (const Pulse& pulse : {band_tone, long_sweep}) {
     SteadyField field(pulse, speed_mps, 0.5 * lobe_m, 100);
     std::vector<float> re, im;
     field.add(20.1 * lobe_m, std::polar(2.0, 0.7));
@@ -146,13 +146,13 @@ TEST_CASE("a steady field has the phase of its echo, and keeps nothing from ping
     CHECK(re[0] > 0.1f);
     CHECK(re.size() == 100);
   }
-  CHECK_THROWS_AS(SteadyField(tone, speed_mps, 0.0, 10), std::invalid_argument);
+  CHECK_THROWS_AS(SteadyField(band_tone, speed_mps, 0.0, 10), std::invalid_argument);
 }
 
 TEST_CASE(
     "in bins far longer than a sweep's cell a steady echo keeps its energy, in little memory") {
   const double bin_m = 1000.0 * lobe_m;
-  const std::vector<double> got = intensities(sweep, bin_m, 40, {{20.4 * bin_m, 3.0}});
+  const std::vector<double> got = intensities(long_sweep, bin_m, 40, {{20.4 * bin_m, 3.0}});
   double energy = 0.0;
   for (const double one : got) energy += one;
   CHECK(energy == Approx(9.0 * lobe_m / bin_m).epsilon(0.01));

@@ -11,12 +11,11 @@ using namespace ensonify::engine;
 using Eigen::Vector3d;
 
 namespace {
-constexpr double right_angle = std::numbers::pi / 2.0;
 bool near(const Vector3d& a, const Vector3d& b) { return (a - b).norm() < 1e-12; }
 }  // namespace
 
 TEST_CASE("heading east, the bow looks east and starboard is south") {
-  const Eigen::Matrix3d body = body_to_world({.heading_rad = right_angle});
+  const Eigen::Matrix3d body = body_to_world({.heading_rad = std::numbers::pi / 2.0});
   CHECK(near(body.col(0), Vector3d::UnitX()));
   CHECK(near(body.col(1), -Vector3d::UnitY()));
   CHECK(near(body.col(2), -Vector3d::UnitZ()));

@@ -31,7 +31,7 @@ using ensonify::tests::hit_of;
 namespace {
 
 /// A rough bed of 2 x 16 x 16 faces in a square of 8 m, 20 m deep, with a column of needles.
-refine::TriangleMesh rough_bed() {
+refine::TriangleMesh bed_with_needles() {
   constexpr std::uint32_t side = 17;
   std::vector<double> heights(side * side);
   RandomStream(5, Purpose::test).normal(heights);
@@ -253,7 +253,7 @@ TEST_CASE("beyond a needle's tip both edges may count as hit, beside the needle 
 }
 
 TEST_CASE("every intersector agrees with the reference, the exact ones to the bit") {
-  const refine::TriangleMesh mesh = rough_bed();
+  const refine::TriangleMesh mesh = bed_with_needles();
   for (const IntersectorKind& kind : intersector_kinds()) {
     CAPTURE(std::string(kind.name));
     for (const AgreementRow& row : compare_one(mesh, make_intersector(kind.name, mesh))) {
@@ -271,7 +271,7 @@ TEST_CASE("every intersector agrees with the reference, the exact ones to the bi
 }
 
 TEST_CASE("a planted fault is caught by rays from every source") {
-  const refine::TriangleMesh mesh = rough_bed();
+  const refine::TriangleMesh mesh = bed_with_needles();
   refine::TriangleMesh shifted = mesh;
   shifted.positions[8 * 17 + 4].z() += 1e-3f;
   refine::TriangleMesh turned = mesh;  // the diagonal of one square
@@ -337,7 +337,7 @@ TEST_CASE("a planted fault is caught by rays from every source") {
 }
 
 TEST_CASE("a t that is off by a ten-thousandth is caught on nearly every ray of a fan that hits") {
-  const refine::TriangleMesh mesh = rough_bed();
+  const refine::TriangleMesh mesh = bed_with_needles();
   const auto rows = compare_one(mesh, std::make_shared<Spoilt>(mesh, [](auto&, Hit hit, auto&) {
                                   return hit.t *= 1.0 + 1e-4, hit;
                                 }));
@@ -355,7 +355,7 @@ TEST_CASE("a t that is off by a ten-thousandth is caught on nearly every ray of 
 }
 
 TEST_CASE("duplicate faces are ties, any of them") {
-  refine::TriangleMesh mesh = rough_bed();
+  refine::TriangleMesh mesh = bed_with_needles();
   const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
   for (std::uint32_t face = 0; face < faces; ++face) mesh.faces.push_back(mesh.faces[face]);
   const auto rows = compare_one(mesh, std::make_shared<Spoilt>(mesh, [&](auto&, Hit hit, auto&) {
@@ -370,7 +370,7 @@ TEST_CASE("duplicate faces are ties, any of them") {
 }
 
 TEST_CASE("rays that slip through along edges are leaks, not unexplained misses") {
-  const refine::TriangleMesh mesh = rough_bed();
+  const refine::TriangleMesh mesh = bed_with_needles();
   const auto rows =
       compare_one(mesh, std::make_shared<Spoilt>(mesh, [](auto& ray, const Hit& hit, auto& sound) {
                     const bool at_edge = std::min({hit.u, hit.v, 1.0 - hit.u - hit.v}) < 1e-12;
@@ -381,7 +381,7 @@ TEST_CASE("rays that slip through along edges are leaks, not unexplained misses"
 }
 
 TEST_CASE("a stopped comparison's rows have the counts that its progress reported") {
-  const refine::TriangleMesh mesh = rough_bed();
+  const refine::TriangleMesh mesh = bed_with_needles();
   const auto faulty = std::make_shared<Spoilt>(mesh, [](auto& ray, Hit hit, auto& sound) {
     if (hit.face % 64 == 7) return hit.t *= 1.0 + 1e-4, hit;
     const bool at_edge = std::min({hit.u, hit.v, 1.0 - hit.u - hit.v}) < 1e-12;
@@ -409,7 +409,7 @@ TEST_CASE("a stopped comparison's rows have the counts that its progress reporte
 }
 
 TEST_CASE("an answer computed for the ray rounded to float is within the tolerance") {
-  const refine::TriangleMesh mesh = rough_bed();
+  const refine::TriangleMesh mesh = bed_with_needles();
   const auto tracer = make_intersector("pluecker", mesh);
   const Judge judge(mesh, *tracer);
   std::vector<Ray> rays(20000);
@@ -541,7 +541,7 @@ TEST_CASE("counts of two comparisons add up, and each largest difference stays")
 }
 
 TEST_CASE("the number of threads does not change a comparison") {
-  const refine::TriangleMesh mesh = rough_bed();
+  const refine::TriangleMesh mesh = bed_with_needles();
   const auto candidate = std::make_shared<Spoilt>(
       mesh, [](auto&, const Hit& hit, auto&) { return hit.face % 64 == 7 ? Hit{} : hit; });
   const auto one = compare_one(mesh, candidate, 1), four = compare_one(mesh, candidate, 4);
@@ -557,7 +557,7 @@ TEST_CASE("the number of threads does not change a comparison") {
 }
 
 TEST_CASE("a back-end that takes fans only is compared on fans, a slow one on a share of rays") {
-  const refine::TriangleMesh mesh = rough_bed();
+  const refine::TriangleMesh mesh = bed_with_needles();
   const auto whole = compare_one(mesh, std::make_shared<Spoilt>(mesh, no_fault));
   const auto fans_only = compare_one(mesh, std::make_shared<Spoilt>(mesh, no_fault, true));
   REQUIRE(whole.size() == 3);
@@ -864,7 +864,7 @@ TEST_CASE(
 }
 
 TEST_CASE("aimed rays hit vertices and edges, and are the same for the same seed") {
-  const refine::TriangleMesh mesh = rough_bed();
+  const refine::TriangleMesh mesh = bed_with_needles();
   const auto tracer = make_intersector("pluecker", mesh);
   const AdversarialRays aimed(mesh, 11), again(mesh, 11), other(mesh, 12);
   std::vector<Ray> rays(4096), same(4096), different(4096);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/trace/thermocline.h"
 #include "support/catch.h"
 #include "support/meshes.h"
 
@@ -18,12 +19,12 @@
 using namespace ensonify;
 using namespace ensonify::engine;
 using Eigen::Vector3d;
+using ensonify::tests::thermocline;
 using scatter::SoundSpeedProfile;
 
 namespace {
 
 constexpr double mps = 1500.0, range_m = 25.0;
-const SoundSpeedProfile thermocline({{0, 1520}, {6, 1520}, {10, 1490}, {60, 1490.5}});
 
 /// A wavy bed of 2 x 60 x 60 faces of about 0.7 m, 14 to 15 m deep.
 refine::TriangleMesh waves() {

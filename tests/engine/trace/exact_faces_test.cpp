@@ -30,7 +30,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-struct Count {
+struct RayCount {
   std::size_t rays = 0, hits = 0, differences = 0;
 };
 
@@ -62,7 +62,8 @@ RayFan moved(RayFan fan, tests::Random& random, double step_m) {
   return fan;
 }
 
-void compare(const RayFan& fan, const Intersector& whole, const Intersector& exact, Count& count) {
+void compare_with_whole(const RayFan& fan, const Intersector& whole, const Intersector& exact,
+                        RayCount& count) {
   std::vector<Hit> expected(fan.grid->rays()), found(fan.grid->rays());
   whole.intersect(fan, expected);
   exact.intersect(fan, found);
@@ -75,9 +76,9 @@ void compare(const RayFan& fan, const Intersector& whole, const Intersector& exa
 }
 
 /// Walks of several pings with two sonars, over every kind of exact face source.
-Count walk(const refine::TriangleMesh& mesh,
-           std::shared_ptr<const refine::ProgressiveMesh> progressive,
-           const std::string& intersector, int walks, int tree_pings) {
+RayCount walk(const refine::TriangleMesh& mesh,
+              std::shared_ptr<const refine::ProgressiveMesh> progressive,
+              const std::string& intersector, int walks, int tree_pings) {
   const auto whole = make_intersector(intersector, mesh);
   const FaceSourceParts parts{
       .progressive = std::move(progressive), .intersector = intersector, .tree_pings = tree_pings};
@@ -85,14 +86,14 @@ Count walk(const refine::TriangleMesh& mesh,
   const refine::Bounds box = refine::bounds(mesh);
   const double size_m = (box.highest - box.lowest).cast<double>().norm();
   tests::Random random(7);
-  Count count;
+  RayCount count;
   for (int i = 0; i < walks; ++i) {
     std::vector<RayFan> fans{random_fan(random, box), random_fan(random, box)};
     refined->reset();
     for (int ping = 0; ping < 6; ++ping) {
       for (FaceSource* surface : {refined.get(), footprint.get()}) {
         const Intersector& exact = *surface->prepare(fans).intersector;
-        for (const RayFan& fan : fans) compare(fan, *whole, exact, count);
+        for (const RayFan& fan : fans) compare_with_whole(fan, *whole, exact, count);
       }
       for (RayFan& fan : fans) fan = moved(fan, random, 2e-4 * size_m);
     }
@@ -109,7 +110,7 @@ TEST_CASE("Refined and footprint faces give each ray the hit of the whole mesh, 
     for (const char* intersector : {"embree", "embree-single", "pluecker", "fan_scan"})
       for (const int tree_pings : {1, 4}) {
         CAPTURE(intersector, tree_pings);
-        const Count count = walk(named.mesh, progressive, intersector, 4, tree_pings);
+        const RayCount count = walk(named.mesh, progressive, intersector, 4, tree_pings);
         CHECK(count.differences == 0);
         if (named.mesh.faces.size() > 100) CHECK(count.hits > count.rays / 20);
       }
@@ -124,7 +125,7 @@ TEST_CASE(
     return;
   }
   const refine::TriangleMesh wreck = refine::repair(refine::read_mesh(*file)).mesh;
-  const Count count = walk(wreck, make_progressive_mesh(wreck), "embree", 20, 1);
+  const RayCount count = walk(wreck, make_progressive_mesh(wreck), "embree", 20, 1);
   CHECK(count.hits > count.rays / 10);
   CHECK(count.differences == 0);
 }
@@ -134,14 +135,15 @@ TEST_CASE(
   const refine::TriangleMesh bed = tests::open_grid(40, 40, 0.5, 0.4, 3);
   refine::ProgressiveMeshArrays broken = tests::arrays_of(*make_progressive_mesh(bed));
   for (refine::Sphere& sphere : broken.spheres) sphere.radius *= 0.7f;
-  const Count count = walk(bed, std::make_shared<refine::ProgressiveMesh>(broken), "embree", 6, 1);
+  const RayCount count =
+      walk(bed, std::make_shared<refine::ProgressiveMesh>(broken), "embree", 6, 1);
   CHECK(count.differences > count.hits / 1000);
 }
 
 namespace {
 
 /// A fan above a place, looking down to one side.
-RayFan fan_over(const Eigen::Vector3d& place) {
+RayFan fan_beside(const Eigen::Vector3d& place) {
   tests::Random random(3);
   const double half = std::sqrt(0.5);
   RayFan fan = random_fan(random, {Eigen::Vector3f::Zero(), Eigen::Vector3f::Ones()});
@@ -169,13 +171,13 @@ TEST_CASE(
       const auto surface = make({.progressive = make_progressive_mesh(bed),
                                  .intersector = intersector,
                                  .tree_pings = tree_pings});
-      Count count;
+      RayCount count;
       int made_ahead = 0;
       TracedFaces before;
       for (int ping = 0; ping < 60; ++ping) {
         const auto at = [&](int p) {
           const double along_m = 0.05 * p - (p > 40 ? 2.0 : 0.0);  // with one leap
-          return fan_over(middle + Eigen::Vector3d(0.0, along_m, 2.0));
+          return fan_beside(middle + Eigen::Vector3d(0.0, along_m, 2.0));
         };
         const RayFan fan = at(ping);
         const TracedFaces faces = surface->prepare({&fan, 1});
@@ -191,9 +193,9 @@ TEST_CASE(
           const RayFan expected = at(ping % 7 == 0 ? next + 20 : next);
           does = surface->announce({&expected, 1}, spare.threads);
         }
-        compare(fan, *whole, exact, count);  // while it is being prepared
+        compare_with_whole(fan, *whole, exact, count);  // while it is being prepared
         spare.settle();
-        compare(fan, *whole, exact, count);  // and when it is ready
+        compare_with_whole(fan, *whole, exact, count);  // and when it is ready
         if (ping == 30) surface->reset();
       }
       CHECK(made_ahead > 30 / tree_pings);
@@ -213,13 +215,13 @@ TEST_CASE("Damage found by a spare thread is reported only to the ping that need
         broken.spheres[node].radius < 2.0f)
       broken.mid[node] = 0;
   const auto progressive = std::make_shared<refine::ProgressiveMesh>(broken);
-  const RayFan sound = fan_over(middle + Eigen::Vector3d(-end_m, 0.0, 2.0));
-  const RayFan damaged = fan_over(middle + Eigen::Vector3d(end_m - 4.0, 0.0, 2.0));
+  const RayFan sound = fan_beside(middle + Eigen::Vector3d(-end_m, 0.0, 2.0));
+  const RayFan damaged = fan_beside(middle + Eigen::Vector3d(end_m - 4.0, 0.0, 2.0));
   const auto whole = make_intersector("embree", bed);
   tests::SpareThread spare;
   for (const auto make : {&make_refined_faces, &make_footprint_faces}) {
     const auto surface = make({.progressive = progressive, .intersector = "embree"});
-    Count count;
+    RayCount count;
     for (int round = 0; round < 3; ++round) {
       RayFan fan = sound;
       for (int ping = 0; ping < 3; ++ping) {
@@ -227,7 +229,7 @@ TEST_CASE("Damage found by a spare thread is reported only to the ping that need
         const Intersector& exact = *surface->prepare({&fan, 1}).intersector;
         CHECK_FALSE(surface->announce({&damaged, 1}, spare.threads));
         spare.settle();
-        compare(fan, *whole, exact, count);
+        compare_with_whole(fan, *whole, exact, count);
       }
       CHECK_THROWS_AS(surface->prepare({&damaged, 1}), refine::DamagedFile);
       surface->reset();
@@ -257,7 +259,7 @@ TEST_CASE("A tree for several pings is not built for each, and not kept too long
   fan.middle = {half, 0.0, -half};
   fan.pole = {half, 0.0, half};
   fan.range_m = 8.0;
-  Count count;
+  RayCount count;
   std::vector<int> built_at;
   std::uint64_t version = 0;
   for (int ping = 0; ping < 40; ++ping) {
@@ -270,7 +272,7 @@ TEST_CASE("A tree for several pings is not built for each, and not kept too long
       fan.pole = turn * fan.pole;
     }
     const TracedFaces kept = surface->prepare({&fan, 1});
-    compare(fan, *whole, *kept.intersector, count);
+    compare_with_whole(fan, *whole, *kept.intersector, count);
     if (std::exchange(version, kept.version) != kept.version) built_at.push_back(ping);
     const std::size_t faces = kept.triangles.faces.size();
     const std::size_t needed = alone->prepare({&fan, 1}).triangles.faces.size();

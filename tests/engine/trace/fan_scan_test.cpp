@@ -29,8 +29,8 @@ using ensonify::tests::hits_of;
 namespace {
 
 /// A square of 2 n^2 faces around (0, 0), side_m wide, at -depth_m with heights of rms_m.
-refine::TriangleMesh bed(std::uint32_t n, double side_m, double depth_m, double rms_m,
-                         std::uint64_t seed = 5) {
+refine::TriangleMesh rough_square(std::uint32_t n, double side_m, double depth_m, double rms_m,
+                                  std::uint64_t seed = 5) {
   std::vector<double> heights((n + 1) * (n + 1));
   RandomStream(seed, Purpose::test).normal(heights);
   refine::TriangleMesh mesh;
@@ -92,7 +92,7 @@ refine::TriangleMesh stone(int n, double radius_m, std::uint64_t seed) {
 
 /// Stones, partly half buried, partly floating, on a bed 20 m deep.
 refine::TriangleMesh clutter(int stones, std::uint32_t bed_cells = 60) {
-  refine::TriangleMesh mesh = bed(bed_cells, 60.0, 20.0, 0.05);
+  refine::TriangleMesh mesh = rough_square(bed_cells, 60.0, 20.0, 0.05);
   std::vector<double> at(3 * static_cast<std::size_t>(stones));
   RandomStream(9, Purpose::test).uniform(at);
   for (int i = 0; i < stones; ++i) {
@@ -103,7 +103,7 @@ refine::TriangleMesh clutter(int stones, std::uint32_t bed_cells = 60) {
   return mesh;
 }
 
-struct Look {
+struct EastLook {
   Vector3d origin = {0.0, 0.0, -15.0};
   double roll_rad = 0.0, pitch_rad = 0.0, yaw_rad = 0.0;
   double low_rad = 5.0 * degree, high_rad = 90.0 * degree;  // depressions
@@ -112,7 +112,7 @@ struct Look {
 };
 
 /// A fan that looks east (before it is turned).
-RayFan fan_of(const Look& look, std::shared_ptr<const FanGrid> grid = nullptr) {
+RayFan fan_to_east(const EastLook& look, std::shared_ptr<const FanGrid> grid = nullptr) {
   if (!grid)
     grid = std::make_shared<const FanGrid>(FanLayout{.sector_low_rad = look.low_rad,
                                                      .sector_high_rad = look.high_rad,
@@ -181,27 +181,27 @@ void require_sound(const refine::TriangleMesh& mesh, const std::vector<RayFan>& 
 TEST_CASE("fan_scan agrees with the reference, for any attitude and sector of the sonar") {
   std::vector<RayFan> fans;
   for (const double turn : {-0.4, 0.0, 0.3})
-    fans.push_back(fan_of({.roll_rad = turn, .pitch_rad = 0.7 * turn, .yaw_rad = 5.0 * turn}));
-  fans.push_back(fan_of({.low_rad = -30.0 * degree, .high_rad = 120.0 * degree}));
-  fans.push_back(fan_of({.low_rad = 60.0 * degree, .high_rad = 130.0 * degree}));
-  fans.push_back(fan_of({.low_rad = -89.0 * degree, .high_rad = 89.0 * degree}));
-  require_sound(bed(60, 60.0, 20.0, 0.2), fans);
+    fans.push_back(fan_to_east({.roll_rad = turn, .pitch_rad = 0.7 * turn, .yaw_rad = 5.0 * turn}));
+  fans.push_back(fan_to_east({.low_rad = -30.0 * degree, .high_rad = 120.0 * degree}));
+  fans.push_back(fan_to_east({.low_rad = 60.0 * degree, .high_rad = 130.0 * degree}));
+  fans.push_back(fan_to_east({.low_rad = -89.0 * degree, .high_rad = 89.0 * degree}));
+  require_sound(rough_square(60, 60.0, 20.0, 0.2), fans);
 }
 
 TEST_CASE("fan_scan agrees with the reference among stones with overhangs") {
   std::vector<RayFan> fans;
   for (int i = 0; i < 6; ++i)
-    fans.push_back(fan_of({.origin = {2.0 * i - 5.0, -3.0 * i, -18.5 + 0.7 * i},
-                           .roll_rad = 0.05 * i,
-                           .yaw_rad = 1.1 * i,
-                           .low_rad = -20.0 * degree,
-                           .high_rad = 110.0 * degree}));
+    fans.push_back(fan_to_east({.origin = {2.0 * i - 5.0, -3.0 * i, -18.5 + 0.7 * i},
+                                .roll_rad = 0.05 * i,
+                                .yaw_rad = 1.1 * i,
+                                .low_rad = -20.0 * degree,
+                                .high_rad = 110.0 * degree}));
   require_sound(clutter(80), fans);
 }
 
 TEST_CASE("fan_scan agrees with the reference on needles and on faces a kilometre long") {
-  refine::TriangleMesh mesh = bed(1, 2000.0, 20.0, 0.0);
-  add(mesh, bed(30, 30.0, 0.0, 0.2), {10.0, 0.0, -18.0});
+  refine::TriangleMesh mesh = rough_square(1, 2000.0, 20.0, 0.0);
+  add(mesh, rough_square(30, 30.0, 0.0, 0.2), {10.0, 0.0, -18.0});
   for (int i = 0; i < 40; ++i) {  // a million times longer than wide, across and along the track
     const auto n = static_cast<std::uint32_t>(mesh.positions.size());
     const float at = 0.5f * static_cast<float>(i) + 0.3f;
@@ -215,14 +215,14 @@ TEST_CASE("fan_scan agrees with the reference on needles and on faces a kilometr
     }
     mesh.faces.push_back({n, n + 1, n + 2});
   }
-  require_sound(mesh, {fan_of({}), fan_of({.yaw_rad = 0.4, .range_m = 900.0}),
-                       fan_of({.origin = {3.0, 1.0, -18.99}, .low_rad = -80 * degree})});
+  require_sound(mesh, {fan_to_east({}), fan_to_east({.yaw_rad = 0.4, .range_m = 900.0}),
+                       fan_to_east({.origin = {3.0, 1.0, -18.99}, .low_rad = -80 * degree})});
 }
 
 TEST_CASE("fan_scan agrees where corners are in the fan's planes, on its rays and at its height") {
   // Level faces at the sonar's height, vertical ones in its planes, the sonar over a vertex.
-  refine::TriangleMesh mesh = bed(40, 40.0, 20.0, 0.0);
-  add(mesh, bed(8, 8.0, 0.0, 0.0), {8.0, 0.0, -15.0});
+  refine::TriangleMesh mesh = rough_square(40, 40.0, 20.0, 0.0);
+  add(mesh, rough_square(8, 8.0, 0.0, 0.0), {8.0, 0.0, -15.0});
   for (const float y : {0.0f, 1.0f}) {
     const auto n = static_cast<std::uint32_t>(mesh.positions.size());
     mesh.positions.insert(mesh.positions.end(),
@@ -254,12 +254,12 @@ TEST_CASE("fan_scan agrees where corners are in the fan's planes, on its rays an
   std::vector<RayFan> fans;
   for (const double y : {0.0, 1.0, 0.5})
     for (const double yaw : {0.0, 0.5 * std::numbers::pi})
-      fans.push_back(fan_of({.origin = {0.0, y, -15.0}, .yaw_rad = yaw}, tricky));
+      fans.push_back(fan_to_east({.origin = {0.0, y, -15.0}, .yaw_rad = yaw}, tricky));
   require_sound(mesh, fans);
 }
 
 TEST_CASE("fan_scan takes any tables: two elevations, clusters, one") {
-  const refine::TriangleMesh mesh = bed(40, 40.0, 20.0, 0.1);
+  const refine::TriangleMesh mesh = rough_square(40, 40.0, 20.0, 0.1);
   FanGrid base(FanLayout{.sector_low_rad = 0.1,
                          .sector_high_rad = 1.5,
                          .truncation_rad = 0.05,
@@ -280,13 +280,13 @@ TEST_CASE("fan_scan takes any tables: two elevations, clusters, one") {
   std::vector<RayFan> fans;
   for (const auto& elevations : {std::vector{-0.3, 0.5}, std::vector{0.0}, clusters})
     for (const double x : {0.0, 1.3})
-      fans.push_back(fan_of({.origin = {x, 0.1, -15.0}}, with(elevations)));
+      fans.push_back(fan_to_east({.origin = {x, 0.1, -15.0}}, with(elevations)));
   require_sound(mesh, fans, 1500);
 
   const auto scan = make_intersector("fan_scan", mesh);
-  CHECK_THROWS_AS(hits_of(*scan, fan_of({}, with({0.3, 0.2}))), std::invalid_argument);
-  CHECK_THROWS_AS(hits_of(*scan, fan_of({}, with({0.3, 1.7}))), std::invalid_argument);
-  CHECK(hits_of(*scan, fan_of({}, with({}))).empty());
+  CHECK_THROWS_AS(hits_of(*scan, fan_to_east({}, with({0.3, 0.2}))), std::invalid_argument);
+  CHECK_THROWS_AS(hits_of(*scan, fan_to_east({}, with({0.3, 1.7}))), std::invalid_argument);
+  CHECK(hits_of(*scan, fan_to_east({}, with({}))).empty());
 }
 
 TEST_CASE("fan_scan finds no gap between faces with separate corners, in any direction") {
@@ -305,14 +305,14 @@ TEST_CASE("fan_scan finds no gap between faces with separate corners, in any dir
   const auto scan = make_intersector("fan_scan", parted);
   const auto reference = make_intersector("pluecker", parted);
   for (int i = 0; i < 40; ++i) {
-    const RayFan fan = fan_of({.origin = {0.1 * i, 0.03 * i, -0.07 * i},
-                               .roll_rad = 0.3 * i,
-                               .pitch_rad = 0.1 * i,
-                               .yaw_rad = 0.7 * i,
-                               .low_rad = -80.0 * degree,
-                               .high_rad = 95.0 * degree,
-                               .range_m = 100.0,
-                               .elevations = 1000});
+    const RayFan fan = fan_to_east({.origin = {0.1 * i, 0.03 * i, -0.07 * i},
+                                    .roll_rad = 0.3 * i,
+                                    .pitch_rad = 0.1 * i,
+                                    .yaw_rad = 0.7 * i,
+                                    .low_rad = -80.0 * degree,
+                                    .high_rad = 95.0 * degree,
+                                    .range_m = 100.0,
+                                    .elevations = 1000});
     const std::vector<Hit> found = hits_of(*scan, fan), expected = hits_of(*reference, fan);
     for (std::size_t ray = 0; ray < found.size(); ++ray) {
       if (!fan.grid->within_beam(ray / fan.elevations(), ray % fan.elevations())) continue;
@@ -323,7 +323,7 @@ TEST_CASE("fan_scan finds no gap between faces with separate corners, in any dir
 }
 
 TEST_CASE("of faces at one place fan_scan hits the first, in any orientation of the others") {
-  const refine::TriangleMesh whole = bed(40, 40.0, 20.0, 0.2);
+  const refine::TriangleMesh whole = rough_square(40, 40.0, 20.0, 0.2);
   refine::TriangleMesh doubled = whole;
   for (const refine::Face& face : whole.faces) {
     doubled.faces.push_back({face[1], face[2], face[0]});
@@ -331,7 +331,7 @@ TEST_CASE("of faces at one place fan_scan hits the first, in any orientation of 
   }
   refine::TriangleMesh reversed = doubled;
   std::ranges::reverse(reversed.faces);
-  const RayFan fan = fan_of({.roll_rad = 0.1, .pitch_rad = 0.05, .yaw_rad = 0.8});
+  const RayFan fan = fan_to_east({.roll_rad = 0.1, .pitch_rad = 0.05, .yaw_rad = 0.8});
   const auto once = hits_of(*make_intersector("fan_scan", whole), fan);
   const auto twice = hits_of(*make_intersector("fan_scan", doubled), fan);
   const auto backwards = hits_of(*make_intersector("fan_scan", reversed), fan);
@@ -356,14 +356,15 @@ TEST_CASE("fan_scan's runs are those of its hits, to the last bit") {
     for (const double turn : {0.0, 0.2, 2.5})
       for (const bool mirrored : {false, true})
         for (const double range_m : {50.0, 21.0}) {
-          fans.push_back(fan_of({.roll_rad = 0.3 * turn, .yaw_rad = turn, .range_m = range_m}));
+          fans.push_back(
+              fan_to_east({.roll_rad = 0.3 * turn, .yaw_rad = turn, .range_m = range_m}));
           if (mirrored) fans.back().array_axis = -fans.back().array_axis;
         }
   }
   SECTION("where a face goes through the sonar, which all rays hit there") {
     mesh.positions = {{-1.0f, -1.0f, -14.0f}, {1.0f, -1.0f, -14.0f}, {0.0f, 2.0f, -17.0f}};
     mesh.faces = {{0, 1, 2}};
-    fans.push_back(fan_of({}));
+    fans.push_back(fan_to_east({}));
     through_sonar = true;
   }
   const auto scan = make_intersector("fan_scan", mesh);
@@ -393,7 +394,7 @@ TEST_CASE("fan_scan's runs are those of its hits, to the last bit") {
 
 TEST_CASE("a run's plane contains its rays' hits, and gives the side of the face that they see") {
   const refine::TriangleMesh mesh = clutter(60);
-  const RayFan fan = fan_of({.roll_rad = 0.1, .yaw_rad = 1.0});
+  const RayFan fan = fan_to_east({.roll_rad = 0.1, .yaw_rad = 1.0});
   const std::vector<Hit> hits = hits_of(*make_intersector("pluecker", mesh), fan);
   FanRuns runs;
   runs.take(fan, mesh, hits);
@@ -422,9 +423,9 @@ TEST_CASE("a run's plane contains its rays' hits, and gives the side of the face
 TEST_CASE("fan_scan gives the same bits on every vector target, and on plain numbers") {
   const refine::TriangleMesh mesh = clutter(60);
   const std::vector<RayFan> fans{
-      fan_of(
+      fan_to_east(
           {.roll_rad = 0.1, .pitch_rad = 0.2, .low_rad = -30 * degree, .high_rad = 100 * degree}),
-      fan_of({.origin = {1.0, 2.0, -19.0}, .yaw_rad = 2.0, .elevations = 1001})};
+      fan_to_east({.origin = {1.0, 2.0, -19.0}, .yaw_rad = 2.0, .elevations = 1001})};
   const auto bytes = [&] {
     std::vector<std::uint64_t> all;
     const auto scan = make_intersector("fan_scan", mesh);
@@ -440,7 +441,7 @@ TEST_CASE("fan_scan gives the same bits on every vector target, and on plain num
 }
 
 TEST_CASE("fan_scan refuses a list of rays and names back-ends that take it") {
-  const refine::TriangleMesh mesh = bed(2, 2.0, 1.0, 0.0);
+  const refine::TriangleMesh mesh = rough_square(2, 2.0, 1.0, 0.0);
   const auto scan = make_intersector("fan_scan", mesh);
   const Ray ray;
   Hit hit;
@@ -455,7 +456,8 @@ TEST_CASE("fan_scan works up to the contract's largest numbers") {
   for (const Vector3d& origin :
        {Vector3d(0, 0, 0), Vector3d(-1e18, 1e18, 1e18), Vector3d(1, 1, -1)})
     for (const double range_m : {0.0, 10.0, 1e18}) {
-      const RayFan fan = fan_of({.origin = origin, .high_rad = 120 * degree, .range_m = range_m});
+      const RayFan fan =
+          fan_to_east({.origin = origin, .high_rad = 120 * degree, .range_m = range_m});
       for (const Hit& hit : hits_of(*make_intersector("fan_scan", mesh), fan)) {
         if (!hit) continue;
         REQUIRE((hit.t >= 0.0 && hit.t <= range_m));

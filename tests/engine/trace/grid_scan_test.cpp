@@ -29,8 +29,8 @@ namespace {
 constexpr double bed_z_m = -20.0;
 
 /// A slope with ripples and noise.
-tests::Heights bed(int columns, int rows, double ripple_m, double noise_m, tests::Random& random,
-                   double cell_m = 0.25) {
+tests::Heights rippled_slope(int columns, int rows, double ripple_m, double noise_m,
+                             tests::Random& random, double cell_m = 0.25) {
   tests::Heights heights{columns, rows, cell_m, {}};
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column) {
@@ -41,14 +41,14 @@ tests::Heights bed(int columns, int rows, double ripple_m, double noise_m, tests
   return heights;
 }
 
-struct Look {
+struct SideLook {
   Vector3d origin;
   double roll_rad = 0.0, pitch_rad = 0.0, yaw_rad = 0.0;
   bool port = false;
   double range_m = 50.0;
 };
 
-RayFan fan_of(const Look& look, std::shared_ptr<const FanGrid> grid) {
+RayFan fan_to_side(const SideLook& look, std::shared_ptr<const FanGrid> grid) {
   const Matrix3d turn = (Eigen::AngleAxisd(look.yaw_rad, Vector3d::UnitZ()) *
                          Eigen::AngleAxisd(look.pitch_rad, Vector3d::UnitX()) *
                          Eigen::AngleAxisd(look.roll_rad, Vector3d::UnitY()))
@@ -73,7 +73,7 @@ std::shared_ptr<const FanGrid> angles(double low_deg, double high_deg, double tr
                                                    .elevations = elevations});
 }
 
-Look random_look(tests::Random& random) {
+SideLook random_look(tests::Random& random) {
   return {.origin = {tests::uniform(random, -10.0, 10.0), tests::uniform(random, -10.0, 10.0),
                      bed_z_m + tests::uniform(random, 3.0, 15.0)},
           .roll_rad = tests::uniform(random, -0.1, 0.1),
@@ -82,7 +82,7 @@ Look random_look(tests::Random& random) {
           .port = tests::uniform(random) < 0.5};
 }
 
-struct Count {
+struct RunCount {
   std::size_t runs = 0, differences = 0;
 };
 
@@ -90,8 +90,8 @@ bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; 
 
 /// Counts the runs of `found` that differ from those expected, or whose index does not lead to
 /// their face among the triangles.
-void compare(const FanRuns& expected, const FanRuns& found, const refine::Triangles& triangles,
-             Count& count) {
+void compare_runs(const FanRuns& expected, const FanRuns& found, const refine::Triangles& triangles,
+                  RunCount& count) {
   REQUIRE(found.first == expected.first);
   count.runs += expected.size();
   for (std::size_t i = 0; i < expected.size(); ++i)
@@ -124,13 +124,13 @@ struct Scanned {
          .intersector = "fan_scan"});
   }
   /// Returns whether the grid was scanned.
-  bool compare_runs(std::span<const RayFan> fans, Count& count) {
+  bool compare(std::span<const RayFan> fans, RunCount& count) {
     const TracedFaces faces = source->prepare_runs(fans);
     for (const RayFan& fan : fans) {
       FanRuns expected, found;
       REQUIRE(whole->list_runs(fan, expected));
       REQUIRE(faces.intersector->list_runs(fan, found));
-      compare(expected, found, faces.triangles, count);
+      compare_runs(expected, found, faces.triangles, count);
     }
     return faces.runs_only;
   }
@@ -140,22 +140,24 @@ struct Scanned {
 
 TEST_CASE("A scan of a grid gives the runs of fan_scan, to the bit") {
   tests::Random random(7);
-  Count count;
+  RunCount count;
   int scanned = 0, refused = 0;
   for (int bed_number = 0; bed_number < 12; ++bed_number) {
-    const refine::HeightGrid grid =
-        bed(200 + 50 * bed_number, 300, bed_number % 3 * 0.1, bed_number % 4 * 0.02, random).grid();
+    const refine::HeightGrid grid = rippled_slope(200 + 50 * bed_number, 300, bed_number % 3 * 0.1,
+                                                  bed_number % 4 * 0.02, random)
+                                        .grid();
     const refine::TriangleMesh mesh = grid.mesh();
     const auto whole = make_intersector("fan_scan", mesh);
     GridScan scan(grid);
     for (int number = 0; number < 20; ++number) {
       CAPTURE(bed_number, number);
-      Look look = random_look(random);
+      SideLook look = random_look(random);
       if (number % 4 == 0) look.pitch_rad = 0.0;
       if (number % 7 == 0) look.yaw_rad = 0.0;  // along the grid's lines
       if (number % 6 == 0) look.range_m = 20.0;
-      const RayFan fan = fan_of(look, angles(number % 2 ? 5.0 : -10.0, 95.0 - number % 3 * 15.0,
-                                             number % 5 == 0 ? 0.4 : 0.05));
+      const RayFan fan = fan_to_side(
+          look,
+          angles(number % 2 ? 5.0 : -10.0, 95.0 - number % 3 * 15.0, number % 5 == 0 ? 0.4 : 0.05));
       if (!scan.take({&fan, 1})) {
         ++refused;
         continue;
@@ -163,7 +165,7 @@ TEST_CASE("A scan of a grid gives the runs of fan_scan, to the bit") {
       ++scanned;
       FanRuns expected;
       REQUIRE(whole->list_runs(fan, expected));
-      compare(expected, scan.runs(0), scan.triangles(), count);
+      compare_runs(expected, scan.runs(0), scan.triangles(), count);
     }
   }
   CHECK(count.runs > 300'000);
@@ -178,27 +180,27 @@ TEST_CASE("A scan of a grid gives fan_scan's runs, or refuses, at any roll") {
     int columns, rows, looks;
   };
   tests::Random random(13);
-  Count count;
+  RunCount count;
   int scanned = 0;
   // In coarse cells walks begin behind the sonar.
   for (const Case& of : {Case{0.25, 0.1, 0.02, 400, 300, 200}, Case{1.0, 0.0, 0.1, 40, 40, 400},
                          Case{4.0, 0.0, 0.4, 40, 40, 400}, Case{20.0, 0.0, 2.0, 40, 40, 400}}) {
     const refine::HeightGrid grid =
-        bed(of.columns, of.rows, of.ripple_m, of.noise_m, random, of.cell_m).grid();
+        rippled_slope(of.columns, of.rows, of.ripple_m, of.noise_m, random, of.cell_m).grid();
     const refine::TriangleMesh mesh = grid.mesh();
     const auto whole = make_intersector("fan_scan", mesh);
     GridScan scan(grid);
     for (int number = 0; number < of.looks; ++number) {
-      Look look = random_look(random);
+      SideLook look = random_look(random);
       look.origin.x() *= std::max(of.cell_m, 1.0);
       look.roll_rad = tests::uniform(random, -180.0, 180.0) * degree;
       CAPTURE(of.cell_m, number, look.roll_rad);
-      const RayFan fan = fan_of(look, angles(-10.0, 95.0, 0.05));
+      const RayFan fan = fan_to_side(look, angles(-10.0, 95.0, 0.05));
       if (!scan.take({&fan, 1})) continue;
       ++scanned;
       FanRuns expected;
       REQUIRE(whole->list_runs(fan, expected));
-      compare(expected, scan.runs(0), scan.triangles(), count);
+      compare_runs(expected, scan.runs(0), scan.triangles(), count);
     }
   }
   CHECK(scanned > 300);
@@ -208,10 +210,10 @@ TEST_CASE("A scan of a grid gives fan_scan's runs, or refuses, at any roll") {
 
 TEST_CASE("Rays aimed at the grid's points and edges get fan_scan's runs, or no scan") {
   tests::Random random(11);
-  Count count;
+  RunCount count;
   int scanned = 0;
   for (const double noise_m : {0.0, 0.02, 0.1}) {
-    const refine::HeightGrid grid = bed(90, 90, 0.1, noise_m, random).grid();
+    const refine::HeightGrid grid = rippled_slope(90, 90, 0.1, noise_m, random).grid();
     const refine::TriangleMesh mesh = grid.mesh();
     const auto whole = make_intersector("fan_scan", mesh);
     const auto reference = make_intersector("pluecker", mesh);
@@ -224,7 +226,7 @@ TEST_CASE("Rays aimed at the grid's points and edges get fan_scan's runs, or no 
       ++scanned;
       FanRuns expected;
       REQUIRE(whole->list_runs(fan, expected));
-      compare(expected, scan.runs(0), scan.triangles(), count);
+      compare_runs(expected, scan.runs(0), scan.triangles(), count);
     }
   }
   CHECK(count.runs > 30'000);
@@ -242,7 +244,7 @@ TEST_CASE("A fan whose last ray passes a crest gets fan_scan's runs, or no scan"
   const refine::TriangleMesh mesh = grid.mesh();
   const auto whole = make_intersector("fan_scan", mesh);
   GridScan scan(grid);
-  Count count;
+  RunCount count;
   int scanned = 0;
   for (int number = 0; number < 3000; ++number) {
     CAPTURE(number);
@@ -268,7 +270,7 @@ TEST_CASE("A fan whose last ray passes a crest gets fan_scan's runs, or no scan"
     ++scanned;
     FanRuns expected;
     REQUIRE(whole->list_runs(fan, expected));
-    compare(expected, scan.runs(0), scan.triangles(), count);
+    compare_runs(expected, scan.runs(0), scan.triangles(), count);
   }
   CHECK(count.runs > 30'000);
   CHECK(count.differences == 0);
@@ -277,7 +279,7 @@ TEST_CASE("A fan whose last ray passes a crest gets fan_scan's runs, or no scan"
 
 TEST_CASE("Objects on a scanned grid hide it, and it hides them, as in one mesh") {
   tests::Random random(8);
-  const tests::Heights heights = bed(300, 300, 0.1, 0.02, random);
+  const tests::Heights heights = rippled_slope(300, 300, 0.1, 0.02, random);
   const refine::TriangleMesh ground = heights.grid().mesh();
   refine::TriangleMesh objects;
   const auto add = [&](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
@@ -301,17 +303,17 @@ TEST_CASE("Objects on a scanned grid hide it, and it hides them, as in one mesh"
     }
   }
   Scanned over(heights, objects);
-  Count count;
+  RunCount count;
   int scanned = 0;
   for (int number = 0; number < 40; ++number) {
     CAPTURE(number);
-    Look look = random_look(random);
+    SideLook look = random_look(random);
     const auto of_grid = angles(5.0, 90.0, 0.05);
     look.port = false;
-    const RayFan starboard = fan_of(look, of_grid);
+    const RayFan starboard = fan_to_side(look, of_grid);
     look.port = true;
-    const std::array<RayFan, 2> fans{fan_of(look, of_grid), starboard};
-    scanned += over.compare_runs(fans, count);
+    const std::array<RayFan, 2> fans{fan_to_side(look, of_grid), starboard};
+    scanned += over.compare(fans, count);
   }
   CHECK(count.runs > 100'000);
   CHECK(count.differences == 0);
@@ -320,31 +322,31 @@ TEST_CASE("Objects on a scanned grid hide it, and it hides them, as in one mesh"
 
 TEST_CASE("Fans with equal rays each get their runs from a scanned grid") {
   tests::Random random(9);
-  Scanned over(bed(200, 200, 0.1, 0.02, random), {});
-  const RayFan fan = fan_of({.origin = {0.0, 0.0, bed_z_m + 8.0}}, angles(5.0, 85.0, 0.05));
+  Scanned over(rippled_slope(200, 200, 0.1, 0.02, random), {});
+  const RayFan fan = fan_to_side({.origin = {0.0, 0.0, bed_z_m + 8.0}}, angles(5.0, 85.0, 0.05));
   const std::array<RayFan, 2> fans{fan, fan};
-  Count count;
-  CHECK(over.compare_runs(fans, count));
+  RunCount count;
+  CHECK(over.compare(fans, count));
   CHECK(count.runs > 1000);
   CHECK(count.differences == 0);
 }
 
 TEST_CASE("Fans that differ in rays, range and look get the same runs together as alone") {
   tests::Random random(10);
-  const refine::HeightGrid grid = bed(300, 300, 0.1, 0.02, random).grid();
+  const refine::HeightGrid grid = rippled_slope(300, 300, 0.1, 0.02, random).grid();
   GridScan together(grid), alone(grid);
-  Count count;
+  RunCount count;
   for (int number = 0; number < 10; ++number) {
-    const Look look = random_look(random);
-    Look other = random_look(random);
+    const SideLook look = random_look(random);
+    SideLook other = random_look(random);
     other.range_m = 12.0;
-    const std::array<RayFan, 3> fans{fan_of(look, angles(5.0, 85.0, 0.05)),
-                                     fan_of(other, angles(20.0, 95.0, 0.4, 450)),
-                                     fan_of(look, angles(5.0, 85.0, 0.05, 700))};
+    const std::array<RayFan, 3> fans{fan_to_side(look, angles(5.0, 85.0, 0.05)),
+                                     fan_to_side(other, angles(20.0, 95.0, 0.4, 450)),
+                                     fan_to_side(look, angles(5.0, 85.0, 0.05, 700))};
     if (!together.take(fans)) continue;
     for (std::size_t i = 0; i < fans.size(); ++i) {
       REQUIRE(alone.take({&fans[i], 1}));
-      compare(alone.runs(0), together.runs(i), together.triangles(), count);
+      compare_runs(alone.runs(0), together.runs(i), together.triangles(), count);
     }
   }
   CHECK(count.runs > 10'000);
@@ -353,22 +355,22 @@ TEST_CASE("Fans that differ in rays, range and look get the same runs together a
 
 TEST_CASE("A grid is scanned whose cliffs run across the planes, however steep they are") {
   tests::Random random(11);
-  tests::Heights heights = bed(120, 120, 0.1, 0.02, random);
+  tests::Heights heights = rippled_slope(120, 120, 0.1, 0.02, random);
   for (int row = 0; row < 120; ++row)
     for (const int column : {75, 76, 90, 105})
       heights.z_m[static_cast<std::size_t>(row * 120 + column)] += 5.0;
   Scanned over(heights, {});
   const RayFan fan =
-      fan_of({.origin = {0.0, 0.0, bed_z_m + 6.0}, .pitch_rad = 0.2}, angles(5.0, 85.0, 0.05));
-  Count count;
-  CHECK(over.compare_runs({&fan, 1}, count));
+      fan_to_side({.origin = {0.0, 0.0, bed_z_m + 6.0}, .pitch_rad = 0.2}, angles(5.0, 85.0, 0.05));
+  RunCount count;
+  CHECK(over.compare({&fan, 1}, count));
   CHECK(count.runs > 100);
   CHECK(count.differences == 0);
 }
 
 TEST_CASE("A grid is scanned under objects with as many faces as it has") {
   tests::Random random(10);
-  const tests::Heights heights = bed(120, 120, 0.1, 0.02, random);
+  const tests::Heights heights = rippled_slope(120, 120, 0.1, 0.02, random);
   refine::TriangleMesh objects;
   while (objects.faces.size() < 2 * 119 * 119) {
     const Vector3d at(tests::uniform(random, -10.0, 10.0), tests::uniform(random, -10.0, 10.0),
@@ -379,17 +381,17 @@ TEST_CASE("A grid is scanned under objects with as many faces as it has") {
     objects.faces.push_back({first, first + 1, first + 2});
   }
   Scanned over(heights, objects);
-  const RayFan fan = fan_of({.origin = {0.0, 0.0, bed_z_m + 6.0}}, angles(5.0, 85.0, 0.05));
-  Count count;
-  CHECK(over.compare_runs({&fan, 1}, count));
+  const RayFan fan = fan_to_side({.origin = {0.0, 0.0, bed_z_m + 6.0}}, angles(5.0, 85.0, 0.05));
+  RunCount count;
+  CHECK(over.compare({&fan, 1}, count));
   CHECK(count.runs > 100);
   CHECK(count.differences == 0);
 }
 
 TEST_CASE("Where a grid cannot be scanned, the runs are those of its faces") {
   tests::Random random(10);
-  tests::Heights heights = bed(120, 120, 0.1, 0.02, random);
-  Look look{.origin = {0.0, 0.0, bed_z_m + 6.0}};
+  tests::Heights heights = rippled_slope(120, 120, 0.1, 0.02, random);
+  SideLook look{.origin = {0.0, 0.0, bed_z_m + 6.0}};
   std::shared_ptr<const FanGrid> grid = angles(5.0, 85.0, 0.05);
   SECTION("it has a hole") {
     heights.z_m[60 * 120 + 90] = std::numeric_limits<double>::quiet_NaN();
@@ -402,9 +404,9 @@ TEST_CASE("Where a grid cannot be scanned, the runs are those of its faces") {
     look.pitch_rad = 0.2;
   }
   Scanned over(heights, {});
-  const RayFan fan = fan_of(look, grid);
-  Count count;
-  CHECK_FALSE(over.compare_runs({&fan, 1}, count));
+  const RayFan fan = fan_to_side(look, grid);
+  RunCount count;
+  CHECK_FALSE(over.compare({&fan, 1}, count));
   CHECK(count.runs > 100);
   CHECK(count.differences == 0);
 }

@@ -85,7 +85,7 @@ refine::TriangleMesh integer_soup(std::mt19937& random, int vertices, int faces,
   return mesh;
 }
 
-bool same_bits(const Hit& a, const Hit& b) {
+bool same_hit(const Hit& a, const Hit& b) {
   const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x); };
   return a.face == b.face && bits(a.t) == bits(b.t) && bits(a.u) == bits(b.u) &&
          bits(a.v) == bits(b.v);
@@ -229,7 +229,7 @@ TEST_CASE("the tree changes no bit of an answer") {
     tree->intersect(rays, found);
     all->intersect(rays, expected);
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      REQUIRE(same_bits(found[i], expected[i]));
+      REQUIRE(same_hit(found[i], expected[i]));
       if (!found[i]) continue;
       ++hits;
       REQUIRE((found[i].t >= rays[i].t_min && found[i].t <= rays[i].t_max));

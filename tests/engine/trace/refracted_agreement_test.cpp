@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::size_t places = 3;  // along the track: about a million rays in total
 
-AgreementCounts compare(const Scene& scene, const scatter::SoundSpeedProfile& profile) {
+AgreementCounts agreement_of(const Scene& scene, const scatter::SoundSpeedProfile& profile) {
   Simulator simulator(scene);
   const Seafloor& seafloor = simulator.seafloor();
   const refine::Bounds box = seafloor.bounds();
@@ -84,7 +84,7 @@ TEST_CASE("Bent rays over scenes' seabeds hit what their finest chords hit, at t
     scene.run.surface = "static";
     for (const auto& [cast, profile] : profiles) {
       WARN(name << " under " << cast);
-      const AgreementCounts tally = compare(scene, profile);
+      const AgreementCounts tally = agreement_of(scene, profile);
       CHECK(tally.rays > 60000);
       CHECK(tally.count(Verdict::unexplained) == 0);
     }

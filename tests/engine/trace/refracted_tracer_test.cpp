@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/trace/thermocline.h"
 #include "support/beds.h"
 #include "support/catch.h"
 #include "support/heights.h"
@@ -16,15 +17,15 @@
 
 using namespace ensonify;
 using namespace ensonify::engine;
+using ensonify::tests::thermocline;
 
 namespace {
 
-const scatter::SoundSpeedProfile thermocline({{0, 1520}, {6, 1520}, {10, 1490}, {60, 1490.5}});
 const scatter::SoundSpeedProfile duct(
     {{1.81, 1481.35}, {3.35, 1476.16}, {5, 1475.21}, {9.76, 1478.1}, {30, 1482}});
 
 /// A rough bed about 15 m deep, with boxes on it and floating over it.
-Seafloor rough_bed() {
+Seafloor bed_with_boxes() {
   Seafloor bed;
   constexpr int n = 160;
   for (int y = 0; y <= n; ++y)
@@ -85,8 +86,9 @@ Hit reference(const scatter::SoundSpeedProfile& profile, const Intersector& plue
 
 /// Compares the faces and times of a fan's rays with the reference's, except for rays that are
 /// within a millimetre of the expected face.
-void compare(const scatter::SoundSpeedProfile& profile, double depth_m, int elevations) {
-  const Seafloor bed = rough_bed();
+void compare_with_reference(const scatter::SoundSpeedProfile& profile, double depth_m,
+                            int elevations) {
+  const Seafloor bed = bed_with_boxes();
   const auto pluecker = make_intersector("pluecker", bed.mesh);
   const auto embree = make_intersector("embree", bed.mesh);
   RayFan fan = fan_at({0, 0, -depth_m}, elevations, 60.0);
@@ -143,16 +145,17 @@ void compare(const scatter::SoundSpeedProfile& profile, double depth_m, int elev
 TEST_CASE("Bent rays hit the faces that their finest chords hit, at the same time") {
   for (const scatter::SoundSpeedProfile* profile : {&thermocline, &duct})
     for (const double depth_m : {4.0, 8.0, 11.7})  // above all faces, most bent, and among them
-      compare(*profile, depth_m, 250);
+      compare_with_reference(*profile, depth_m, 250);
 }
 
 TEST_CASE("Ten times as many bent rays hit the faces that their finest chords hit", "[.soak]") {
   for (const scatter::SoundSpeedProfile* profile : {&thermocline, &duct})
-    for (const double depth_m : {4.0, 6.7, 8.0, 9.3, 11.7}) compare(*profile, depth_m, 2500);
+    for (const double depth_m : {4.0, 6.7, 8.0, 9.3, 11.7})
+      compare_with_reference(*profile, depth_m, 2500);
 }
 
 TEST_CASE("A tracer hits a second surface as a new tracer does") {
-  const Seafloor bed = rough_bed();
+  const Seafloor bed = bed_with_boxes();
   Seafloor before = bed;  // the same faces at other places of the list
   std::ranges::reverse(before.mesh.faces);
   RayFan fan = fan_at({0, 0, -8.0}, 250, 60.0);
@@ -174,7 +177,7 @@ TEST_CASE("A tracer hits a second surface as a new tracer does") {
 }
 
 TEST_CASE("Bent rays have the same hits on every instruction set") {
-  const Seafloor bed = rough_bed();
+  const Seafloor bed = bed_with_boxes();
   RayFan fan = fan_at({0, 0, -8.0}, 250, 60.0);
   fan.bend = bend_of(thermocline, 16.5, fan.range_m, 1490.0);
   const float highest_m = refine::bounds(bed.mesh).highest.z();
@@ -266,7 +269,7 @@ TEST_CASE("A bed of heights with objects gives the hits of all their faces, to t
 TEST_CASE("Faces that a fan cannot touch change no hit of its bent rays, nor which need chords") {
   // Rays need chords if something in the fan is higher than the sonar, or if no known ray reaches a
   // part of a face there.
-  Seafloor bed = rough_bed();
+  Seafloor bed = bed_with_boxes();
   tests::Random random(4);
   for (int i = 0; i < 60; ++i) {
     const Eigen::Vector3f low(static_cast<float>(tests::uniform(random, 3.0, 60.0)),
@@ -334,7 +337,7 @@ TEST_CASE("Faces that a fan cannot touch change no hit of its bent rays, nor whi
 TEST_CASE("Faces are flat in straightened space within half a millimetre") {
   // A hit's time before it is exact is that of the flat part. The distance of the two, across the
   // face, is how far the face is from flat there.
-  for (const Seafloor& bed : {rough_bed(), tests::level_bed(15.0, 100.0)})
+  for (const Seafloor& bed : {bed_with_boxes(), tests::level_bed(15.0, 100.0)})
     for (const double depth_m : {4.0, 6.7, 8.0}) {
       RayFan fan = fan_at({0, 0, -depth_m}, 1000, 60.0);
       fan.bend = bend_of(thermocline, 16.5, fan.range_m, 1490.0);
@@ -366,7 +369,7 @@ TEST_CASE("Faces are flat in straightened space within half a millimetre") {
 }
 
 TEST_CASE("Everything that a bent fan can touch is in its fan volume") {
-  const Seafloor bed = rough_bed();
+  const Seafloor bed = bed_with_boxes();
   const double highest_m = refine::bounds(bed.mesh).highest.z();
   const auto embree = make_intersector("embree", bed.mesh);
   RayFan fan = fan_at({0, 0, -4.0}, 250, 60.0);

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+namespace ensonify::refine {
+
+/// The number of a vertex, a face, a corner or a half-edge.
+using Index = std::uint32_t;
+inline constexpr Index none = std::numeric_limits<Index>::max();
+
+/// Two numbers as one, which is ordered by the first.
+constexpr std::uint64_t pack(Index high, Index low) { return std::uint64_t{high} << 32 | low; }
+
+}  // namespace ensonify::refine

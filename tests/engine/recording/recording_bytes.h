@@ -1,0 +1,36 @@
+#pragma once
+
+// Bytes of recordings that a test writes itself.
+
+#include <cstddef>
+#include <cstring>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/recording/recording_reader.h>
+
+namespace ensonify::tests {
+
+/// Puts a number at an offset of bytes, or of characters.
+template <class Number, class Bytes>
+void put(Bytes&& bytes, std::size_t offset, Number value) {
+  REQUIRE(offset + sizeof value <= bytes.size());
+  std::memcpy(bytes.data() + offset, &value, sizeof value);
+}
+
+inline std::string error_of(std::span<const std::byte> bytes) {
+  try {
+    engine::parse_recording(bytes, "r");
+  } catch (const engine::RecordingError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+inline std::string error_of(const std::string& bytes) {
+  return error_of(std::as_bytes(std::span(bytes)));
+}
+
+}  // namespace ensonify::tests
