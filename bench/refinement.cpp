@@ -31,7 +31,7 @@ std::array<refine::FanVolume, 2> fans_at(int ping) {
   std::array<refine::FanVolume, 2> fans;
   for (std::size_t side = 0; side < 2; ++side) {
     const double out = side == 0 ? -1.0 : 1.0, half = std::sqrt(0.5);
-    fans[side] = {.apex = {0.0, (ping - pings / 2) * advance_m, altitude_m - depth_m},
+    fans[side] = {.apex = {0.0, (ping - 0.5 * pings) * advance_m, altitude_m - depth_m},
                   .array_axis = Eigen::Vector3d::UnitY(),
                   .middle = {out * half, 0.0, -half},
                   .pole = {out * half, 0.0, half},

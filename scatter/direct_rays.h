@@ -55,7 +55,7 @@ class DirectRays {
     double range_m, range_slope_m, time_s, path_m, xi, mps, absorption_db;
   };
   std::size_t piece_of(double depth_m) const;
-  Place at(double cotangent, std::size_t piece, double depth_m) const;
+  Place at(double w, std::size_t k, double depth_m) const;  // w: cotangent, k: number of the piece
 
   const SoundSpeedProfile* profile_;
   double shallowest_m_, deepest_m_;

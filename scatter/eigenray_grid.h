@@ -49,7 +49,7 @@ class EigenrayGrid {
   /// None where find() does not interpolate.
   std::optional<CellNumber> cell_of(double range_m, double depth_m);
   /// None where it does not, or no known ray reaches the cell. Valid until start_at() or find().
-  std::optional<Patch> patch_of(const CellNumber& cell);
+  std::optional<Patch> patch_of(const CellNumber& number);
 
   /// The number of cells made since the source moved, and of those that were not smooth enough.
   /// Cells that no known ray reaches are not counted.

@@ -66,11 +66,11 @@ struct Line {
 
 /// Whether Python has objects of the class. True for each class of this module.
 template <class T>
-constexpr bool is_class_of_module = false;
+inline constexpr bool is_class_of_module = false;
 template <>
-constexpr bool is_class_of_module<Pose> = true;
+inline constexpr bool is_class_of_module<Pose> = true;
 template <>
-constexpr bool is_class_of_module<Line> = true;
+inline constexpr bool is_class_of_module<Line> = true;
 
 /// Refuses to pickle and to copy objects of a class. (pybind11 ends the program if it is asked for
 /// the oldest of pickle's protocols.)

@@ -69,7 +69,7 @@ std::string degrees_text(double angle_rad) {
   const double nearest_deg = angle_rad / degree;
   for (int digits = 12; digits <= 17; ++digits)
     for (const double towards : {nearest_deg, -HUGE_VAL, HUGE_VAL}) {
-      const std::string text = fmt::format("{:.{}g}", std::nextafter(nearest_deg, towards), digits);
+      std::string text = fmt::format("{:.{}g}", std::nextafter(nearest_deg, towards), digits);
       double angle_deg = 0.0;
       std::from_chars(text.data(), text.data() + text.size(), angle_deg);
       if (angle_deg * degree == angle_rad) return text;
