@@ -126,7 +126,7 @@ std::string unknown_name(std::string_view name, const std::vector<NamedSediment>
 
 }  // namespace
 
-void check_sediment(const Sediment& sediment) {
+void check(const Sediment& sediment) {
   struct Range {
     std::string_view name;
     double value, low, high;
