@@ -233,7 +233,7 @@ TEST_CASE("a vertex shared by very many faces costs no more than others") {
   source.positions.emplace_back(0.0f, 0.0f, 1.0f);
   for (std::uint32_t v = 0; v < n; ++v) {
     const double angle = 2.0 * std::numbers::pi * v / n;
-    source.positions.push_back(
+    source.positions.emplace_back(
         Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0).cast<float>());
     source.faces.push_back({0, v + 1, (v + 1) % n + 1});
   }
@@ -262,7 +262,7 @@ TEST_CASE("meshes that are not manifold, oriented and finite are refused with th
       {{{0, 1, 9}}, "face 0 of the mesh names vertex 9, whose position is not finite"}};
   for (const Case& c : cases) {
     TriangleMesh mesh{.faces = c.faces};
-    for (int i = 0; i < 10; ++i) mesh.positions.push_back(Eigen::Vector3f::Random());
+    for (int i = 0; i < 10; ++i) mesh.positions.emplace_back(Eigen::Vector3f::Random());
     mesh.positions.back().x() = std::numeric_limits<float>::quiet_NaN();
     CHECK_THROWS_WITH(build_by_tiles(mesh, 1),
                       Contains(c.message) && Contains("repair the mesh first"));

@@ -51,7 +51,8 @@ inline refine::TriangleMesh sheet(std::uint32_t columns, std::uint32_t rows,
                                   Random* random = nullptr, bool wrap = false) {
   refine::TriangleMesh mesh;
   for (std::uint32_t j = 0; j < rows; ++j)
-    for (std::uint32_t i = 0; i < columns; ++i) mesh.positions.push_back(place(i, j).cast<float>());
+    for (std::uint32_t i = 0; i < columns; ++i)
+      mesh.positions.emplace_back(place(i, j).cast<float>());
   const auto vertex = [&](std::uint32_t i, std::uint32_t j) {
     return j % rows * columns + i % columns;
   };
@@ -143,7 +144,7 @@ inline refine::TriangleMesh ball(int level, double radius_m) {
   refine::TriangleMesh mesh;
   for (int axis = 0; axis < 3; ++axis)
     for (const float sign : {1.0f, -1.0f})
-      mesh.positions.push_back(sign * Eigen::Vector3f::Unit(axis));
+      mesh.positions.emplace_back(sign * Eigen::Vector3f::Unit(axis));
   mesh.faces = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
                 {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
   for (int l = 0; l < level; ++l) {
@@ -169,7 +170,7 @@ inline refine::TriangleMesh ball(int level, double radius_m) {
 inline void join(refine::TriangleMesh& mesh, const refine::TriangleMesh& other,
                  const Eigen::Vector3f& move) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-  for (const Eigen::Vector3f& p : other.positions) mesh.positions.push_back(p + move);
+  for (const Eigen::Vector3f& p : other.positions) mesh.positions.emplace_back(p + move);
   for (const auto& [a, b, c] : other.faces) mesh.faces.push_back({first + a, first + b, first + c});
 }
 
@@ -301,7 +302,7 @@ inline refine::TriangleMesh random_vertices(std::vector<refine::Face> faces, std
   refine::TriangleMesh mesh{.faces = std::move(faces)};
   Random random(vertices);
   for (std::size_t v = 0; v < vertices; ++v)
-    mesh.positions.push_back((10.0 * direction(random)).cast<float>());
+    mesh.positions.emplace_back((10.0 * direction(random)).cast<float>());
   return mesh;
 }
 
