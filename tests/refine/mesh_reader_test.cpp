@@ -417,9 +417,9 @@ TEST_CASE("A name in an OBJ that ends in a backslash does not swallow the next s
        {"usemtl", "mtllib", "g", "o", "usemap", "maplib", "shadow_obj", "trace_obj", "vn 0 0", "s"})
     for (const std::string end : {"\\\n", " \\\n", "\\ \r\n", "\\\r"}) {
       CAPTURE(statement, end);
-      CHECK(faces(statement + " BMCD2AR3\\Solid_Materials_" + end) == 4);
-      CHECK(faces(statement + " a" + end + "\t") == 4);
-      CHECK(faces(statement + " a" + end + "b c" + end + "d\n") == 4);  // lines that are joined
+      CHECK(faces(fmt::format("{} BMCD2AR3\\Solid_Materials_{}", statement, end)) == 4);
+      CHECK(faces(fmt::format("{} a{}\t", statement, end)) == 4);
+      CHECK(faces(fmt::format("{0} a{1}b c{1}d\n", statement, end)) == 4);  // lines that are joined
     }
   CHECK(faces("# C:\\meshes\\\n") == 4);
 }
