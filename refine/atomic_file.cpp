@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <optional>
-#include <ranges>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -264,11 +263,11 @@ std::vector<std::filesystem::path> make_folder(const std::filesystem::path& fold
     remove_empty(made);
     fail_to_write(folder, what, reason);
   };
-  for (const std::filesystem::path& one : std::ranges::reverse_view(missing))
-    if (std::filesystem::create_directory(one, error))
-      made.insert(made.begin(), one);
-    else if (std::error_code none; std::filesystem::is_symlink(one, none))
-      give_up(fmt::format("make {}, which is a link to a folder that is not there", one.string())
+  for (auto at = missing.rbegin(); at != missing.rend(); ++at)
+    if (std::filesystem::create_directory(*at, error))
+      made.insert(made.begin(), *at);
+    else if (std::error_code none; std::filesystem::is_symlink(*at, none))
+      give_up(fmt::format("make {}, which is a link to a folder that is not there", at->string())
                   .c_str(),
               ENOENT);
     else if (error)

@@ -225,7 +225,7 @@ TEST_CASE(
   std::vector<std::string> messages;
   for (const Case& c : cases) {
     TriangleMesh mesh{.faces = c.faces};
-    for (int i = 0; i < 10; ++i) mesh.positions.push_back(Eigen::Vector3f::Random());
+    for (int i = 0; i < 10; ++i) mesh.positions.emplace_back(Eigen::Vector3f::Random());
     try {
       build_by_edge_collapse(mesh);
       messages.emplace_back("(taken)");

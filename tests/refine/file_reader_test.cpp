@@ -54,7 +54,7 @@ TEST_CASE("a file is read by lines, by bytes and from a place on") {
     lines.push_back(std::to_string(i * 7919 % 1000));
     text += lines.back() + "\n";
   }
-  lines.push_back("last");
+  lines.emplace_back("last");
   write_text(folder / "file", text + "last");
   FileReader reader(folder / "file");
   std::string line;

@@ -29,7 +29,7 @@ TriangleMesh scattered(Random& random, int count, double size_m) {
     const Eigen::Vector3d place = 0.4 * size_m * uniform(random) * direction(random);
     const auto first = static_cast<std::uint32_t>(bodies.positions.size());
     for (int k = 0; k < 3; ++k)
-      bodies.positions.push_back((place + 0.5 * direction(random)).cast<float>());
+      bodies.positions.emplace_back((place + 0.5 * direction(random)).cast<float>());
     bodies.faces.push_back({first, first + 1, first + 2});
   }
   return bodies;

@@ -122,11 +122,11 @@ std::string text(const RepairReport& r) {
   return out.empty() ? "in order" : out;
 }
 
-TriangleMesh tetrahedron(Eigen::Vector3f at = Eigen::Vector3f::Zero()) {
+TriangleMesh tetrahedron(const Eigen::Vector3f& at = Eigen::Vector3f::Zero()) {
   TriangleMesh mesh;
   for (const Eigen::Vector3f& p : {Eigen::Vector3f(0, 0, 0), Eigen::Vector3f(1, 0, 0),
                                    Eigen::Vector3f(0, 1, 0), Eigen::Vector3f(0, 0, 1)})
-    mesh.positions.push_back(at + p);
+    mesh.positions.emplace_back(at + p);
   mesh.faces = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   return mesh;
 }

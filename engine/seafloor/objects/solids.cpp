@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <ranges>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -80,8 +79,8 @@ void Solids::sweep(std::span<const Vector3d> points, const CrossSection& section
     Vector3d across = in + out;
     const bool sharp = across.norm() < 0.8;
     across = sharp ? in : across.normalized();
-    for (const Vector2d& corner : std::ranges::reverse_view(section)) {
-      const Vector3d offset = corner.x() * right + corner.y() * upright;
+    for (auto corner = section.rbegin(); corner != section.rend(); ++corner) {
+      const Vector3d offset = corner->x() * right + corner->y() * upright;
       rings[i].push_back(points[i] + offset - in * (offset.dot(across) / in.dot(across)));
     }
   }

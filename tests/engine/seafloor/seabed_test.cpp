@@ -324,7 +324,7 @@ TEST_CASE("The map's materials and classes reach the faces, and relief follows `
     const Label& label = floor.labels[floor.label_of(face)];
     const std::string& material = floor.materials[label.sediment];
     const std::string& name = floor.classes[label.class_id];
-    seen.insert(material + "/" + name);
+    seen.insert(fmt::format("{}/{}", material, name));
     const Eigen::Vector3d p = ensonify::refine::Triangles(floor.mesh).corner(face, 0);
     if (material == "sandy mud") {
       mud += 1.0;

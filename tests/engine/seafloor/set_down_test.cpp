@@ -34,7 +34,7 @@ refine::TriangleMesh place_object(const ObjectOptions& object, const refine::Tri
 }
 
 /// A closed box with one corner at the origin of its file.
-refine::TriangleMesh box(Vector3f size) {
+refine::TriangleMesh box(const Vector3f& size) {
   Seafloor holder;
   tests::add_box(holder, Vector3f::Zero(), size);
   return holder.mesh;

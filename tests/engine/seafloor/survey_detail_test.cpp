@@ -1,10 +1,10 @@
 #include <ensonify/engine/seafloor/bed/survey_detail.h>
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <span>
 #include <stdexcept>
@@ -160,8 +160,10 @@ TEST_CASE("Detail in windows has the heights of the whole, and relief of the sam
       for (int column = 0; column < window[2]; ++column) {
         const auto i = static_cast<std::size_t>(row * window[2] + column);
         const std::size_t in_all = whole.index(window[0] + column, window[1] + row);
-        REQUIRE(std::memcmp(&part[i], &whole.z_m[in_all], sizeof(double)) == 0);
-        REQUIRE(std::memcmp(&rough_part[i], &rough_whole[in_all], sizeof(double)) == 0);
+        REQUIRE(std::bit_cast<std::uint64_t>(part[i]) ==
+                std::bit_cast<std::uint64_t>(whole.z_m[in_all]));
+        REQUIRE(std::bit_cast<std::uint64_t>(rough_part[i]) ==
+                std::bit_cast<std::uint64_t>(rough_whole[in_all]));
       }
   }
   // The relief alone against that of the whole, in rings of wavenumber.

@@ -123,6 +123,7 @@ HWY_INLINE std::int64_t faults_of_gather(Tag tag, const Number* table, std::int6
     for (std::int64_t i = 0; i < lanes; ++i) places.at[i] = count / 2 + step * i;
     const ByLane<Tag> found(gather(tag, table, places.all()));
     for (std::int64_t i = 0; i < lanes; ++i)
+      // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the bits, also of a NaN
       faults += std::memcmp(&found.at[i], table + places.at[i], sizeof found.at[i]) != 0;
   }
   return faults;
