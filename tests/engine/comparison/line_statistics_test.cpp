@@ -102,7 +102,8 @@ TEST_CASE("statistics of a level bed with speckle are those of Rayleigh's distri
   double bright = 0.0;
   for (std::size_t ping = 0; ping < speckled_pings; ++ping) {
     const std::size_t begin = altitude_samples(ping);
-    const auto n = static_cast<double>(begin - begin / 10 - 3 - begin / 3);
+    const std::size_t column = begin - begin / 10 - 3 - begin / 3;
+    const auto n = static_cast<double>(column);
     const double k = std::floor((n - 1.0) / 2.0) + 1.0;  // rank of the median
     bright += (n - k) / n *
               std::exp(std::lgamma(n - k + 9.0) + std::lgamma(n + 1.0) - std::lgamma(n + 9.0) -

@@ -213,10 +213,16 @@ TEST_CASE("pauses and set clocks change neither the ping interval nor the speed"
 TEST_CASE("rows of several beams are known by their beam or by their time") {
   RecordedLine line = made_line({});
   CHECK_FALSE(has_several_beams(line));
-  for (RecordedPing& ping : line.pings) ping.t_s = 1e9 + 0.1 * static_cast<double>(ping.number / 2);
+  for (RecordedPing& ping : line.pings) {
+    const std::uint64_t pair = ping.number / 2;
+    ping.t_s = 1e9 + 0.1 * static_cast<double>(pair);
+  }
   CHECK(has_several_beams(line));
   // A clock of whole seconds.
-  for (RecordedPing& ping : line.pings) ping.t_s = 1e9 + static_cast<double>(ping.number / 10);
+  for (RecordedPing& ping : line.pings) {
+    const std::uint64_t second = ping.number / 10;
+    ping.t_s = 1e9 + static_cast<double>(second);
+  }
   CHECK_FALSE(has_several_beams(line));
   line.pings[3].beam = 1;
   CHECK(has_several_beams(line));

@@ -72,7 +72,7 @@ TEST_CASE("a tar returns its members, and does not appear before finish()") {
   }
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
   std::vector<std::pair<std::string, std::size_t>> found;
-  read_tar(folder / "a.tar", [&](const std::string& name, std::vector<std::byte> content) {
+  read_tar(folder / "a.tar", [&](const std::string& name, const std::vector<std::byte>& content) {
     found.emplace_back(name, content.size());
   });
   CHECK(found == std::vector<std::pair<std::string, std::size_t>>{{"000000.one.bin", 700},

@@ -456,9 +456,10 @@ TEST_CASE("several sonars are in one XTF or JSF, those of one mounting in one pa
     const std::size_t channel = 256 + 128 * k;
     CHECK(at<std::uint8_t>(xtf, channel) == k % 2 + 1);
     CHECK(at<std::uint8_t>(xtf, channel + 1) == k);
-    CHECK(at<std::uint32_t>(xtf, channel + 8) == 50 + 10 * (k / 2));
-    CHECK(text_at(xtf, channel + 12, 16) == sonars[k / 2].name);
-    CHECK(at<float>(xtf, channel + 32) == 100.0f * static_cast<float>(1 + k / 2));
+    const auto sonar = k / 2;
+    CHECK(at<std::uint32_t>(xtf, channel + 8) == 50 + 10 * sonar);
+    CHECK(text_at(xtf, channel + 12, 16) == sonars[sonar].name);
+    CHECK(at<float>(xtf, channel + 32) == 100.0f * static_cast<float>(1 + sonar));
   }
   std::size_t packet = 1024;
   for (const std::size_t number : {0u, 2u, 3u})

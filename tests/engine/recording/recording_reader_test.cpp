@@ -597,7 +597,8 @@ TEST_CASE("a packet that states a wrong size loses itself alone") {
     const std::size_t header = jsf ? 0 : 1024, packet = (file.size() - header) / 3;
     const RecordedLine sound = parse(file).front();
     REQUIRE(sound.pings.size() == 3);
-    const auto expect_without = [&](std::string bytes, std::size_t ping, std::size_t skipped) {
+    const auto expect_without = [&](const std::string& bytes, std::size_t ping,
+                                    std::size_t skipped) {
       CAPTURE(ping);
       const RecordedLine line = parse(bytes).front();
       REQUIRE(line.pings.size() == 2);

@@ -43,7 +43,7 @@ ShapeBody member(const ShapeKind& kind, std::uint64_t seed, std::string_view var
 template <class F>
 void for_each_member(const ShapeKind& kind, std::uint64_t count, F&& f) {
   std::vector<std::string_view> variants = kind.variants;
-  if (variants.empty()) variants.push_back("");
+  if (variants.empty()) variants.emplace_back("");
   for (const std::string_view variant : variants)
     for (std::uint64_t seed = 1; seed <= count; ++seed) {
       CAPTURE(kind.name, variant, seed);

@@ -91,7 +91,7 @@ std::string refusal(const TemporaryFolder& folder, const std::string& name) {
     }
     return {};
   };
-  const std::string why = message_of([&] { files_behind(folder / name); });
+  std::string why = message_of([&] { files_behind(folder / name); });
   CHECK(message_of([&] {
           if (name == "b.png")
             read_area_image(folder / name, area_grid(), 1);

@@ -64,7 +64,7 @@ refine::TriangleMesh ring(double inner_m, double outer_m, std::uint32_t sides) {
   for (std::uint32_t i = 0; i < sides; ++i)
     for (const double radius_m : {inner_m, outer_m}) {
       const double angle_rad = 2.0 * std::numbers::pi * i / sides;
-      mesh.positions.push_back(
+      mesh.positions.emplace_back(
           (radius_m * Vector3d(std::cos(angle_rad), std::sin(angle_rad), 0.0)).cast<float>());
     }
   for (std::uint32_t i = 0; i < sides; ++i) {
@@ -117,7 +117,8 @@ TEST_CASE("Flat parts that are convex, or nearly so, and curved surfaces are not
     const double width = 0.01 + share(random);
     refine::TriangleMesh mesh;
     for (const double turn : turns)
-      mesh.positions.push_back(Vector3d(std::cos(turn), width * std::sin(turn), 0.0).cast<float>());
+      mesh.positions.emplace_back(
+          Vector3d(std::cos(turn), width * std::sin(turn), 0.0).cast<float>());
     for (std::uint32_t k = 1; k + 1 < turns.size(); ++k) mesh.faces.push_back({0, k, k + 1});
     CHECK_FALSE(is_cut(mesh));
   }
@@ -137,7 +138,7 @@ TEST_CASE("The axes of a square lie along its sides, however it is turned and di
     refine::TriangleMesh mesh;
     for (std::uint32_t row = 0; row <= cells; ++row)
       for (std::uint32_t column = 0; column <= cells; ++column)
-        mesh.positions.push_back((move * (Vector3d(column, row, 0.0) / cells)).cast<float>());
+        mesh.positions.emplace_back((move * (Vector3d(column, row, 0.0) / cells)).cast<float>());
     for (std::uint32_t row = 0; row < cells; ++row)
       for (std::uint32_t column = 0; column < cells; ++column) {
         const std::uint32_t at = row * (cells + 1) + column, above = at + cells + 1;

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "support/catch.h"
 #include "support/paths.h"
 
@@ -64,7 +66,8 @@ TEST_CASE("Keys of objects that families and assemblies cannot have are refused 
   refused(base + "[[objects]]\nshape = \"rope\"\nassembly = \"a\"\npath = [[0, 0], [1, 0]]",
           "laid along a path");
   for (const std::string key : {"scour_ratio", "tail_ratio", "current_deg"})
-    refused(base + base + key + " = 0.5", "'objects.1." + key + "' is for a whole assembly");
+    refused(fmt::format("{0}{0}{1} = 0.5", base, key),
+            fmt::format("'objects.1.{}' is for a whole assembly", key));
 }
 
 TEST_CASE(

@@ -266,12 +266,14 @@ TEST_CASE("the flat side of a body with rounded edges glints as a plate") {
   constexpr double half_m = 0.5, radius_m = 0.05, wavelength_m = 1500.0 / 100e3;
   std::vector<Eigen::Vector2d> outline;
   for (int i = 0; i < 28; ++i) {  // four quarters of a circle, of six steps each
-    const double quarter_rad = 0.5 * std::numbers::pi * (i / 7),
+    const int quarter = i / 7;
+    const double quarter_rad = 0.5 * std::numbers::pi * quarter,
                  turn_rad = quarter_rad + 0.5 * std::numbers::pi * (i % 7) / 6.0;
     const Eigen::Vector2d middle = (half_m - radius_m) * std::numbers::sqrt2 *
                                    Eigen::Vector2d(std::cos(quarter_rad + 0.25 * std::numbers::pi),
                                                    std::sin(quarter_rad + 0.25 * std::numbers::pi));
-    outline.push_back(middle + radius_m * Eigen::Vector2d(std::cos(turn_rad), std::sin(turn_rad)));
+    outline.emplace_back(middle +
+                         radius_m * Eigen::Vector2d(std::cos(turn_rad), std::sin(turn_rad)));
   }
   refine::TriangleMesh mesh;
   for (const float z : {-0.5f, 0.5f})

@@ -89,7 +89,8 @@ TEST_CASE("smoothing keeps a steady course, though every place is repeated and r
   NavigationLog log;
   const double speed_mps = 0.9, step_m = 0.18;
   for (int i = 0; i < 400; ++i) {
-    const double t_s = 0.12 * i, fix_s = 0.12 * (i / 2 * 2);
+    const int fix = i / 2 * 2;
+    const double t_s = 0.12 * i, fix_s = 0.12 * fix;
     log.t_s.push_back(t_s);
     log.x_m.push_back(std::round(speed_mps * fix_s / step_m) * step_m);
     log.y_m.push_back(-2.0 * fix_s);

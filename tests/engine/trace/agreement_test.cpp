@@ -481,7 +481,7 @@ TEST_CASE("either face at an edge that is far away is a tie") {
     const Vector3d middle = Vector3d(4000.0 * of[0] + 8000.0, 4000.0 * of[1], -2000.0 * of[2]);
     refine::TriangleMesh square;
     for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}})
-      square.positions.push_back(
+      square.positions.emplace_back(
           (middle + edge_m * Vector3d(x, y, 0.3 * x * of[3] - 0.2 * y * of[4])).cast<float>());
     square.faces = {{0, 1, 2}, {0, 2, 3}};
     const double along = 0.1 + 0.8 * of[5];

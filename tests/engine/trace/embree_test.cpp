@@ -229,7 +229,7 @@ TEST_CASE("of coincident faces the lowest is hit, at any place in the tree") {
   refine::TriangleMesh mesh = ripples(60);
   const std::size_t once = mesh.faces.size();
   for (int copies = 0; copies < 3; ++copies)
-    for (std::size_t i = 0; i < once; ++i) mesh.faces.push_back(refine::Face(mesh.faces[i]));
+    for (std::size_t i = 0; i < once; ++i) mesh.faces.emplace_back(mesh.faces[i]);
   std::shuffle(mesh.faces.begin(), mesh.faces.end(), std::minstd_rand(2));
   std::map<refine::Face, std::uint32_t> lowest;
   for (std::uint32_t i = 0; i < mesh.faces.size(); ++i) lowest.emplace(mesh.faces[i], i);
@@ -278,7 +278,7 @@ TEST_CASE("the triangles' memory is shared, not changed, and not read beyond its
   for (const bool for_one_ping : {false, true})
     for (const std::size_t from_end : {0u, 4u, 8u, 12u}) {
       char* at = memory + page - bytes - from_end;
-      std::memcpy(at, mesh.positions.data(), bytes);
+      std::memcpy(at, mesh.positions.front().data(), bytes);
       const std::vector<refine::Face> faces = mesh.faces;
       const refine::Triangles triangles{
           {reinterpret_cast<const Vector3f*>(at), mesh.positions.size()}, faces};

@@ -51,7 +51,7 @@ refine::TriangleMesh rough_square(std::uint32_t n, double side_m, double depth_m
 void add(refine::TriangleMesh& mesh, const refine::TriangleMesh& more, const Vector3d& at) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   for (const Vector3f& p : more.positions)
-    mesh.positions.push_back((p.cast<double>() + at).cast<float>());
+    mesh.positions.emplace_back((p.cast<double>() + at).cast<float>());
   for (const refine::Face& face : more.faces)
     mesh.faces.push_back({first + face[0], first + face[1], first + face[2]});
 }
@@ -69,7 +69,7 @@ refine::TriangleMesh stone(int n, double radius_m, std::uint64_t seed) {
       const Vector3d out = Vector3d(at[0], at[1], at[2]).normalized();
       const double swell =
           1.0 + 0.1 * std::sin(5.0 * out.x() + lump[0]) * std::cos(4.0 * out.y() + lump[1]);
-      mesh.positions.push_back((radius_m * swell * out).cast<float>());
+      mesh.positions.emplace_back((radius_m * swell * out).cast<float>());
     }
     return found->second;
   };

@@ -1,8 +1,9 @@
 // A scan of a grid gives the runs of fan_scan over the whole mesh, to the bit.
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <limits>
 #include <memory>
 
@@ -86,7 +87,9 @@ struct RunCount {
   std::size_t runs = 0, differences = 0;
 };
 
-bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
 
 /// Counts the runs of `found` that differ from those expected, or whose index does not lead to
 /// their face among the triangles.
@@ -284,7 +287,7 @@ TEST_CASE("Objects on a scanned grid hide it, and it hides them, as in one mesh"
   refine::TriangleMesh objects;
   const auto add = [&](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
     const auto first = static_cast<std::uint32_t>(objects.positions.size());
-    for (const Vector3d& p : {a, b, c}) objects.positions.push_back(p.cast<float>());
+    for (const Vector3d& p : {a, b, c}) objects.positions.emplace_back(p.cast<float>());
     objects.faces.push_back({first, first + 1, first + 2});
   };
   for (int i = 0; i < 300; ++i) {
@@ -377,7 +380,7 @@ TEST_CASE("A grid is scanned under objects with as many faces as it has") {
                       bed_z_m + 0.2);
     const auto first = static_cast<std::uint32_t>(objects.positions.size());
     for (int k = 0; k < 3; ++k)
-      objects.positions.push_back((at + 0.3 * tests::direction(random)).cast<float>());
+      objects.positions.emplace_back((at + 0.3 * tests::direction(random)).cast<float>());
     objects.faces.push_back({first, first + 1, first + 2});
   }
   Scanned over(heights, objects);

@@ -76,7 +76,7 @@ Vector3d integers(std::mt19937& random, int below) {
 refine::TriangleMesh integer_soup(std::mt19937& random, int vertices, int faces, int below) {
   refine::TriangleMesh mesh;
   for (int i = 0; i < vertices; ++i)
-    mesh.positions.push_back(integers(random, below).cast<float>());
+    mesh.positions.emplace_back(integers(random, below).cast<float>());
   for (int i = 0; i < faces; ++i) {
     refine::Face& face = mesh.faces.emplace_back();
     for (std::uint32_t& corner : face)
