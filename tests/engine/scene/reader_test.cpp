@@ -384,7 +384,7 @@ TEST_CASE("Every key has help and a range, and reads what is written through -D"
     std::vector<std::string> bad = {"[1]", "{}", "2024-01-01"};
     if ((std::holds_alternative<std::string*>(option) && key.choices.empty()) ||
         std::holds_alternative<InputFile*>(option)) {
-      bad.push_back("1");
+      bad.emplace_back("1");
     } else if (!key.choices.empty() || std::holds_alternative<bool*>(option)) {
       bad.insert(bad.end(), {"1", "word"});
     } else if (std::holds_alternative<std::vector<std::string>*>(option)) {
