@@ -286,8 +286,8 @@ TEST_CASE("A bed needs tiles where it cannot be made at once") {
   // doc/large_beds.md states these numbers. 2^29 numbers are a square of 23170, but FFTW gets only
   // lengths without prime factors above 5: the next one is 23040, two periods of the bed, or four.
   for (double* extent_m : {&options.extent_east_m, &options.extent_north_m}) {
-    CHECK(most_cells_to(*extent_m, 0.7) == 23040 / 2 - 1);
-    CHECK(most_cells_to(*extent_m, 0.71) == 23040 / 4 - 1);
+    CHECK(most_cells_to(*extent_m, 0.7) == 0.5 * 23040 - 1);
+    CHECK(most_cells_to(*extent_m, 0.71) == 0.25 * 23040 - 1);
   }
   options.extent_east_m = 7000.0;
   CHECK_THROWS_WITH(make_seafloor(options, 1),

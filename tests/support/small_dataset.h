@@ -46,7 +46,7 @@ struct SmallDataset {
   static std::string add_hash(nlohmann::ordered_json& json) {
     if (!json.is_object()) return "";
     json.erase("xxh128");
-    const std::string hash = engine::xxh128(json.dump());
+    std::string hash = engine::xxh128(json.dump());
     json["xxh128"] = hash;
     return hash;
   }
