@@ -290,6 +290,18 @@ TEST_CASE("an imitation has the recording's numbers, and begins where the record
   CHECK(doubts(imitate(line, folder / "cut", {})));
 }
 
+TEST_CASE("a bed that is seen only at more than 14 degrees gets its texture too") {
+  const tests::TemporaryFolder folder;
+  RecordedLine line = level_line(folder);  // at 8 m of 30 m of range: from 15 degrees on
+  std::mt19937 random(4);
+  std::gamma_distribution<double> power(1.0);
+  for (std::vector<float>* side : {&line.port, &line.starboard})
+    for (float& sample : *side)
+      sample = std::min(32767.0f, sample * static_cast<float>(std::sqrt(power(random))));
+  std::filesystem::create_directory(folder / "imitation");
+  CHECK(imitate(line, folder / "imitation", {}).model.texture_shape > 0.0);
+}
+
 TEST_CASE("bright and dark pings come back as such, and objects as places, not as clouds") {
   const tests::TemporaryFolder folder;
   run(level_scene({"sonar.sidescan.bins=300", "sonar.sidescan.bandwidth_hz=20e3",
