@@ -1,23 +1,33 @@
-// The bytes of a run against a hash that is written down here. All other tests compare a run with
-// another run of the same program; this one finds changes from version to version.
+// The bytes of five scenes against hashes that are written down in golden_hashes.txt, by layer. All
+// other tests compare a run with another run of the same program; this one finds changes from
+// version to version.
 //
 // A hash that changed is a change for everyone who keeps datasets: mend the cause, or, if the new
-// bytes are the right ones, copy what the failure prints to golden_hash and say in the commit and
-// in CHANGELOG.md what changed and why.
+// bytes are the right ones, copy the file that the failure names to golden_hashes.txt and say in
+// the commit and in CHANGELOG.md what changed and why.
 //
-// The seafloor has no spectral relief, because another build of FFTW may choose other code. The C
+// The seafloors have no spectral relief, because another build of FFTW may choose other code. The C
 // library chooses its own, too, so the test needs a machine with fused multiply-adds.
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "support/catch.h"
+#include "support/files.h"
+#include "support/layered_sea.h"
+#include "support/paths.h"
 #include "support/targets.h"
+#include "support/temporary_folder.h"
 
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/output/pings_csv.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/simulate.h>
@@ -28,8 +38,8 @@ using namespace ensonify::engine;
 
 namespace {
 
-// Objects, pits and boulders, a vehicle that moves, noise and a signal chain.
-constexpr const char* golden_scene = R"(version = 1
+// The seabed and the vehicle of all scenes: pits and boulders, a vehicle that moves.
+constexpr std::string_view common = R"(version = 1
 seed = 7
 [seafloor]
 extent_east_m = 60
@@ -41,16 +51,8 @@ fractal.height_at_1m_m = 0
 per_hectare = 200
 [[seafloor.boulders]]
 per_hectare = 150
-[[objects]]
-shape = "cylinder"
-east_m = 12
-north_m = 0
 [track]
 pings = 6
-[sonar.left-right]
-range_m = 25
-bins = 200
-elevations = 256
 [motion.roll]
 rms_deg = 2
 [motion.pitch]
@@ -59,32 +61,146 @@ rms_deg = 1
 rms_deg = 2
 )";
 
-Scene scene_of(std::string_view intersector, std::string_view surface,
-               std::string_view instruction_set) {
-  Scene scene = parse_scene(golden_scene, "golden", {}, {});
-  scene.run.intersector = intersector;
-  scene.run.surface = surface;
-  scene.run.intersection.instruction_set = instruction_set;
-  return scene;
-}
+struct GoldenScene {
+  std::string_view name, text;
+};
+constexpr GoldenScene golden_scenes[] = {
+    // An object, noise and a signal chain.
+    {"object", R"([[objects]]
+shape = "cylinder"
+east_m = 12
+north_m = 0
+[sonar.left-right]
+range_m = 25
+bins = 200
+elevations = 256
+)"},
+    {"refraction", R"([sea]
+profile = "cast.csv"
+refraction = "full"
+[sonar.left-right]
+range_m = 25
+bins = 200
+elevations = 256
+)"},
+    {"beams", R"([sonar.parallel]
+range_m = 25
+bins = 150
+elevations = 256
+beams = 3
+array_length_m = 0.2
+receive_array_length_m = 0.6
+focus_zones_m = [8, 15]
+shading = "taylor"
+side_lobes = 1
+)"},
+    // All that the signal chain can add, and a sonar with one side.
+    {"signals", R"([arrivals]
+surface = true
+volume = true
+multiples = true
+second_time_around = true
+burst_m = 1
+crosstalk_db = -30
+[artefacts]
+repeated = 0.2
+interference_db = 20
+gain_step_db = 3
+gain_step_s = 0.1
+automatic_gain = 0.5
+fish_per_hectare = 300
+wake_db = -20
+shimmer_db = 1
+[navigation]
+position_rms_m = 0.1
+[sonar.low]
+range_m = 25
+bins = 200
+elevations = 256
+pulse = "lfm"
+pulse_length_s = 0.002
+looks = 3
+ping_gain_db = 1
+output_noise_db = -50
+curve = "logarithmic"
+[sonar.high]
+sides = "starboard"
+frequency_hz = 900000
+range_m = 20
+bins = 150
+elevations = 256
+mount_azimuth_deg = 10
+port_mount_deg = 3
+)"},
+    {"glints", R"([arrivals]
+double_bounce = true
+[[objects]]
+shape = "container"
+material = "steel"
+east_m = 12
+[[objects]]
+shape = "tyre"
+east_m = -8
+[[objects]]
+shape = "mine"
+count = 4
+area_radius_m = 20
+burial = 0.3
+[sonar.left-right]
+range_m = 25
+bins = 400
+elevations = 512
+bandwidth_hz = 60000
+)"}};
+
+struct Cell {
+  std::string_view intersector = "fan_scan", surface = "footprint", instruction_set = "";
+};
 
 template <class T>
 void append(std::string& bytes, const std::vector<T>& values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
 }
 
-/// Of all layers of all pings, in the files' order.
-std::string hash_of_run(const Scene& scene) {
+/// A line for each layer of each sonar, and one for its pings: "scene sonar layer hash".
+std::string hashes_of(const GoldenScene& golden, const Cell& cell = {}) {
+  const tests::TemporaryFolder folder;
+  tests::Sea2{}.cast(folder);
+  tests::write_text(folder / "scene.toml", fmt::format("{}{}", common, golden.text));
+  Scene scene = read_scene(folder / "scene.toml");
+  scene.run.intersector = cell.intersector;
+  scene.run.surface = cell.surface;
+  scene.run.intersection.instruction_set = cell.instruction_set;
   Simulator simulator(scene);
   const ScenePings all = ping_all(scene, simulator, 1);
-  REQUIRE(all.hits > all.rays / 2);
-  // The object is seen, and so are the bed's features, whose instances come after it.
-  REQUIRE(std::ranges::count(all.images.front().pixels.instance, 1u) > 0);
-  REQUIRE(std::ranges::max(all.images.front().pixels.instance) > 1);
-  std::string bytes;
-  for (const Waterfall& image : all.images)
-    BinLayers::for_each([&](std::string_view, auto layer) { append(bytes, image.pixels.*layer); });
-  return xxh128(bytes);
+  REQUIRE(all.hits > all.rays / 3);
+  std::string lines;
+  for (const Waterfall& image : all.images) {
+    const auto add = [&](std::string_view layer, const std::string& bytes) {
+      lines += fmt::format("{} {} {} {}\n", golden.name, image.sonar.name, layer, xxh128(bytes));
+    };
+    BinLayers::for_each([&](std::string_view layer, auto member) {
+      std::string bytes;
+      append(bytes, image.pixels.*member);
+      add(layer, bytes);
+    });
+    add("pings", pings_csv(image));
+    // An object is seen, and so are the bed's features, whose instances come after it.
+    CHECK(std::ranges::max(image.pixels.instance) > (scene.objects.empty() ? 0 : 1));
+  }
+  return lines;
+}
+
+std::filesystem::path hashes_file() {
+  return tests::source_folder() / "tests/engine/golden_hashes.txt";
+}
+
+std::string written_down(std::string_view name) {
+  std::ifstream file(hashes_file());
+  std::string lines;
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with(fmt::format("{} ", name))) lines += line + '\n';
+  return lines;
 }
 
 bool has_fused_multiply_add() {
@@ -95,42 +211,56 @@ bool has_fused_multiply_add() {
 #endif
 }
 
-constexpr std::string_view golden_hash = "49df397aba031af1520d7161d58af97c";
-
-struct Cell {
-  std::string_view intersector, surface, instruction_set;
-};
-
 }  // namespace
 
-TEST_CASE("the bytes of a run are those that were written down") {
+TEST_CASE("the bytes of five scenes are those that were written down, layer by layer") {
   if (!has_fused_multiply_add()) {
-    WARN("skipped: the hash is that of machines with AVX2 and fused multiply-adds");
+    WARN("skipped: the hashes are those of machines with AVX2 and fused multiply-adds");
     return;
   }
-  // In this scene all back-ends hit the same faces, so they share one hash.
-  for (const Cell& cell : {Cell{"pluecker", "static", ""}, Cell{"fan_scan", "footprint", ""},
-                           Cell{"embree", "static", "sse2"}, Cell{"embree", "static", "avx2"}}) {
+  std::string all;
+  for (const GoldenScene& golden : golden_scenes) {
+    const std::string found = hashes_of(golden);
+    CHECK(found == written_down(golden.name));
+    all += found;
+  }
+  if (all != tests::read_text(hashes_file())) {
+    const auto file = std::filesystem::temp_directory_path() / "golden_hashes.txt";
+    tests::write_text(file, all);
+    FAIL_CHECK("the hashes of this build are in " << file);
+  }
+}
+
+TEST_CASE("the bytes of a run are the same with all intersectors") {
+  if (!has_fused_multiply_add()) {
+    WARN("skipped: the hashes are those of machines with AVX2 and fused multiply-adds");
+    return;
+  }
+  // In this scene all of them hit the same faces.
+  const GoldenScene& golden = golden_scenes[0];
+  for (const Cell& cell : {Cell{"pluecker", "static", ""}, Cell{"embree", "static", "sse2"},
+                           Cell{"embree", "static", "avx2"}}) {
     CAPTURE(cell.intersector, cell.surface, cell.instruction_set);
-    CHECK(hash_of_run(scene_of(cell.intersector, cell.surface, cell.instruction_set)) ==
-          golden_hash);
+    CHECK(hashes_of(golden, cell) == written_down(golden.name));
   }
 }
 
 TEST_CASE("the bytes of a run are the same on every instruction set of the kernels") {
   if (!has_fused_multiply_add()) {
-    WARN("skipped: the hash is that of machines with AVX2 and fused multiply-adds");
+    WARN("skipped: the hashes are those of machines with AVX2 and fused multiply-adds");
     return;
   }
-  tests::on_each_target(
-      [] { CHECK(hash_of_run(scene_of("fan_scan", "footprint", "")) == golden_hash); });
+  tests::on_each_target([] {
+    for (const GoldenScene& golden : golden_scenes)
+      CHECK(hashes_of(golden) == written_down(golden.name));
+  });
 }
 
 // If this fails because seafloors are meant to change, raise seafloor_version and copy the new
 // hash: without a new version, runs would take the analysis of the old seafloor from a cache.
 TEST_CASE("a seafloor that changes has another version, so that no cache has the old one") {
   if (!has_fused_multiply_add()) {
-    WARN("skipped: the hash is that of machines with AVX2 and fused multiply-adds");
+    WARN("skipped: the hashes are those of machines with AVX2 and fused multiply-adds");
     return;
   }
   const Scene scene = parse_scene(R"(version = 1
