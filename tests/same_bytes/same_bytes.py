@@ -4,7 +4,7 @@
 usage: same_bytes.py OLD NEW FOLDER [SCENES]
 
 OLD and NEW are programs, for example build/bin/ensonify. SCENES are scenes and recipes (default: all
-of scenes/). A scene is run as a whole, and writes every format. Of a recipe one sample is made. Where
+of scenes/, and those beside this file). A scene is run as a whole, and writes every format. Of a recipe one sample is made. Where
 files differ, the table names them, and the layers that differ in a NumPy archive with the number of
 their values that differ. FOLDER keeps the files of these scenes only. The exit code is 1 if files
 differ or a program failed, 2 if nothing was compared.
@@ -34,7 +34,7 @@ def is_recipe(scene):
 
 def make(program, scene, folder):
     """Runs the program; returns the message of its failure, or None."""
-    arguments = ["generate", scene, "-D", "dataset.samples=1"] if is_recipe(scene) else ["run", scene]
+    arguments = ["generate", scene, "-D", "dataset.samples=1", "-D", "dataset.seafloors=0"] if is_recipe(scene) else ["run", scene]
     for name in FORMATS:
         arguments += ["-D", f"output.{name}=true"]
     done = subprocess.run([program, *arguments, "--quiet", "-o", folder, "--cache", folder.parent / "cache"],
@@ -103,7 +103,8 @@ def main():
     for program in programs.values():
         if not os.access(program, os.X_OK) or program.is_dir():
             parser.error(f"{program} is no program; give the path of a build's bin/ensonify")
-    scenes = options.scenes or sorted((PROJECT / "scenes").glob("*.toml"))
+    scenes = options.scenes or sorted([*(PROJECT / "scenes").glob("*.toml"),
+                                       *pathlib.Path(__file__).parent.glob("*.toml")])
     compared, changed, left_out = 0, [], []
     for scene in scenes:
         if "data:" in scene.read_text() and not os.environ.get("ENSONIFY_DATA"):
