@@ -123,9 +123,12 @@ class SchemaWriter {
   static void add_keys(json& to, const Section<Owner>& section, const Owner& owner, bool drawn) {
     for (const Key<Owner>& key : section.keys) {
       json value = value_schema(key.option(owner), key.range, key.choices);
-      if (drawn) value = {{"anyOf", json::array({value, {{"type", "object"}}})}};
-      value["description"] = help_text(key);
-      to["properties"][key.name] = std::move(value);
+      json& property = to["properties"][key.name];
+      if (drawn)  // a distribution
+        property["anyOf"] = json::array({std::move(value), {{"type", "object"}}});
+      else
+        property = std::move(value);
+      property["description"] = help_text(key);
     }
   }
 

@@ -277,7 +277,8 @@ TEST_CASE("an object to starboard is on the right of the picture, one ahead is a
     // In the picture that row is a quarter from the top, and the shadow is beyond the object.
     const std::size_t row = 100 - 75;
     const auto at = [&](double r) {
-      return picture.pixels[row * 1000 + 500 + static_cast<std::size_t>(r / sonar.bin_m())];
+      const auto from_middle = static_cast<std::ptrdiff_t>(r / sonar.bin_m());  // negative: port
+      return picture.pixels[row * 1000 + static_cast<std::size_t>(500 + from_middle)];
     };
     CHECK(at(std::hypot(19.0, 9.5)) > at(std::hypot(17.0, 10.0)) + 20);
     CHECK(at(std::hypot(22.0, 10.0)) == 0);
