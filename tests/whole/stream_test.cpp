@@ -325,8 +325,10 @@ TEST_CASE("a signal ends a stream whose reader has stopped reading") {
   const int reader = open((folder / "lines").c_str(), O_RDWR);
   const tests::Outcome outcome = tests::run_program(
       folder.path(), {"stream", "tiny.toml", "--quiet", "--json"}, {},
-      [](pid_t process) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(2000));
+      [&](pid_t process) {
+        char first = 0;  // the program has begun to write, however slow it is
+        CHECK(read(reader, &first, 1) == 1);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
         kill(process, SIGTERM);
       },
       folder / "lines", folder / "in");
