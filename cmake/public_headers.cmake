@@ -6,6 +6,7 @@ set(public_headers
   engine/app/program.h
   engine/image/display.h
   engine/image/display_options.h
+  engine/image/line_layout.h
   engine/image/waterfall.h
   engine/input_file.h
   engine/memory.h

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include <ensonify/engine/sonar/instrument/mounting.h>
@@ -180,7 +181,8 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
   const int more_rows = std::max(min_border_px, shown.high[1] - shown.low[1]);
   double body = 0.0, bed = 0.0, range_m = 0.0, ping = 0.0;
   std::size_t bed_pixels = 0;
-  const int port_end = static_cast<int>(port_columns(image.sonar));
+  const LineLayout layout = image.layout();
+  const std::span<const Side> sides = sides_of(image.sonar);
   for (int row = std::max(0, shown.low[1] - more_rows);
        row < std::min(marks.rows(), shown.high[1] + more_rows); ++row) {
     int its_port = 0, its_starboard = 0;  // pixels of this row
@@ -188,7 +190,8 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
          column < std::min(marks.columns(), shown.high[0] + more_columns); ++column) {
       const std::size_t i = marks.index(column, row);
       if (marks.mark(column, row) == mark) {
-        ++(column < port_end ? its_port : its_starboard);
+        const std::size_t sector = layout.place(static_cast<std::size_t>(column)).sector;
+        ++(sides[sector] == Side::port ? its_port : its_starboard);
         body += image.pixels.intensity_mean[i];
         range_m += image.pixels.range_m[i];
       } else if (marks.mark(column, row) == 0 &&

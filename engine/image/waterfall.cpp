@@ -16,10 +16,6 @@ PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam) {
   return ping;
 }
 
-std::size_t port_columns(const Sonar& sonar) {
-  return sonar.sides == Sides::starboard ? 0 : static_cast<std::size_t>(sonar.bins);
-}
-
 Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t first_ping)
     : sonar(its_sonar), pings(ping_count * static_cast<std::size_t>(sonar.beams)) {
   std::size_t number = first_ping * static_cast<std::size_t>(sonar.beams);
@@ -36,19 +32,18 @@ double Waterfall::sonar_altitude_m(std::size_t row) const {
 void Waterfall::set_row(std::size_t row, std::span<const EchoLine> sides, const PingRow& record) {
   if (row >= rows()) throw std::invalid_argument("Waterfall: the row is beyond the last one");
   const auto bins = static_cast<std::ptrdiff_t>(sonar.bins);
-  const std::ptrdiff_t starboard = sonar.sides == Sides::both ? bins : 0;
   for (const EchoLine& side : sides) {
-    if (std::ranges::count(sides_of(sonar), side.side) == 0)
+    const std::span<const Side> its_sides = sides_of(sonar);
+    const auto sector =
+        static_cast<std::size_t>(std::ranges::find(its_sides, side.side) - its_sides.begin());
+    if (sector == its_sides.size())
       throw std::invalid_argument("Waterfall: the sonar does not have the echo line's side");
     BinLayers::for_each([&](std::string_view, auto layer) {
       const auto& from = side.bins.*layer;
       if (std::ssize(from) != bins)
         throw std::invalid_argument("Waterfall: the echo line's bins are not the sonar's");
-      const auto place = (pixels.*layer).begin() + static_cast<std::ptrdiff_t>(row * columns());
-      if (side.side == Side::port)
-        std::reverse_copy(from.begin(), from.end(), place);
-      else
-        std::copy(from.begin(), from.end(), place + starboard);
+      layout().set(sector, from,
+                   (pixels.*layer).begin() + static_cast<std::ptrdiff_t>(row * columns()));
     });
   }
   PingRow& row_record = pings[row];

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 
@@ -28,12 +29,9 @@ struct PingRow {
 /// the array as the beam does.
 PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam);
 
-/// How many columns of a waterfall are of the port side; they come first.
-std::size_t port_columns(const Sonar& sonar);
-
 /// Stacked echo lines of one sonar: one row per ping and beam, the oldest ping first, and within a
-/// ping the rear beam first; files number the rows as pings. The columns: port far..near, then
-/// starboard near..far, of the sides that the sonar has.
+/// ping the rear beam first; files number the rows as pings. LineLayout says which bin is in which
+/// column.
 struct Waterfall {
   Sonar sonar;
   BinLayers pixels;            ///< rows() * columns() values per layer
@@ -43,9 +41,8 @@ struct Waterfall {
   /// other values are 0. The sonar has its bins (Sonar::sampled()).
   Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t first_ping = 0);
   std::size_t rows() const { return pings.size(); }
-  std::size_t columns() const {
-    return sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins);
-  }
+  LineLayout layout() const { return LineLayout(sonar); }
+  std::size_t columns() const { return layout().columns(); }
   /// The height (m) of the sonar over the bed at a row's ping, with the bed taken as level: the
   /// vehicle's altitude, less the distance by which the sonar, in its mounting and at the vehicle's
   /// attitude, is below the vehicle. NaN over a hole.

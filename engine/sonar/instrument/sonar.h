@@ -92,14 +92,15 @@ struct Sonar {
 };
 
 /// The sides of a sonar, port first.
-inline std::span<const Side> sides_of(const Sonar& sonar) {
+inline std::span<const Side> sides_of(Sides sides) {
   static constexpr std::array both{Side::port, Side::starboard};
-  switch (sonar.sides) {
+  switch (sides) {
     case Sides::both: break;
     case Sides::port: return std::span(both).first(1);
     case Sides::starboard: return std::span(both).last(1);
   }
   return both;
 }
+inline std::span<const Side> sides_of(const Sonar& sonar) { return sides_of(sonar.sides); }
 
 }  // namespace ensonify::engine
