@@ -54,6 +54,7 @@ set(public_headers
   engine/sonar/instrument/mounting.h
   engine/sonar/instrument/pulse.h
   engine/sonar/instrument/receiver_options.h
+  engine/sonar/instrument/sector.h
   engine/sonar/instrument/shading.h
   engine/sonar/instrument/sonar.h
   engine/sonar/reception/artefacts.h

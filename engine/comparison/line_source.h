@@ -19,9 +19,8 @@ void add_image_rows(Sides sides, const std::vector<Value>& values, std::size_t r
   const LineLayout layout(sides, line.samples);
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t sector = 0; sector < layout.sectors(); ++sector)
-      layout.get(
-          sector, values.begin() + static_cast<std::ptrdiff_t>(row * layout.columns()),
-          std::back_inserter(sides_of(sides)[sector] == Side::port ? line.port : line.starboard));
+      layout.get(sector, values.begin() + static_cast<std::ptrdiff_t>(row * layout.columns()),
+                 std::back_inserter(layout.mirrored(sector) ? line.port : line.starboard));
 }
 
 /// A line of a recording (XTF, JSF; its alike_pings(), with a warning if there are others), of a

@@ -237,7 +237,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m, const Memo
       fmt::format("the {} x {} pixels of {} in ground range", columns, rows, slant.name),
       fmt::format("use pixels longer than {} m (dataset.ground_px_m)", pixel_m));
   Sonar sonar = line.sonar;
-  sonar.bins = static_cast<int>(columns / sides_of(sonar).size());
+  sonar.bins = static_cast<int>(columns / sonar.sectors().size());
   sonar.range_m = sonar.bins * pixel_m;
   LabelledImage view{.name = size.name,
                      .geometry = "ground",

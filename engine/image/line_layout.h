@@ -9,11 +9,11 @@
 namespace ensonify::engine {
 
 /// How the lines of a ping lie in a row of a picture: one sector of the sonar beside the other,
-/// port from far to near, every other one from near to far. This is the only place that knows the
-/// order of columns.
+/// those that look to port from far to near, the others from near to far. This is the only place
+/// that knows the order of columns.
 class LineLayout {
  public:
-  /// A column of the picture: the sector (its number in sides_of()), and which of its `bins`,
+  /// A column of the picture: the sector (its place in Sonar::sectors()), and which of its `bins`,
   /// counted from near to far.
   struct Place {
     std::size_t sector = 0, bin = 0;
@@ -23,12 +23,12 @@ class LineLayout {
   explicit LineLayout(const Sonar& sonar)
       : LineLayout(sonar.sides, static_cast<std::size_t>(sonar.bins)) {}
   /// A picture with `bins` columns for each sector.
-  LineLayout(Sides sides, std::size_t bins) : sides_(sides_of(sides)), bins_(bins) {}
+  LineLayout(Sides sides, std::size_t bins) : sectors_(sectors_of(sides)), bins_(bins) {}
 
-  std::size_t sectors() const { return sides_.size(); }
+  std::size_t sectors() const { return sectors_.size(); }
   std::size_t bins() const { return bins_; }
   std::size_t columns() const { return sectors() * bins_; }
-  bool mirrored(std::size_t sector) const { return sides_[sector] == Side::port; }
+  bool mirrored(std::size_t sector) const { return sectors_[sector].out < 0.0; }
   std::size_t first_column(std::size_t sector) const { return sector * bins_; }
 
   Place place(std::size_t column) const {
@@ -59,7 +59,7 @@ class LineLayout {
   }
 
  private:
-  std::span<const Side> sides_;
+  std::span<const Sector> sectors_;
   std::size_t bins_;
 };
 

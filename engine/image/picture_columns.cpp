@@ -27,8 +27,10 @@ double height_over_bed_m(const Waterfall& waterfall, std::size_t row) {
   const PingRow& ping = waterfall.pings[row];
   const double altitude_m = waterfall.sonar_altitude_m(row);
   if (ping.altitude_m > 0.0 && altitude_m > 0.0) return altitude_m;
-  return std::max({ping.first_return_port, ping.first_return_starboard, 0}) *
-         waterfall.sonar.bin_m();
+  int first_return = 0;
+  for (const LineRecord& line : ping.lines)
+    first_return = std::max(first_return, line.first_return);
+  return first_return * waterfall.sonar.bin_m();
 }
 
 std::size_t ShownColumns::end() const { return static_cast<std::size_t>(std::ceil(until)); }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/image/line_layout.h>
@@ -10,6 +11,12 @@
 
 namespace ensonify::engine {
 
+/// What a row knows of one of its lines, as in EchoLine.
+struct LineRecord {
+  int first_return = -1, starved = 0;
+  double gain = 1.0;
+};
+
 /// One row of the pings file.
 struct PingRow {
   std::size_t number = 0;   ///< counted over the rows of the whole run, as files number pings
@@ -17,12 +24,10 @@ struct PingRow {
   Pose reported;            ///< the pose that its navigation reports
   double altitude_m = 0.0;  ///< the vehicle's, above the bed straight below; NaN over a hole
   int block = 0;
-  int first_return_port = -1, first_return_starboard = -1;  ///< bins
-  int starved_port = 0, starved_starboard = 0;
   Artefacts artefacts;
-  std::array<double, 2> gain{1.0, 1.0};  ///< EchoLine::gain, by Side
-  bool recorded = true;                  ///< false: nothing was recorded, and the row is empty
-  double interval_s = 0.0;               ///< to the nearer neighbouring ping; 0 if there is none
+  std::array<LineRecord, most_sectors> lines;  ///< by sector
+  bool recorded = true;     ///< false: nothing was recorded, and the row is empty
+  double interval_s = 0.0;  ///< to the nearer neighbouring ping; 0 if there is none
 };
 
 /// The row of a sonar's beam, 0 (the rear one) to Sonar::beams - 1: its vehicle lies as far along
@@ -47,15 +52,18 @@ struct Waterfall {
   /// vehicle's altitude, less the distance by which the sonar, in its mounting and at the vehicle's
   /// attitude, is below the vehicle. NaN over a hole.
   double sonar_altitude_m(std::size_t row) const;
-  /// Sets a row. Its pixels come from the echo lines of its sides; a lost ping has no lines. All
+  /// What a row knows of the line of a sector, by its name; LineRecord{} if the sonar does not have
+  /// it.
+  LineRecord line_of(const PingRow& row, std::string_view sector) const;
+  /// Sets a row. Its pixels come from the echo lines of its sectors; a lost ping has no lines. All
   /// else except the row's number comes from `record`; first returns, starved bins and artefacts
   /// are completed from the lines. Several threads may set different rows at once. Throws
-  /// std::invalid_argument for a row that is not there, a side that the sonar does not have, and
+  /// std::invalid_argument for a row that is not there, a sector that the sonar does not have, and
   /// lines of another number of bins.
-  void set_row(std::size_t row, std::span<const EchoLine> sides, const PingRow& record);
+  void set_row(std::size_t row, std::span<const EchoLine> lines, const PingRow& record);
   /// Sets the rows of a ping, counted from 0 in this waterfall, from the lines of its beams in the
-  /// order of Simulator::ping(): at least sides * beams lines, or none for a lost ping. Returns the
-  /// lines that follow those of this sonar. Throws as set_row().
+  /// order of Simulator::ping(): at least sectors * beams lines, or none for a lost ping. Returns
+  /// the lines that follow those of this sonar. Throws as set_row().
   std::span<const EchoLine> set_ping(std::size_t ping, std::span<const EchoLine> lines,
                                      const PingRow& record);
 };

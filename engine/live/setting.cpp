@@ -31,11 +31,10 @@ Json lines_of(const Sonar& sonar) {
   const LineLayout layout(sonar);
   Json lines = Json::array();
   for (std::size_t sector = 0; sector < layout.sectors(); ++sector) {
-    const Side side = sides_of(sonar)[sector];
-    lines.push_back({{"name", name_of(side)},
+    lines.push_back({{"name", sonar.sectors()[sector].name},
                      {"first", layout.first_column(sector)},
                      {"mirrored", layout.mirrored(sector)},
-                     {"to_starboard", side == Side::port ? -1 : 1}});
+                     {"to_starboard", sonar.sectors()[sector].out}});
   }
   return lines;
 }

@@ -40,10 +40,10 @@ std::vector<ShownPing> PingSource::read(const RecordedRun& run, std::size_t begi
 
 ShownPing PingSource::shown(const RecordedRun& run, const MosaicPing& ping, std::size_t row) const {
   const Recorder recorder(run.sonar.receiver, 0.0, 0, 0.0, 0.0);  // only for its curve
-  const std::span<const Side> sides = sides_of(run.sonar);
+  const std::span<const Sector> sectors = run.sonar.sectors();
   const LineLayout layout(run.sonar);
-  ShownPing result(sides.size());
-  for (std::size_t s = 0; s < sides.size(); ++s) {
+  ShownPing result(sectors.size());
+  for (std::size_t s = 0; s < sectors.size(); ++s) {
     const auto near_to_far = [&](const std::vector<float>& layer) {
       std::vector<float> values(layout.bins());
       layout.get(s, layer.begin() + static_cast<std::ptrdiff_t>(row * layout.columns()),
@@ -56,7 +56,7 @@ ShownPing PingSource::shown(const RecordedRun& run, const MosaicPing& ping, std:
       ground.y_m = near_to_far(rows_[1]);
     }
     ShownSide& line = result[s];
-    line.ground = place(ping, run.sonar, sides[s], positions_, ground);
+    line.ground = place(ping, run.sonar, sectors[s], positions_, ground);
     line.values = near_to_far(rows_[value_]);
     for (float& value : line.values)
       if (power_) {

@@ -50,7 +50,8 @@ std::vector<std::uint16_t> with_both_sides(const Waterfall& waterfall,
                                            std::vector<std::uint16_t> samples) {
   const LineLayout both(Sides::both, static_cast<std::size_t>(waterfall.sonar.bins));
   if (waterfall.columns() == both.columns()) return samples;
-  const auto only = static_cast<std::size_t>(sides_of(waterfall.sonar).front());
+  const auto only =
+      static_cast<std::size_t>(waterfall.sonar.sides == Sides::port ? Side::port : Side::starboard);
   std::vector<std::uint16_t> made(waterfall.rows() * both.columns(), 0);
   for (std::size_t row = 0; row < waterfall.rows(); ++row)
     std::ranges::copy(
@@ -133,8 +134,11 @@ Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full
   const PlaceOfMap place_of = place_of_local(frame);
   for (std::size_t i = 0; i < waterfall.pings.size(); ++i) {
     const PingRow& ping = waterfall.pings[i];
-    recording.gain_db.push_back(
-        {scatter::to_db(ping.gain[0] * ping.gain[0]), scatter::to_db(ping.gain[1] * ping.gain[1])});
+    std::array<double, 2>& gain_db = recording.gain_db.emplace_back();
+    for (const Side side : {Side::port, Side::starboard}) {
+      const double gain = waterfall.line_of(ping, name_of(side)).gain;
+      gain_db[static_cast<std::size_t>(side)] = scatter::to_db(gain * gain);
+    }
     if (!ping.recorded) continue;
     const Pose pose = mounted(ping.reported, sonar.mounting);
     const double altitude_m = frame.altitude_m(mounted(ping.pose, sonar.mounting).position);

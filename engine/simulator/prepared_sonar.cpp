@@ -222,10 +222,9 @@ Calibration calibration_of(const PreparedSonar& its, const UsualPing& usual) {
     layout.set(sector, of_bins, columns.begin());
   };
   for (std::size_t sector = 0; sector < layout.sectors(); ++sector) {
-    const Side side = sides_of(its.sonar)[sector];
-    add(sector, its.chain->level_bed(side), made.level_bed);
-    add(sector, its.chain->automatic_gain(side), made.automatic_gain);
-    made.noise = std::max(made.noise, its.chain->noise(side));
+    add(sector, its.chain->level_bed(sector), made.level_bed);
+    add(sector, its.chain->automatic_gain(sector), made.automatic_gain);
+    made.noise = std::max(made.noise, its.chain->noise(sector));
   }
   return made;
 }
