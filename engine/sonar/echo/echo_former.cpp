@@ -278,7 +278,7 @@ void EchoFormer::correct_bent_rays() {
     const double grazing_rad = std::asin(sine);
     // A linear change must leave the angle positive over the whole piece.
     const double turned_rad = -normal.dot(step.turn) / std::sqrt(std::max(1.0 - sine * sine, 1e-9));
-    change.head<3>() = step.way;
+    change.head<3>() = step.displacement;
     change[3] = std::clamp(turned_rad, -2.0 * grazing_rad, 2.0 * grazing_rad);
     // Distance from the middle ray to the piece's middle, as a share of the piece: 0 for an odd
     // number of rays, else half a ray step.
