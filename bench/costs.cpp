@@ -82,12 +82,12 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
       const Pose pose{.position = {-30.0 + 60.0 * i / pings, -20.0, -45.0},
                       .heading_rad = 1.5707963};
       const BeamAim aim = pinger.aim(pose, 45.0);
-      for (const Side side : {Side::port, Side::starboard}) {
-        (void)pinger.trace(aim, {tracer.get(), labelled.mesh}, side);
+      for (std::size_t sector = 0; sector < sonar.sectors().size(); ++sector) {
+        (void)pinger.trace(aim, {tracer.get(), labelled.mesh}, sector);
         if (looking)
-          looking->look(aim.fans[static_cast<std::size_t>(side)], labelled.mesh,
-                        pinger.runs(aim, side), static_cast<std::uint64_t>(i));
-        pinger.echo(aim, side, line);
+          looking->look(aim.fans[sector], labelled.mesh, pinger.runs(aim, sector),
+                        static_cast<std::uint64_t>(i));
+        pinger.echo(aim, sector, line);
       }
     }
   };
@@ -172,11 +172,11 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
     const SignalChain with(sonar, with_options), without(plain, without_options);
     SignalChain::Scratch scratch;
     EchoLine lines[2];
-    for (const Side side : {Side::port, Side::starboard}) {
-      EchoLine& line = lines[static_cast<std::size_t>(side)];
-      line.side = side;
+    for (const Sector& sector : sidescan_sectors) {
+      EchoLine& line = lines[sector.number];
+      line.sector = sector.number;
       line.bins.assign(7500);
-      const double outwards = side == Side::port ? -1.0 : 1.0;
+      const double outwards = sector.out;
       line.walls = {{.middle = {outwards * 25.0, 0.0, -9.0},  // for the double bounce
                      .normal = {-outwards, 0.0, 0.0},
                      .length_m = 5.0,

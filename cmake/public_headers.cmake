@@ -6,6 +6,7 @@ set(public_headers
   engine/app/program.h
   engine/image/display.h
   engine/image/display_options.h
+  engine/image/line_layout.h
   engine/image/waterfall.h
   engine/input_file.h
   engine/memory.h
@@ -53,6 +54,7 @@ set(public_headers
   engine/sonar/instrument/mounting.h
   engine/sonar/instrument/pulse.h
   engine/sonar/instrument/receiver_options.h
+  engine/sonar/instrument/sector.h
   engine/sonar/instrument/shading.h
   engine/sonar/instrument/sonar.h
   engine/sonar/reception/artefacts.h

@@ -77,8 +77,8 @@ void Simulator::aim(const Pose& pose, Aim& aim) {
         look_abeam(sonar_pose, sonar, height_m, shared_->seafloor_heights.highest_m, own_->bed);
     const BeamAim& of_beam = aim.beams.emplace_back(
         beam.tracer.aim(sonar_pose, height_m, abeam.nearest_m, abeam.rise_rad));
-    for (const Side side : sides_of(sonar))
-      aim.fans.push_back(of_beam.fans[static_cast<std::size_t>(side)]);
+    aim.fans.insert(aim.fans.end(), of_beam.fans.begin(),
+                    of_beam.fans.begin() + std::ssize(sonar.sectors()));
     shared_->stop_check();
   }
 }
@@ -123,19 +123,18 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
   for (std::size_t i = 0; i < own.beams.size(); ++i) {
     auto& [sonar, mounting, tracer] = own.beams[i];
     const BeamAim& aim = own.aim.beams[i];
-    const std::size_t sides = sides_of(own.sonars[sonar]).size();
-    const std::span<EchoLine> lines = std::span(own.lines).subspan(first_line, sides);
+    const std::size_t sectors = own.sonars[sonar].sectors().size();
+    const std::span<EchoLine> lines = std::span(own.lines).subspan(first_line, sectors);
     for (EchoLine& line : lines) {
-      if (!tracer.trace(aim, faces, line.side)) {
+      if (!tracer.trace(aim, faces, line.sector)) {
         faces = own.face_source.prepare(own.aim.fans);
-        (void)tracer.trace(aim, faces, line.side);
+        (void)tracer.trace(aim, faces, line.sector);
       }
       if (!own.visibility_counters.empty())
-        own.visibility_counters[sonar].look(aim.fans[static_cast<std::size_t>(line.side)],
-                                            tracer.triangles(), tracer.runs(aim, line.side),
-                                            number);
+        own.visibility_counters[sonar].look(aim.fans[line.sector], tracer.triangles(),
+                                            tracer.runs(aim, line.sector), number);
       end_stage(own.times.trace_s);
-      tracer.echo(aim, line.side, line);
+      tracer.echo(aim, line.sector, line);
       end_stage(own.times.echo_s);
     }
     const RayFan& fan = own.aim.fans[first_line];
@@ -149,7 +148,7 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
                                          .motion = aim.motions},
                                         lines, own.chain_scratch);
     end_stage(own.times.receive_s);
-    first_line += sides;
+    first_line += sectors;
   }
   return own.lines;
 }

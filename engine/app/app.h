@@ -104,7 +104,7 @@ void add_quiet(CLI::App& command, bool& quiet,
 /// folder or the default.
 CLI::Validator a_path();
 /// The check of an option that takes a number: `low` to `high`, or any finite one. CLI11's own
-/// takes NaN as well, and without a check an empty text is 0.
+/// check accepts NaN; without any check CLI11 reads an empty text as 0.
 CLI::Validator number(double low = std::numeric_limits<double>::lowest(),
                       double high = std::numeric_limits<double>::max());
 

@@ -125,12 +125,13 @@ class PoseSession {
     report_warnings();
     const double altitude_m = simulator_.altitude_m(pose.position);
     for (const Sonar& sonar : simulator_.sonars()) {
-      const std::size_t count = sides_of(sonar).size() * static_cast<std::size_t>(sonar.beams);
+      const std::size_t count = sonar.sectors().size() * static_cast<std::size_t>(sonar.beams);
       for (const EchoLine& line : lines.first(count)) {
         Json header = {{"ping", pings_},
                        {"t_s", pose.t_s},
                        {"sonar", sonar.name},
-                       {"side", name_of(line.side)},
+                       {"side", sonar.sectors()[line.sector].name},
+                       {"sector", line.sector},
                        {"beam", line.beam},
                        {"bins", sonar.bins},
                        {"bin_m", sonar.bin_m()},
@@ -162,7 +163,7 @@ class PoseSession {
     Json sonars = Json::array();
     for (const Sonar& sonar : simulator_.sonars()) {
       Json sides = Json::array();
-      for (const Side side : sides_of(sonar)) sides.push_back(name_of(side));
+      for (const Sector& sector : sonar.sectors()) sides.push_back(sector.name);
       sonars.push_back({{"name", sonar.name},
                         {"sides", sides},
                         {"beams", sonar.beams},

@@ -9,6 +9,7 @@
 #include <cpl_string.h>
 #include <fmt/format.h>
 
+#include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/output/png.h>
 
 namespace ensonify::engine {
@@ -42,22 +43,22 @@ std::string html_text(const std::string& text) {
 }
 
 Picture picture_of(const RecordedLine& line) {
-  const std::size_t sides = line.sides().size();
-  const std::size_t per_column = covered(sides * line.samples, max_columns);
+  const std::vector<Side> sides = line.sides();
+  const std::size_t per_column = covered(sides.size() * line.samples, max_columns);
   const std::size_t per_row = covered(line.pings.size(), max_rows);
-  const std::size_t half = (line.samples + per_column - 1) / per_column;
-  const std::size_t width = sides * half, height = (line.pings.size() + per_row - 1) / per_row;
+  const LineLayout layout(line.port.empty()        ? Sides::starboard
+                          : line.starboard.empty() ? Sides::port
+                                                   : Sides::both,
+                          (line.samples + per_column - 1) / per_column);
+  const std::size_t width = layout.columns(), height = (line.pings.size() + per_row - 1) / per_row;
   std::vector<float> largest(width * height, 0.0f);
-  const auto add = [&](Side side, auto column_of) {
-    if (line.side(side).empty()) return;
+  for (std::size_t sector = 0; sector < sides.size(); ++sector)
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
       for (std::size_t k = 0; k < line.samples; ++k) {
-        float& pixel = largest[(height - 1 - ping / per_row) * width + column_of(k / per_column)];
-        pixel = std::max(pixel, line.row(side, ping)[k]);
+        float& pixel = largest[(height - 1 - ping / per_row) * width +
+                               layout.column({sector, k / per_column})];
+        pixel = std::max(pixel, line.row(sides[sector], ping)[k]);
       }
-  };
-  add(Side::port, [&](std::size_t column) { return half - 1 - column; });
-  add(Side::starboard, [&](std::size_t column) { return width - half + column; });
   std::vector<float> sorted = largest;
   const auto white =
       sorted.begin() + static_cast<std::ptrdiff_t>(0.995 * double(sorted.size() - 1));

@@ -35,11 +35,14 @@ struct FoundBed {
 /// it, and what may be side lobes of a sweep do not count as bed. Fish and noise make such places,
 /// too. The line prefers places that continue from ping to ping, that have less echo before them,
 /// and that are at the stated altitude. The stated altitude counts only if, in half of the pings,
-/// it differs from such a place by the same distance, which may be any. In pings that the line
-/// leaves out, the place is interpolated, or is the stated altitude corrected by that distance. The
-/// stated altitude is used uncorrected if the samples of most pings show no bed, if they begin
-/// behind it, or if the line lies far behind it although the samples behind it are brighter, on
-/// average, than those before it; if the line is doubtful(); and if ranges_are_even().
+/// it differs from the found edge by one constant offset, of any size. In pings that the line
+/// leaves out, the edge is interpolated, or it is the stated altitude less that offset.
+///
+/// The stated altitude alone is used
+/// - if the samples of most pings show no bed, or begin behind the stated altitude;
+/// - if the line lies far behind the stated altitude, although the samples behind that altitude are
+///   brighter, on average, than the samples before it;
+/// - if the line is doubtful(), or if ranges_are_even().
 FoundBed find_bed(const RecordedLine& line, Side side);
 
 /// Whether all ranges are equally bright, on the mean of all pings. No water column is as bright as

@@ -6,26 +6,21 @@
 #include <string>
 #include <vector>
 
+#include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/recording/recorded_line.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 
 namespace ensonify::engine {
 
-/// Appends rows of a run's image, which are port far to near, then starboard near to far.
+/// Appends rows of a run's image.
 template <class Value>
 void add_image_rows(Sides sides, const std::vector<Value>& values, std::size_t rows,
                     RecordedLine& line) {
-  const auto bins = static_cast<std::ptrdiff_t>(line.samples);
-  for (std::size_t row = 0; row < rows; ++row) {
-    auto begin = values.begin() + static_cast<std::ptrdiff_t>(row * (values.size() / rows));
-    if (sides != Sides::starboard) {
-      const auto far_end = begin;
-      begin += bins;
-      line.port.insert(line.port.end(), std::make_reverse_iterator(begin),
-                       std::make_reverse_iterator(far_end));
-    }
-    if (sides != Sides::port) line.starboard.insert(line.starboard.end(), begin, begin + bins);
-  }
+  const LineLayout layout(sides, line.samples);
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t sector = 0; sector < layout.sectors(); ++sector)
+      layout.get(sector, values.begin() + static_cast<std::ptrdiff_t>(row * layout.columns()),
+                 std::back_inserter(layout.mirrored(sector) ? line.port : line.starboard));
 }
 
 /// A line of a recording (XTF, JSF; its alike_pings(), with a warning if there are others), of a

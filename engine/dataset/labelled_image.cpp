@@ -203,7 +203,7 @@ ViewSize ground_size(const Waterfall& line, double pixel_m) {
     return static_cast<std::size_t>(std::min(pixels, 1e9));
   };
   return {.name = line.sonar.name + "_ground",
-          .columns = sides_of(line.sonar).size() * counted(bins),
+          .columns = LineLayout(line.sonar.sides, counted(bins)).columns(),
           .rows = counted(std::floor(length_along_m(line) / pixel_m) + 1.0),
           .across_m = pixel_m,
           .along_m = pixel_m};
@@ -237,7 +237,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m, const Memo
       fmt::format("the {} x {} pixels of {} in ground range", columns, rows, slant.name),
       fmt::format("use pixels longer than {} m (dataset.ground_px_m)", pixel_m));
   Sonar sonar = line.sonar;
-  sonar.bins = static_cast<int>(columns / sides_of(sonar).size());
+  sonar.bins = static_cast<int>(columns / sonar.sectors().size());
   sonar.range_m = sonar.bins * pixel_m;
   LabelledImage view{.name = size.name,
                      .geometry = "ground",
@@ -245,9 +245,8 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m, const Memo
                      .pictures = {},
                      .across_m = size.across_m,
                      .along_m = size.along_m};
-  const auto bins = static_cast<std::size_t>(sonar.bins),
-             from_bins = static_cast<std::size_t>(line.sonar.bins);
-  const bool port = sonar.sides != Sides::starboard;
+  const auto from_bins = static_cast<std::size_t>(line.sonar.bins);
+  const LineLayout layout = view.labels.layout(), from_layout = line.layout();
   PixelMap map;
   std::size_t nearest = 0;  // in order
   for (std::size_t row = 0; row < rows; ++row) {
@@ -261,15 +260,12 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m, const Memo
     if (!(height_m >= 0.0)) continue;  // over a hole
     map.start_row();
     for (std::size_t column = 0; column < columns; ++column) {
-      const bool to_port = port && column < bins;
-      const std::size_t from_nadir = to_port ? bins - 1 - column : column - (port ? bins : 0);
+      const auto [sector, from_nadir] = layout.place(column);
       const double slant_m =
           std::hypot((static_cast<double>(from_nadir) + 0.5) * pixel_m, height_m);
       const auto bin = static_cast<std::size_t>(slant_m / line.sonar.bin_m());
       if (bin >= from_bins) continue;
-      map.add(
-          row * columns + column,
-          from_row * from_columns + (to_port ? from_bins - 1 - bin : bin + (port ? from_bins : 0)));
+      map.add(row * columns + column, from_row * from_columns + from_layout.column({sector, bin}));
     }
   }
   gather(slant, map, view);

@@ -218,7 +218,8 @@ class Products {
       last = std::max(last, labels.pings[row].number);
     }
     const Sides sides = labels.sonar.sides;
-    const double nadir = sides == Sides::starboard ? 0.0 : labels.sonar.bins;
+    const LineLayout layout = labels.layout();
+    const auto nadir = static_cast<double>(layout.mirrored(0) ? layout.bins() : 0);
     const auto across_m = [&](std::size_t column) {
       return (static_cast<double>(column) - nadir) * line.across_m;
     };

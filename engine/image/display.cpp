@@ -26,11 +26,6 @@ constexpr std::size_t depressions = 180;              // half degrees, from leve
 /// The greatest value of a channel.
 double full_of(int bits) { return bits == 16 ? 65535.0 : 255.0; }
 
-/// The bin of a column; bins count from nadir outwards.
-std::size_t bin_of(std::size_t column, std::size_t ports) {
-  return column < ports ? ports - 1 - column : column - ports;
-}
-
 }  // namespace
 
 /// The levels of a waterfall, normalised as the display asks.
@@ -39,7 +34,7 @@ class Levels {
   Levels(const Renderer& renderer, const Waterfall& waterfall)
       : renderer_(renderer),
         waterfall_(waterfall),
-        ports_(renderer.ports_),
+        layout_(renderer.layout_),
         columns_(waterfall.columns()),
         height_m_(heights_m(waterfall)) {
     if (renderer.display_.beam_normalisation) normalise_beams();
@@ -49,7 +44,7 @@ class Levels {
   Levels(const Levels& normalised, const Waterfall& waterfall)
       : renderer_(normalised.renderer_),
         waterfall_(waterfall),
-        ports_(normalised.ports_),
+        layout_(normalised.layout_),
         columns_(normalised.columns_),
         height_m_(heights_m(waterfall)),
         beam_(normalised.beam_),
@@ -80,11 +75,12 @@ class Levels {
     return static_cast<Region>(waterfall_.pixels.region[pixel]);
   }
   std::size_t beam_cell(std::size_t row, std::size_t column) const {
-    const double r = (static_cast<double>(bin_of(column, ports_)) + 0.5) * waterfall_.sonar.bin_m();
+    const auto [sector, bin] = layout_.place(column);
+    const double r = (static_cast<double>(bin) + 0.5) * waterfall_.sonar.bin_m();
     const double depression = std::asin(std::min(1.0, height_m_[row] / r));
     const auto cell =
         static_cast<std::size_t>(depression * 2.0 / std::numbers::pi * (depressions - 1));
-    return (column < ports_ ? 0 : depressions) + cell;
+    return sector * depressions + cell;
   }
   /// The inverse of each cell's median level, which glints do not change; 1 for a cell without bed.
   /// In an image with very many pixels, only every second row (or third, and so on) is used.
@@ -106,9 +102,9 @@ class Levels {
     return inverse;
   }
   void normalise_beams() {
-    beam_ = inverse_medians(2 * depressions, [&](std::size_t row, std::size_t column) {
-      return beam_cell(row, column);
-    });
+    beam_ = inverse_medians(
+        layout_.sectors() * depressions,
+        [&](std::size_t row, std::size_t column) { return beam_cell(row, column); });
   }
   void flatten() {
     column_ = inverse_medians(columns_, [](std::size_t, std::size_t column) { return column; });
@@ -116,9 +112,10 @@ class Levels {
 
   const Renderer& renderer_;
   const Waterfall& waterfall_;
-  std::size_t ports_, columns_;
+  LineLayout layout_;
+  std::size_t columns_;
   std::vector<double> height_m_;  // of the sonar, by row
-  std::vector<double> beam_;      // by depression, first port, then starboard
+  std::vector<double> beam_;      // by sector and depression
   std::vector<double> column_;    // by column
 };
 
@@ -327,8 +324,8 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
     : sonar_(sonar),
       display_(display),
       recorder_(display.of == DisplayedLayer::sample ? calibration.recorder : nullptr),
-      columns_(sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins)),
-      ports_(port_columns(sonar)),
+      layout_(sonar),
+      columns_(layout_.columns()),
       row_spacing_m_(calibration.row_spacing_m) {
   if (calibration.level_bed.size() != columns_ ||
       (!calibration.automatic_gain.empty() && calibration.automatic_gain.size() != columns_))
@@ -339,7 +336,7 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
       amplitudes_.push_back(static_cast<float>(recorder_->amplitude(i)));
   std::vector<double> bed;  // its median level in each column
   for (std::size_t column = 0; column < columns_; ++column) {
-    const std::size_t bin = bin_of(column, ports_);
+    const std::size_t bin = layout_.place(column).bin;
     const double r = std::max(static_cast<double>(bin) + 0.5, 1.0) * sonar.bin_m();
     double gain_db = display.spreading * std::log10(r);
     if (display.absorption) gain_db += 2.0 * calibration.absorption_db_per_m * r;
@@ -372,7 +369,8 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
   // The gain is limited where the noise would be brighter than the bed's median. Then only levels
   // above the noise count as bed.
   const auto max_gain = [&](std::size_t column) {
-    const double recorder_gain = recorder_ ? double{recorder_->gain(bin_of(column, ports_))} : 1.0;
+    const double recorder_gain =
+        recorder_ ? double{recorder_->gain(layout_.place(column).bin)} : 1.0;
     return 1.0 / (scale_ * calibration.noise * recorder_gain * recorder_gain);
   };
   std::size_t column = 0;
@@ -436,7 +434,7 @@ Picture Renderer::render(const Waterfall& waterfall, int bits,
   StepTable steps(step_of);
   const PictureColumns columns = picture_columns(sonar_, display, row_spacing_m_);
   const bool of_bins = columns == columns_of_bins(sonar_);
-  const std::size_t width = of_bins ? columns_ : sides_of(sonar_).size() * columns.per_side;
+  const std::size_t width = columns.layout(sonar_).columns();
   const auto grey = [&](const Waterfall& of, const Levels& its_levels) {
     Picture picture{width, of.rows(), 1, {}, bits};
     picture.pixels.resize(of.rows() * width * (bits == 16 ? 2 : 1));

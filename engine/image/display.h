@@ -76,7 +76,8 @@ class Renderer {
   Sonar sonar_;
   Display display_;
   const Recorder* recorder_;
-  std::size_t columns_, ports_;
+  LineLayout layout_;
+  std::size_t columns_;
   double row_spacing_m_;
   std::vector<double> gains_;      // by column
   std::vector<float> amplitudes_;  // by sample

@@ -27,8 +27,10 @@ double height_over_bed_m(const Waterfall& waterfall, std::size_t row) {
   const PingRow& ping = waterfall.pings[row];
   const double altitude_m = waterfall.sonar_altitude_m(row);
   if (ping.altitude_m > 0.0 && altitude_m > 0.0) return altitude_m;
-  return std::max({ping.first_return_port, ping.first_return_starboard, 0}) *
-         waterfall.sonar.bin_m();
+  int first_return = 0;
+  for (const LineRecord& line : ping.lines)
+    first_return = std::max(first_return, line.first_return);
+  return first_return * waterfall.sonar.bin_m();
 }
 
 std::size_t ShownColumns::end() const { return static_cast<std::size_t>(std::ceil(until)); }
@@ -50,21 +52,19 @@ std::vector<ShownColumns> shown_columns(const Waterfall& waterfall, std::size_t 
     const double bin = columns.over_ground ? std::floor(bin_at(column + 0.5)) : column;
     return {bin, bin + 1.0};
   };
-  const std::size_t port = port_columns(sonar) > 0 ? columns.per_side : 0;
-  const std::size_t all = sides_of(sonar).size() * columns.per_side;
-  const auto first_starboard = static_cast<double>(port_columns(sonar));
+  const LineLayout made = columns.layout(sonar), layout = waterfall.layout();
   std::vector<ShownColumns> shown;
-  shown.reserve(all);
-  for (std::size_t column = 0; column < all; ++column) {
-    const bool is_port = column < port;
-    auto [from, until] =
-        shown_bins(static_cast<double>(is_port ? port - 1 - column : column - port));
+  shown.reserve(made.columns());
+  for (std::size_t column = 0; column < made.columns(); ++column) {
+    const auto [sector, bin] = made.place(column);
+    auto [from, until] = shown_bins(static_cast<double>(bin));
     from = std::min(from, bins);
     until = std::min(until, bins);
-    if (is_port)
-      shown.push_back({bins - until, bins - from});
+    const auto first = static_cast<double>(layout.first_column(sector));
+    if (layout.mirrored(sector))
+      shown.push_back({first + (bins - until), first + (bins - from)});
     else
-      shown.push_back({first_starboard + from, first_starboard + until});
+      shown.push_back({first + from, first + until});
   }
   return shown;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <ensonify/engine/image/display.h>
+#include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/image/waterfall.h>
 
 namespace ensonify::engine {
@@ -13,6 +14,8 @@ namespace ensonify::engine {
 struct PictureColumns {
   bool over_ground;
   std::size_t per_side;  ///< as many as bins, or fewer
+
+  LineLayout layout(const Sonar& sonar) const { return {sonar.sides, per_side}; }
 
   friend bool operator==(const PictureColumns&, const PictureColumns&) = default;
 };

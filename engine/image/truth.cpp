@@ -1,7 +1,10 @@
 #include <ensonify/engine/image/truth.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
+#include <string>
 #include <utility>
 
 #include <ensonify/engine/sonar/instrument/mounting.h>
@@ -180,15 +183,21 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
   const int more_rows = std::max(min_border_px, shown.high[1] - shown.low[1]);
   double body = 0.0, bed = 0.0, range_m = 0.0, ping = 0.0;
   std::size_t bed_pixels = 0;
-  const int port_end = static_cast<int>(port_columns(image.sonar));
+  const LineLayout layout = image.layout();
+  const std::span<const Sector> sectors = image.sonar.sectors();
+  std::array<std::size_t, most_sectors> pixels{};
   for (int row = std::max(0, shown.low[1] - more_rows);
        row < std::min(marks.rows(), shown.high[1] + more_rows); ++row) {
-    int its_port = 0, its_starboard = 0;  // pixels of this row
+    std::size_t of_row = 0;     // pixels
+    double to_starboard = 0.0;  // more of them than to port
     for (int column = std::max(0, shown.low[0] - more_columns);
          column < std::min(marks.columns(), shown.high[0] + more_columns); ++column) {
       const std::size_t i = marks.index(column, row);
       if (marks.mark(column, row) == mark) {
-        ++(column < port_end ? its_port : its_starboard);
+        const std::size_t sector = layout.place(static_cast<std::size_t>(column)).sector;
+        ++pixels[sector];
+        ++of_row;
+        to_starboard += sectors[sector].out;
         body += image.pixels.intensity_mean[i];
         range_m += image.pixels.range_m[i];
       } else if (marks.mark(column, row) == 0 &&
@@ -197,14 +206,16 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
         bed += image.pixels.intensity_mean[i];
       }
     }
-    if (its_port + its_starboard == 0) continue;
+    if (of_row == 0) continue;
     const PingRow& its_ping = image.pings[static_cast<std::size_t>(marks.rows() - 1 - row)];
-    ping += (its_port + its_starboard) * static_cast<double>(its_ping.number);
+    ping += static_cast<double>(of_row) * static_cast<double>(its_ping.number);
     const double ahead_rad = mounted(its_ping.pose, image.sonar.mounting).heading_rad;
-    target.sight +=
-        {static_cast<std::size_t>(its_port), static_cast<std::size_t>(its_starboard),
-         (its_starboard - its_port) * Eigen::Vector2d(-std::sin(ahead_rad), std::cos(ahead_rad))};
+    target.sight.directions +=
+        to_starboard * Eigen::Vector2d(-std::sin(ahead_rad), std::cos(ahead_rad));
   }
+  for (std::size_t sector = 0; sector < sectors.size(); ++sector)
+    if (pixels[sector] > 0)
+      target.sight.sector_px[std::string(sectors[sector].name)] = pixels[sector];
   const auto n = static_cast<double>(target.sight.pixels());
   target.range_m = range_m / n;
   target.ping = ping / n;
@@ -215,10 +226,26 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
 }  // namespace
 
 Sight& Sight::operator+=(const Sight& more) {
-  port_px += more.port_px;
-  starboard_px += more.starboard_px;
+  for (const auto& [sector, pixels] : more.sector_px) sector_px[sector] += pixels;
   directions += more.directions;
   return *this;
+}
+
+std::size_t Sight::pixels() const {
+  std::size_t sum = 0;
+  for (const auto& [sector, pixels] : sector_px) sum += pixels;
+  return sum;
+}
+
+std::string Sight::sector() const {
+  std::string name;
+  std::size_t most = 0;
+  for (const auto& [sector, pixels] : sector_px)
+    if (pixels >= most) {
+      name = sector;
+      most = pixels;
+    }
+  return name;
 }
 
 std::map<std::uint32_t, TargetOutlines> find_outlines(const Waterfall& waterfall) {
@@ -240,7 +267,8 @@ std::vector<Target> find_targets(const Waterfall& waterfall) {
 
 std::set<std::uint32_t> targets_at_edges(const Waterfall& line) {
   std::set<std::uint32_t> found;
-  const std::size_t columns = line.columns(), rows = line.rows();
+  const LineLayout layout = line.layout();
+  const std::size_t columns = layout.columns(), rows = line.rows();
   const auto look_at = [&](std::size_t row, std::size_t column) {
     const std::size_t i = row * columns + column;
     const auto region = static_cast<Region>(line.pixels.region[i]);
@@ -248,8 +276,8 @@ std::set<std::uint32_t> targets_at_edges(const Waterfall& line) {
       found.insert(line.pixels.instance[i]);
   };
   for (std::size_t row = 0; row < rows; ++row) {
-    if (line.sonar.sides != Sides::starboard) look_at(row, 0);
-    if (line.sonar.sides != Sides::port) look_at(row, columns - 1);
+    for (std::size_t sector = 0; sector < layout.sectors(); ++sector)
+      look_at(row, layout.column({sector, layout.bins() - 1}));
     if (row == 0 || row + 1 == rows)
       for (std::size_t column = 0; column < columns; ++column) look_at(row, column);
   }

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -40,14 +41,15 @@ struct TargetOutlines {
 
 /// How the sonar sees the pixels of a target. Those of several parts of a run add up.
 struct Sight {
-  std::size_t port_px = 0, starboard_px = 0;
+  std::map<std::string, std::size_t> sector_px;  ///< how many, by the name of the sector
   /// Sum over the pixels of the direction in which the sonar sees each, as a unit vector: north,
   /// east.
   Eigen::Vector2d directions = Eigen::Vector2d::Zero();
 
   Sight& operator+=(const Sight& more);
-  std::size_t pixels() const { return port_px + starboard_px; }
-  Side side() const { return port_px > starboard_px ? Side::port : Side::starboard; }
+  std::size_t pixels() const;
+  /// The name of the sector that has most of them; of two with as many the later name.
+  std::string sector() const;
   /// Mean direction, clockwise from north.
   double direction_rad() const { return std::atan2(directions.y(), directions.x()); }
 };

@@ -116,8 +116,7 @@ TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
                        std::span<const std::string> classes, std::span<const std::string> materials,
                        PictureColumns picture_columns) {
   const std::size_t columns = waterfall.columns(), rows = waterfall.rows(), width = picture.width;
-  if (width != sides_of(waterfall.sonar).size() * picture_columns.per_side ||
-      picture.height != rows)
+  if (width != picture_columns.layout(waterfall.sonar).columns() || picture.height != rows)
     throw std::invalid_argument("lay_truth: the picture's size is not the waterfall's");
   const TruthPainter painter(waterfall, classes, materials);
   const auto channels = static_cast<std::size_t>(picture.channels);

@@ -16,10 +16,6 @@ PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam) {
   return ping;
 }
 
-std::size_t port_columns(const Sonar& sonar) {
-  return sonar.sides == Sides::starboard ? 0 : static_cast<std::size_t>(sonar.bins);
-}
-
 Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t first_ping)
     : sonar(its_sonar), pings(ping_count * static_cast<std::size_t>(sonar.beams)) {
   std::size_t number = first_ping * static_cast<std::size_t>(sonar.beams);
@@ -33,45 +29,45 @@ double Waterfall::sonar_altitude_m(std::size_t row) const {
          (mounted(ping.pose, sonar.mounting).position.z() - ping.pose.position.z());
 }
 
-void Waterfall::set_row(std::size_t row, std::span<const EchoLine> sides, const PingRow& record) {
+LineRecord Waterfall::line_of(const PingRow& row, std::string_view sector) const {
+  const auto found = std::ranges::find(sonar.sectors(), sector, &Sector::name);
+  if (found == sonar.sectors().end()) return {};
+  return row.lines[static_cast<std::size_t>(found - sonar.sectors().begin())];
+}
+
+void Waterfall::set_row(std::size_t row, std::span<const EchoLine> lines, const PingRow& record) {
   if (row >= rows()) throw std::invalid_argument("Waterfall: the row is beyond the last one");
   const auto bins = static_cast<std::ptrdiff_t>(sonar.bins);
-  const std::ptrdiff_t starboard = sonar.sides == Sides::both ? bins : 0;
-  for (const EchoLine& side : sides) {
-    if (std::ranges::count(sides_of(sonar), side.side) == 0)
-      throw std::invalid_argument("Waterfall: the sonar does not have the echo line's side");
+  for (const EchoLine& line : lines) {
+    if (line.sector >= sonar.sectors().size())
+      throw std::invalid_argument("Waterfall: the sonar does not have the echo line's sector");
     BinLayers::for_each([&](std::string_view, auto layer) {
-      const auto& from = side.bins.*layer;
+      const auto& from = line.bins.*layer;
       if (std::ssize(from) != bins)
         throw std::invalid_argument("Waterfall: the echo line's bins are not the sonar's");
-      const auto place = (pixels.*layer).begin() + static_cast<std::ptrdiff_t>(row * columns());
-      if (side.side == Side::port)
-        std::reverse_copy(from.begin(), from.end(), place);
-      else
-        std::copy(from.begin(), from.end(), place + starboard);
+      layout().set(line.sector, from,
+                   (pixels.*layer).begin() + static_cast<std::ptrdiff_t>(row * columns()));
     });
   }
   PingRow& row_record = pings[row];
   const std::size_t number = row_record.number;
   row_record = record;
   row_record.number = number;
-  for (const EchoLine& side : sides) {
-    const bool port = side.side == Side::port;
-    (port ? row_record.first_return_port : row_record.first_return_starboard) = side.first_return;
-    (port ? row_record.starved_port : row_record.starved_starboard) = side.starved;
-    row_record.gain[static_cast<std::size_t>(side.side)] = double(side.gain);
-    row_record.artefacts.add(side.artefacts);
+  for (const EchoLine& line : lines) {
+    row_record.lines[line.sector] = {
+        .first_return = line.first_return, .starved = line.starved, .gain = double(line.gain)};
+    row_record.artefacts.add(line.artefacts);
   }
 }
 
 std::span<const EchoLine> Waterfall::set_ping(std::size_t ping, std::span<const EchoLine> lines,
                                               const PingRow& record) {
-  const std::size_t sides = lines.empty() ? 0 : sides_of(sonar).size();
+  const std::size_t sectors = lines.empty() ? 0 : sonar.sectors().size();
   for (int beam = 0; beam < sonar.beams; ++beam) {
     const std::size_t row =
         ping * static_cast<std::size_t>(sonar.beams) + static_cast<std::size_t>(beam);
-    set_row(row, lines.first(sides), row_of_beam(record, sonar, beam));
-    lines = lines.subspan(sides);
+    set_row(row, lines.first(sectors), row_of_beam(record, sonar, beam));
+    lines = lines.subspan(sectors);
   }
   return lines;
 }

@@ -2,12 +2,20 @@
 
 #include <array>
 #include <span>
+#include <string_view>
 #include <vector>
 
+#include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine {
+
+/// What a row knows of one of its lines, as in EchoLine.
+struct LineRecord {
+  int first_return = -1, starved = 0;
+  double gain = 1.0;
+};
 
 /// One row of the pings file.
 struct PingRow {
@@ -16,24 +24,19 @@ struct PingRow {
   Pose reported;            ///< the pose that its navigation reports
   double altitude_m = 0.0;  ///< the vehicle's, above the bed straight below; NaN over a hole
   int block = 0;
-  int first_return_port = -1, first_return_starboard = -1;  ///< bins
-  int starved_port = 0, starved_starboard = 0;
   Artefacts artefacts;
-  std::array<double, 2> gain{1.0, 1.0};  ///< EchoLine::gain, by Side
-  bool recorded = true;                  ///< false: nothing was recorded, and the row is empty
-  double interval_s = 0.0;               ///< to the nearer neighbouring ping; 0 if there is none
+  std::array<LineRecord, most_sectors> lines;  ///< by sector
+  bool recorded = true;     ///< false: nothing was recorded, and the row is empty
+  double interval_s = 0.0;  ///< to the nearer neighbouring ping; 0 if there is none
 };
 
 /// The row of a sonar's beam, 0 (the rear one) to Sonar::beams - 1: its vehicle lies as far along
 /// the array as the beam does.
 PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam);
 
-/// How many columns of a waterfall are of the port side; they come first.
-std::size_t port_columns(const Sonar& sonar);
-
 /// Stacked echo lines of one sonar: one row per ping and beam, the oldest ping first, and within a
-/// ping the rear beam first; files number the rows as pings. The columns: port far..near, then
-/// starboard near..far, of the sides that the sonar has.
+/// ping the rear beam first; files number the rows as pings. LineLayout says which bin is in which
+/// column.
 struct Waterfall {
   Sonar sonar;
   BinLayers pixels;            ///< rows() * columns() values per layer
@@ -43,22 +46,24 @@ struct Waterfall {
   /// other values are 0. The sonar has its bins (Sonar::sampled()).
   Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t first_ping = 0);
   std::size_t rows() const { return pings.size(); }
-  std::size_t columns() const {
-    return sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins);
-  }
+  LineLayout layout() const { return LineLayout(sonar); }
+  std::size_t columns() const { return layout().columns(); }
   /// The height (m) of the sonar over the bed at a row's ping, with the bed taken as level: the
   /// vehicle's altitude, less the distance by which the sonar, in its mounting and at the vehicle's
   /// attitude, is below the vehicle. NaN over a hole.
   double sonar_altitude_m(std::size_t row) const;
-  /// Sets a row. Its pixels come from the echo lines of its sides; a lost ping has no lines. All
+  /// What a row knows of the line of a sector, by its name; LineRecord{} if the sonar does not have
+  /// it.
+  LineRecord line_of(const PingRow& row, std::string_view sector) const;
+  /// Sets a row. Its pixels come from the echo lines of its sectors; a lost ping has no lines. All
   /// else except the row's number comes from `record`; first returns, starved bins and artefacts
   /// are completed from the lines. Several threads may set different rows at once. Throws
-  /// std::invalid_argument for a row that is not there, a side that the sonar does not have, and
+  /// std::invalid_argument for a row that is not there, a sector that the sonar does not have, and
   /// lines of another number of bins.
-  void set_row(std::size_t row, std::span<const EchoLine> sides, const PingRow& record);
+  void set_row(std::size_t row, std::span<const EchoLine> lines, const PingRow& record);
   /// Sets the rows of a ping, counted from 0 in this waterfall, from the lines of its beams in the
-  /// order of Simulator::ping(): at least sides * beams lines, or none for a lost ping. Returns the
-  /// lines that follow those of this sonar. Throws as set_row().
+  /// order of Simulator::ping(): at least sectors * beams lines, or none for a lost ping. Returns
+  /// the lines that follow those of this sonar. Throws as set_row().
   std::span<const EchoLine> set_ping(std::size_t ping, std::span<const EchoLine> lines,
                                      const PingRow& record);
 };

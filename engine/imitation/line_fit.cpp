@@ -185,7 +185,7 @@ class Fit {
                            strength_change_db(before, i) - mean_of(offsets));
       fill(vertical);
       for (std::size_t i = 0; i < grazing_cells; ++i)
-        vertical[i] += 20.0 * std::log10(beam.power(grazing_cell_rad(i), static_cast<Side>(side)));
+        vertical[i] += 20.0 * std::log10(beam.power(grazing_cell_rad(i), sidescan_sectors[side]));
     }
     complete_pattern();
     model_.evidence["sonar.sidescan.vertical_pattern"] = {

@@ -5,8 +5,12 @@ export const css = name => getComputedStyle(document.documentElement).getPropert
 export const dark = matchMedia('(prefers-color-scheme: dark)');
 export const rgb = hex => [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16));
 
-// The number of a sonar's port columns, which come before the starboard ones.
-export const portsOf = sonar => sonar.sides === 'starboard' ? 0 : sonar.bins;
+// How the lines of a sonar lie in a row (line_layout.h): the line and the bin of a column, and back.
+export function placeOf(sonar, column) {
+  const line = sonar.lines[Math.floor(column / sonar.bins)], at = column - line.first;
+  return {line, bin: line.mirrored ? sonar.bins - 1 - at : at};
+}
+export const columnOf = (sonar, line, bin) => line.first + (line.mirrored ? sonar.bins - 1 - bin : bin);
 
 // Sets a canvas's size to its displayed size in device pixels. Returns whether that changed it.
 export function fitCanvas(canvas) {

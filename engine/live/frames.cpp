@@ -97,8 +97,8 @@ std::shared_ptr<LiveLine> make_line(const Waterfall& row, const Renderer& render
   writer.put(static_cast<float>(record.pose.roll_rad));
   writer.put(static_cast<float>(record.altitude_m));
   writer.put(static_cast<float>(record.pose.t_s));
-  writer.put(static_cast<std::int32_t>(record.first_return_port));
-  writer.put(static_cast<std::int32_t>(record.first_return_starboard));
+  for (const Sector& sector : sidescan_sectors)
+    writer.put(static_cast<std::int32_t>(row.line_of(record, sector.name).first_return));
   std::vector<float> levels(columns);
   renderer.levels(row, 0, levels);
   for (const float level : levels) writer.put(level_number(level));

@@ -33,21 +33,39 @@ Bytes gap_frame(std::uint64_t first, std::uint64_t count);
 /// echo.
 std::uint16_t level_number(float level);
 
-/// A line: uint64 its number; uint32 ping, sonar, columns, flags (bit 0: lost); float32 x, y, z
-/// (local metres), heading, pitch, roll (radians), altitude (NaN over a hole), time (s), all of the
-/// vehicle; int32 first bin with an echo, port and starboard; then arrays by column, which is by
-/// slant range: uint16 levels, uint8 brightness (as in the run's picture, before its palette),
-/// uint8 region, uint8 class (255: 255 or more); padding to 4 bytes; uint32 n and n points of 3
-/// float32 where rays of the ping end; float64 x, y, z, heading of the sonar, and its height over
-/// the bed, by which a picture in ground range is made (picture_columns.h).
-/// `row` is a waterfall with this row only, `brightness` its picture in grey.
+/// A line of the waterfall, in this order:
+///
+/// | values     | type       | what |
+/// | 1          | uint64     | the number of the line |
+/// | 4          | uint32     | ping, sonar, columns, flags (bit 0: the ping is lost) |
+/// | 3          | float32    | place of the vehicle, local metres |
+/// | 3          | float32    | heading, pitch and roll of the vehicle, radians |
+/// | 2          | float32    | altitude of the vehicle, metres (NaN over a hole); time, seconds |
+/// | 2          | int32      | the first bin with an echo, port and starboard; -1: none |
+/// | 1 a column | uint16     | level, see level_number() |
+/// | 1 a column | uint8      | brightness, as in the run's picture before its palette |
+/// | 1 a column | uint8      | region |
+/// | 1 a column | uint8      | class; 255: 255 or more |
+/// | 0 to 3     | uint8      | padding to a multiple of 4 bytes |
+/// | 1          | uint32     | the number of the points that follow |
+/// | 3 a point  | float32    | places where rays of the ping end, local metres |
+/// | 5          | float64    | place of the sonar, its heading, its height over the bed |
+///
+/// Columns are by slant range, as in LineLayout. By the height over the bed the page makes a
+/// picture in ground range (picture_columns.h). `row` is a waterfall with this row only,
+/// `brightness` its picture in grey.
 std::shared_ptr<LiveLine> make_line(const Waterfall& row, const Renderer& renderer,
                                     const Picture& brightness, std::uint64_t ping,
                                     std::size_t sonar, std::uint64_t number);
 
-/// Faces near a point: uint32 number of faces; float32 x, y, z of the point (local metres), metres
-/// per step; nine int16 per face, its corners in steps from the point; then one uint16 per face, 1
-/// for exact faces.
+/// Faces near a point, in this order:
+///
+/// | values   | type    | what |
+/// | 1        | uint32  | the number of faces |
+/// | 3        | float32 | the point, local metres |
+/// | 1        | float32 | metres of a step |
+/// | 9 a face | int16   | the three corners, in steps from the point |
+/// | 1 a face | uint16  | 1: an exact face; 0: another one |
 struct MeshPatch {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   double step_m = 0.01;
@@ -56,9 +74,14 @@ struct MeshPatch {
 };
 Bytes mesh_frame(const MeshPatch& patch);
 
-/// Heights on a regular grid: uint32 columns, rows; float32 west, south, east, north (of the outer
-/// points); float32 heights row by row from the south, NaN over holes; uint32 n and n points of 2
-/// float32 along the track.
+/// Heights on a regular grid, in this order:
+///
+/// | values    | type    | what |
+/// | 2         | uint32  | columns, rows |
+/// | 4         | float32 | west, south, east and north of the outer points, local metres |
+/// | 1 a point | float32 | heights, row by row from the south; NaN over holes |
+/// | 1         | uint32  | the number of the points that follow |
+/// | 2 a point | float32 | places along the track, local metres |
 struct BedMap {
   std::size_t columns = 0, rows = 0;
   Eigen::Vector2f lowest, highest;

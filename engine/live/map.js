@@ -1,5 +1,5 @@
 // The map: the seabed from above, with the echoes on it.
-import {$, clamp, css, dark, fitCanvas, portsOf} from './common.js';
+import {$, clamp, columnOf, css, dark, fitCanvas} from './common.js';
 
 export const map = {dirty: true};
 
@@ -52,15 +52,14 @@ function shadeBed() {
 // Draws a line's echoes at their positions, as if the bed were level.
 export function onMap(row, colours) {
   if (!map.pixels || row.gap || row.lost) return;
-  const sonar = row.setting.sonars[row.sonar], ports = portsOf(sonar), {x: east, y: north, heading, height} = row.origin;
+  const sonar = row.setting.sonars[row.sonar], {x: east, y: north, heading, height} = row.origin;
   const right = [Math.cos(heading), -Math.sin(heading)];
   const size = Math.max(2, Math.ceil(0.45 * map.perMetre)), {width, height: high} = map.image;
   const step = Math.max(1, Math.round(size / 1.5 / map.perMetre / sonar.bin_m));
   for (let bin = Math.ceil(height / sonar.bin_m); bin < sonar.bins; bin += step) {
     const slant = (bin + 0.5) * sonar.bin_m, over = Math.sqrt(Math.max(0, slant * slant - height * height));
-    for (const side of [-1, 1]) {
-      if ((side < 0 && !ports) || (side > 0 && sonar.sides === 'port')) continue;
-      const light = row.brightness[side < 0 ? ports - 1 - bin : ports + bin];
+    for (const line of sonar.lines) {
+      const light = row.brightness[columnOf(sonar, line, bin)], side = line.to_starboard;
       const x = Math.round((east + side * over * right[0] - map.west) * map.perMetre - size / 2);
       const y = Math.round((map.north - north - side * over * right[1]) * map.perMetre - size / 2);
       for (let v = Math.max(0, y); v < Math.min(high, y + size); ++v)
@@ -95,7 +94,7 @@ export function drawMap(row, isNew) {
   if (row) {
     const sonar = row.setting.sonars[row.sonar], {x: east, y: north, heading, height} = row.origin;
     const swath = Math.sqrt(Math.max(0, sonar.range_m ** 2 - height ** 2)), right = [Math.cos(heading), -Math.sin(heading)];
-    const port = sonar.sides === 'starboard' ? 0 : swath, starboard = sonar.sides === 'port' ? 0 : swath;
+    const [port, starboard] = [-1, 1].map(side => sonar.lines.some(line => line.to_starboard === side) ? swath : 0);
     context.strokeStyle = context.fillStyle = css('--accent');
     context.lineWidth = 2 * scale;
     context.beginPath();

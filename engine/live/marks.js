@@ -1,5 +1,5 @@
 // Drawn over the waterfall: ranges, the cursor with the truth there, a measurement.
-import {$, clamp, css, fitCanvas, fixed, list, portsOf} from './common.js';
+import {$, clamp, css, fitCanvas, fixed, list, placeOf} from './common.js';
 import {ask, of, setting} from './session.js';
 import {columnsNow, picture, scales, setZoom, sourceOf, zoomBy} from './waterfall.js';
 
@@ -14,11 +14,10 @@ function placeAt(x, y) {  // device pixels
 }
 
 function rangesOf(place) {
-  const now = setting.sonars[picture.sonar], ports = portsOf(now);
-  const bin = place.column < ports ? ports - 1 - place.column : place.column - ports;
+  const now = setting.sonars[picture.sonar], {line, bin} = placeOf(now, place.column);
   const along = (bin + 0.5) * now.bin_m, {height} = place.row.origin;
   return {
-    side: place.column < ports ? 'port' : 'starboard',
+    side: line.name,
     slant: picture.ground ? Math.hypot(along, height) : along,
     over: picture.ground ? along : along > height ? Math.sqrt(along * along - height * height) : NaN,
   };
@@ -31,17 +30,17 @@ export function drawMarks() {
   marks.dirty = false;
   const context = canvas.getContext('2d'), scale = devicePixelRatio || 1;
   context.clearRect(0, 0, canvas.width, canvas.height);
-  const {across, left, margin} = scales(), sonar = setting.sonars[picture.sonar], ports = portsOf(sonar);
+  const {across, left, margin} = scales(), sonar = setting.sonars[picture.sonar];
   const metres = canvas.width / across * sonar.bin_m;
   const step = [1, 2, 5, 10, 20, 25, 50, 100, 200, 500, 1000].find(s => metres / s < canvas.width / scale / 90) ?? 2000;
   context.font = `${11 * scale}px system-ui, sans-serif`;
   context.textAlign = 'center';
   context.fillStyle = 'rgba(0,0,0,.55)';
   context.fillRect(0, 0, canvas.width, 20 * scale);
-  for (const side of sonar.sides === 'both' ? [-1, 1] : sonar.sides === 'port' ? [-1] : [1])
+  for (const line of sonar.lines)
     for (let m = 0; m <= sonar.range_m + 1e-6; m += step) {
-      if (m === 0 && side === 1 && sonar.sides === 'both') continue;
-      const x = margin + (ports + side * m / sonar.bin_m - left) * across;
+      if (m === 0 && line !== sonar.lines[0]) continue;
+      const bin = m / sonar.bin_m, x = margin + (line.first + (line.mirrored ? sonar.bins - bin : bin) - left) * across;
       context.fillStyle = 'rgba(255,255,255,.16)';
       context.fillRect(Math.round(x), 20 * scale, scale, canvas.height);
       context.fillStyle = '#fff';

@@ -235,11 +235,11 @@ void PingLoop::publish(const TrackPings::PingRecord& ping) {
   const std::span<const Sonar> sonars = live_scene_->simulator.sonars();
   for (std::size_t i = 0; i < sonars.size(); ++i) {
     Waterfall& row = rows_[i];
-    const std::size_t sides = lines.empty() ? 0 : sides_of(sonars[i]).size();
-    if (sides == 0) row.pixels.assign(row.columns());
+    const std::size_t sectors = lines.empty() ? 0 : sonars[i].sectors().size();
+    if (sectors == 0) row.pixels.assign(row.columns());
     for (int beam = 0; beam < sonars[i].beams; ++beam) {
-      row.set_row(0, lines.first(sides), row_of_beam(ping.row, sonars[i], beam));
-      lines = lines.subspan(sides);
+      row.set_row(0, lines.first(sectors), row_of_beam(ping.row, sonars[i], beam));
+      lines = lines.subspan(sectors);
       auto line = make_line(row, renderers_[i], renderers_[i].render(row), pings_, i, lines_++);
       line->setting = setting_;
       line->classes = classes_;

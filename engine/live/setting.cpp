@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/json_text.h>
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/sonar/echo/echo.h>
@@ -25,9 +26,23 @@ Json colours_of(Palette palette) {
   return colours;
 }
 
+/// As LineLayout: for each line its columns, and on which side of the vehicle it looks.
+Json lines_of(const Sonar& sonar) {
+  const LineLayout layout(sonar);
+  Json lines = Json::array();
+  for (std::size_t sector = 0; sector < layout.sectors(); ++sector) {
+    lines.push_back({{"name", sonar.sectors()[sector].name},
+                     {"first", layout.first_column(sector)},
+                     {"mirrored", layout.mirrored(sector)},
+                     {"to_starboard", sonar.sectors()[sector].out}});
+  }
+  return lines;
+}
+
 Json to_json(const Sonar& sonar) {
   return {{"name", sonar.name},
           {"sides", name_of(sonar.sides)},
+          {"lines", lines_of(sonar)},
           {"bins", sonar.bins},
           {"range_m", sonar.range_m},
           {"bin_m", sonar.bin_m()},

@@ -1,5 +1,5 @@
 // The waterfall: the rows of one sonar as a picture, the newest on top.
-import {$, clamp, css, fitCanvas, portsOf, rgb} from './common.js';
+import {$, clamp, columnOf, css, fitCanvas, placeOf, rgb} from './common.js';
 import {of, setting, settingNumber} from './session.js';
 
 const stripRows = 2048;
@@ -50,7 +50,7 @@ export const picture = {
 };
 export const columnsNow = () => {
   const sonar = setting.sonars[picture.sonar];
-  return sonar.bins * (sonar.sides === 'both' ? 2 : 1);
+  return sonar.bins * sonar.lines.length;
 };
 
 function tint(colour, id, region) {
@@ -72,8 +72,7 @@ const hue = id => hues[id % hues.length];
 // row was made with another setting, or if the picture is in ground range (as in picture_columns.cpp).
 export function sourceOf(row, column) {
   const now = setting.sonars[picture.sonar], then = row.setting.sonars[picture.sonar];
-  const ports = portsOf(now);
-  const bin = column < ports ? ports - 1 - column : column - ports;
+  const {line, bin} = placeOf(now, column);
   let range = (bin + 0.5) * now.bin_m;
   if (picture.ground) {
     range = Math.sqrt(range * range + row.origin.height * row.origin.height);
@@ -82,9 +81,8 @@ export function sourceOf(row, column) {
   }
   const from = Math.floor(range / then.bin_m);
   if (!then.bins || from >= then.bins) return -1;
-  const port = portsOf(then);
-  if (column < ports) return port ? port - 1 - from : -1;
-  return then.sides === 'port' ? -1 : port + from;
+  const before = then.lines.find(each => each.name === line.name);
+  return before ? columnOf(then, before, from) : -1;
 }
 
 function makeRow(row, index, {across, left, margin}) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 
@@ -39,15 +40,14 @@ std::vector<ShownPing> PingSource::read(const RecordedRun& run, std::size_t begi
 
 ShownPing PingSource::shown(const RecordedRun& run, const MosaicPing& ping, std::size_t row) const {
   const Recorder recorder(run.sonar.receiver, 0.0, 0, 0.0, 0.0);  // only for its curve
-  const auto bins = static_cast<std::size_t>(run.sonar.bins);
-  const std::span<const Side> sides = sides_of(run.sonar);
-  ShownPing result(sides.size());
-  for (std::size_t s = 0; s < sides.size(); ++s) {
+  const std::span<const Sector> sectors = run.sonar.sectors();
+  const LineLayout layout(run.sonar);
+  ShownPing result(sectors.size());
+  for (std::size_t s = 0; s < sectors.size(); ++s) {
     const auto near_to_far = [&](const std::vector<float>& layer) {
-      const auto from =
-          layer.begin() + static_cast<std::ptrdiff_t>((row * sides.size() + s) * bins);
-      std::vector<float> values(from, from + static_cast<std::ptrdiff_t>(bins));
-      if (sides[s] == Side::port) std::ranges::reverse(values);
+      std::vector<float> values(layout.bins());
+      layout.get(s, layer.begin() + static_cast<std::ptrdiff_t>(row * layout.columns()),
+                 values.begin());
       return values;
     };
     GroundLayers ground{.region = near_to_far(rows_.back()), .x_m = {}, .y_m = {}};
@@ -56,7 +56,7 @@ ShownPing PingSource::shown(const RecordedRun& run, const MosaicPing& ping, std:
       ground.y_m = near_to_far(rows_[1]);
     }
     ShownSide& line = result[s];
-    line.ground = place(ping, run.sonar, sides[s], positions_, ground);
+    line.ground = place(ping, run.sonar, sectors[s], positions_, ground);
     line.values = near_to_far(rows_[value_]);
     for (float& value : line.values)
       if (power_) {

@@ -19,14 +19,13 @@ bool has_place(const GroundLayers& layers, std::size_t bin) {
 }
 
 /// Horizontally away from the array.
-Eigen::Vector2d outwards(const MosaicPing& ping, Side side) {
-  const Eigen::Vector2d starboard{std::cos(ping.heading_rad), -std::sin(ping.heading_rad)};
-  return side == Side::port ? -starboard : starboard;
+Eigen::Vector2d outwards(const MosaicPing& ping, const Sector& sector) {
+  return sector.out * Eigen::Vector2d(std::cos(ping.heading_rad), -std::sin(ping.heading_rad));
 }
 
 /// Places from the truth. Entry k of the result is at the slant range k * bin / 2.
-std::vector<Eigen::Vector2d> true_places(const MosaicPing& ping, const Sonar& sonar, Side side,
-                                         const GroundLayers& layers) {
+std::vector<Eigen::Vector2d> true_places(const MosaicPing& ping, const Sonar& sonar,
+                                         const Sector& sector, const GroundLayers& layers) {
   const std::size_t bins = layers.region.size();
   std::size_t first = 0, last = bins - 1;
   while (first < bins && !has_place(layers, first)) ++first;
@@ -50,7 +49,7 @@ std::vector<Eigen::Vector2d> true_places(const MosaicPing& ping, const Sonar& so
   // Bins before the first echo and behind the last one are placed as over a level bed. But if the
   // first echo is close to the track, its bin begins at the track, because on a slope the echo from
   // straight below comes later.
-  const Eigen::Vector2d out = outwards(ping, side);
+  const Eigen::Vector2d out = outwards(ping, sector);
   const auto range_m = [&](std::size_t entry) {
     return ground_range_m(0.5 * static_cast<double>(entry) * sonar.bin_m(), ping.height_m);
   };
@@ -71,8 +70,8 @@ double ground_range_m(double slant_m, double height_m) {
   return std::sqrt(std::max(slant_m * slant_m - height_m * height_m, 0.0));
 }
 
-PlacedSide place(const MosaicPing& ping, const Sonar& sonar, Side side, Positions positions,
-                 const GroundLayers& layers) {
+PlacedSide place(const MosaicPing& ping, const Sonar& sonar, const Sector& sector,
+                 Positions positions, const GroundLayers& layers) {
   const std::size_t bins = layers.region.size();
   PlacedSide placed;
   placed.shown.resize(bins);
@@ -89,9 +88,9 @@ PlacedSide place(const MosaicPing& ping, const Sonar& sonar, Side side, Position
   }
   if (!any) return {};
   if (truth) {
-    placed.places_m = true_places(ping, sonar, side, layers);
+    placed.places_m = true_places(ping, sonar, sector, layers);
   } else {
-    const Eigen::Vector2d out = outwards(ping, side);
+    const Eigen::Vector2d out = outwards(ping, sector);
     for (std::size_t entry = 0; entry <= 2 * bins; ++entry)
       placed.places_m.emplace_back(
           ping.place_m +

@@ -8,7 +8,7 @@
 
 namespace ensonify::engine {
 
-/// Where the bins of one side of a ping lie on the ground, near to far, in the run's local metres.
+/// Where the bins of one line of a ping lie on the ground, near to far, in the run's local metres.
 struct PlacedSide {
   /// 2 * bins + 1 places: those of the edges of bin k are 2 k and 2 k + 2, that of its centre is
   /// 2 k + 1.
@@ -18,7 +18,7 @@ struct PlacedSide {
   bool empty() const { return places_m.empty(); }
 };
 
-/// The layers that place() needs, of one side of a ping: `bins` values each, near to far.
+/// The layers that place() needs, of one line of a ping: `bins` values each, near to far.
 struct GroundLayers {
   std::vector<float> region;
   std::vector<float> x_m, y_m;  ///< only for Positions::truth
@@ -28,13 +28,13 @@ struct GroundLayers {
 /// it.
 double ground_range_m(double slant_m, double height_m);
 
-/// Places the bins of one side; empty if it recorded no seabed and no object.
+/// Places the bins of a line; empty if it recorded no seabed and no object.
 ///
 /// With Positions::truth a bin lies where its echo came from. Shadow lies between the seabed or
 /// objects before and behind it. Behind the last echo it continues as over a level bed. With
 /// Positions::navigation all bins lie abeam of the sonar, as over a level bed. Bins without data
 /// and the water column are not shown.
-PlacedSide place(const MosaicPing& ping, const Sonar& sonar, Side side, Positions positions,
-                 const GroundLayers& layers);
+PlacedSide place(const MosaicPing& ping, const Sonar& sonar, const Sector& sector,
+                 Positions positions, const GroundLayers& layers);
 
 }  // namespace ensonify::engine

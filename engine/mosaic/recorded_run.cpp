@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/csv_table.h>
+#include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/mosaic/image_reader.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/reader.h>
@@ -241,7 +242,7 @@ RecordedRun read_recorded_run(const fs::path& folder, const std::string& sonar,
     }
     if (run.sonar.bins < 1 || run.sonar.bins != bins || !(range_m > 0.0 && range_m < 1e6) ||
         run.sonar.range_m != range_m || run.world_origin != origin || !origin.allFinite() ||
-        image.columns() != sides_of(run.sonar).size() * static_cast<std::size_t>(run.sonar.bins))
+        image.columns() != LineLayout(run.sonar).columns())
       fail_run(manifest.images[i],
                "bins, range or origin do not fit the scene or the run's other images; make the run "
                "again");

@@ -136,7 +136,8 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
 
   const std::span<const std::uint16_t> samples = recording.side(ping.row, side);
   std::vector<std::uint16_t> near_to_far(samples.begin(), samples.end());
-  if (side == Side::port) std::ranges::reverse(near_to_far);
+  if (recording.layout().mirrored(static_cast<std::size_t>(side)))
+    std::ranges::reverse(near_to_far);
   bytes.put<std::uint16_t>(h + 204,
                            near_to_far.empty() ? std::uint16_t{0} : std::ranges::max(near_to_far));
   bytes.samples(jsf_message_header + jsf_sonar_header, near_to_far);

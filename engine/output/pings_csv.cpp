@@ -22,12 +22,16 @@ std::string pings_csv(const Waterfall& waterfall) {
       "ping,t_s,x_m,y_m,z_m,roll_deg,pitch_deg,heading_deg,reported_x_m,reported_y_m,reported_z_m,"
       "reported_roll_deg,reported_pitch_deg,reported_heading_deg,altitude_m,first_return_port,"
       "first_return_starboard,block,starved_port,starved_starboard,artefacts\n";
-  for (const PingRow& ping : waterfall.pings)
+  for (const PingRow& ping : waterfall.pings) {
+    // The columns of both sides are always there.
+    const LineRecord port = waterfall.line_of(ping, port_sector.name),
+                     starboard = waterfall.line_of(ping, starboard_sector.name);
     fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{},{},{},{},{}\n", ping.number,
                    ping.pose.t_s, where(ping.pose), where(ping.reported),
                    std::isnan(ping.altitude_m) ? "" : fmt::format("{}", ping.altitude_m),
-                   bin(ping.first_return_port), bin(ping.first_return_starboard), ping.block,
-                   ping.starved_port, ping.starved_starboard, ping.artefacts.text());
+                   bin(port.first_return), bin(starboard.first_return), ping.block, port.starved,
+                   starboard.starved, ping.artefacts.text());
+  }
   return csv;
 }
 

@@ -48,19 +48,23 @@ PlaceOfMap place_of_local(const RecordingFrame& frame) {
 /// The samples with columns for both sides; zeros for a side that the sonar does not have.
 std::vector<std::uint16_t> with_both_sides(const Waterfall& waterfall,
                                            std::vector<std::uint16_t> samples) {
-  if (waterfall.sonar.sides == Sides::both) return samples;
-  const auto bins = static_cast<std::ptrdiff_t>(waterfall.sonar.bins);
-  std::vector<std::uint16_t> both(2 * samples.size(), 0);
-  for (std::ptrdiff_t ping = 0; ping < std::ssize(waterfall.pings); ++ping)
-    std::copy_n(samples.begin() + ping * bins, bins,
-                both.begin() + 2 * ping * bins + (waterfall.sonar.sides == Sides::port ? 0 : bins));
-  return both;
+  const LineLayout both(Sides::both, static_cast<std::size_t>(waterfall.sonar.bins));
+  if (waterfall.columns() == both.columns()) return samples;
+  const auto only =
+      static_cast<std::size_t>(waterfall.sonar.sides == Sides::port ? Side::port : Side::starboard);
+  std::vector<std::uint16_t> made(waterfall.rows() * both.columns(), 0);
+  for (std::size_t row = 0; row < waterfall.rows(); ++row)
+    std::ranges::copy(
+        std::span(samples).subspan(row * both.bins(), both.bins()),
+        made.begin() + static_cast<std::ptrdiff_t>(row * both.columns() + both.first_column(only)));
+  return made;
 }
 
 }  // namespace
 
 std::span<const std::uint16_t> Recording::side(std::size_t row, Side which) const {
-  return std::span(samples).subspan(2 * bins * row + (which == Side::starboard ? bins : 0), bins);
+  return std::span(samples).subspan(
+      layout().columns() * row + layout().first_column(static_cast<std::size_t>(which)), bins);
 }
 
 std::vector<PingInTime> pings_by_time(std::span<const Recording> sonars,
@@ -130,8 +134,11 @@ Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full
   const PlaceOfMap place_of = place_of_local(frame);
   for (std::size_t i = 0; i < waterfall.pings.size(); ++i) {
     const PingRow& ping = waterfall.pings[i];
-    recording.gain_db.push_back(
-        {scatter::to_db(ping.gain[0] * ping.gain[0]), scatter::to_db(ping.gain[1] * ping.gain[1])});
+    std::array<double, 2>& gain_db = recording.gain_db.emplace_back();
+    for (const Side side : {Side::port, Side::starboard}) {
+      const double gain = waterfall.line_of(ping, name_of(side)).gain;
+      gain_db[static_cast<std::size_t>(side)] = scatter::to_db(gain * gain);
+    }
     if (!ping.recorded) continue;
     const Pose pose = mounted(ping.reported, sonar.mounting);
     const double altitude_m = frame.altitude_m(mounted(ping.pose, sonar.mounting).position);

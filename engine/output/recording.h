@@ -64,9 +64,11 @@ struct Recording {
   bool port = true, starboard = true;
   std::vector<NavPing> pings;
   std::vector<std::array<double, 2>> gain_db;  ///< over the usual one, by row and Side
-  /// 2 * bins for each row of the waterfall: port far..near, starboard near..far; at most 32767.
+  /// For each row of the waterfall in the columns of layout(); at most 32767.
   std::vector<std::uint16_t> samples;
 
+  /// Recordings have columns for both sides; their sectors are numbered as Side.
+  LineLayout layout() const { return {Sides::both, bins}; }
   /// The samples of one side of a ping, by its row.
   std::span<const std::uint16_t> side(std::size_t row, Side which) const;
 };

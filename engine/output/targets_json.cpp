@@ -56,7 +56,7 @@ Json target_json(const TargetRecord& record, std::size_t rows, std::size_t colum
     json["layer"] = record.layer;
   }
   json["range_m"] = target.range_m;
-  json["side"] = name_of(target.sight.side());
+  json["side"] = target.sight.sector();
   json["ping"] = target.ping;
   json["contrast_db"] = target.contrast_db ? Json(*target.contrast_db) : Json(nullptr);
   json["body"] = outline_json(target.body, rows, columns);

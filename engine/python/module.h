@@ -59,9 +59,8 @@ fs::path cache_of(const std::optional<fs::path>& cache);
 /// A line that Python owns.
 struct Line {
   std::string sonar;
+  std::string_view sector;
   EchoLine line;
-
-  std::string_view side() const { return name_of(line.side); }
 };
 
 /// Whether Python has objects of the class. True for each class of this module.

@@ -133,7 +133,10 @@ line["intensity"] is a layer of it: a NumPy array of (bins,), from near to far, 
 memory, float32 or uint32. `ensonify.layers` lists the names.)");
   refuse_pickle(line, "use its layers, as line[\"intensity\"]");
   line.def_readonly("sonar", &Line::sonar, "The sonar's name.")
-      .def_property_readonly("side", &Line::side, "\"port\" or \"starboard\".")
+      .def_readonly("side", &Line::sector, "The name of its sector: \"port\" or \"starboard\".")
+      .def_property_readonly(
+          "sector", [](const Line& self) { return self.line.sector; },
+          "The number of its sector, from 0, among those that the sonar has.")
       .def_property_readonly(
           "beam", [](const Line& self) { return self.line.beam; },
           "The number of the beam, from 0 at the array's rear end.")
@@ -148,7 +151,7 @@ memory, float32 or uint32. `ensonify.layers` lists the names.)");
 
 A layer, (bins,). Raises KeyError for a name that is no layer's.)")
       .def("__repr__", [](const Line& self) {
-        return fmt::format("<EchoLine of {}, {}, {} bins>", self.sonar, self.side(),
+        return fmt::format("<EchoLine of {}, {}, {} bins>", self.sonar, self.sector,
                            self.line.bins.range_m.size());
       });
 

@@ -86,8 +86,8 @@ class Session {
       std::vector<Line> owned;
       auto next = lines.begin();
       for (const Sonar& sonar : simulator.sonars())
-        for (int i = 0; i < static_cast<int>(sides_of(sonar).size()) * sonar.beams; ++i)
-          owned.push_back({sonar.name, std::move(*next++)});
+        for (int i = 0; i < static_cast<int>(sonar.sectors().size()) * sonar.beams; ++i, ++next)
+          owned.push_back({sonar.name, sonar.sectors()[next->sector].name, std::move(*next)});
       return owned;
     });
     if (!warning.empty() &&

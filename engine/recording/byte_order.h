@@ -14,11 +14,11 @@ class ByteOrder {
  public:
   /// Takes `samples` numbers of `width` bytes (2 or 4), of one ping.
   void take(const RecordingBytes& bytes, std::size_t samples, std::size_t width, bool is_float);
-  /// Whole numbers: from sample to sample the high byte changes less than a byte drawn at random
-  /// from the file, because of range and pulse, and it has fewer values. So they are exchanged if
-  /// the byte that should be low does so, and the one that should be high does not, or if the
-  /// former is always small, whatever the latter is. Floats: exchanged, few of them lie beyond 1e20
-  /// or within 1e-20.
+  /// Whole numbers: neighbouring samples are alike, so the high byte of a sample changes slowly and
+  /// has few values. The bytes are exchanged if the byte in the low place has fewer values than the
+  /// other and either changes more slowly or is always small. Floats: the bytes are exchanged if
+  /// more than a tenth of the numbers are absurd as they are (beyond 1e20, or nearer to 0 than
+  /// 1e-20), and less than a hundredth after an exchange.
   bool is_exchanged() const;
 
  private:

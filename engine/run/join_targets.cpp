@@ -179,7 +179,7 @@ class JoinedTarget {
     const bool seen = body_.area_px() > 0;
     Json json = (seen ? of_body_ : of_shadow_).json();
     const Sight& sight = seen ? sights_.body : sights_.shadow;
-    json["side"] = name_of(sight.side());
+    json["side"] = sight.sector();
     if (heading_deg_)
       json["aspect_deg"] = turned_deg(sight.direction_rad() - *heading_deg_ * degree);
     if (json.contains("visible_fraction")) {

@@ -1,6 +1,7 @@
 #include <ensonify/engine/run/part_record.h>
 
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -45,14 +46,20 @@ std::vector<ObjectVisibility> visibility_of(const Json& json) {
 }
 
 /// [instance, whether of the body, pixels to port, to starboard, directions north, east], and so
-/// on.
+/// on; if the sonar has further sectors, their pixels by name follow.
 Json sights_json(const std::map<std::uint32_t, TargetSights>& targets) {
   Json list = Json::array();
   for (const auto& [instance, sights] : targets)
     for (const Sight* sight : {&sights.body, &sights.shadow})
-      if (sight->pixels() > 0)
-        list.push_back({instance, sight == &sights.body, sight->port_px, sight->starboard_px,
-                        sight->directions.x(), sight->directions.y()});
+      if (sight->pixels() > 0) {
+        auto further = sight->sector_px;
+        const std::size_t port = std::exchange(further[std::string(port_sector.name)], 0),
+                          starboard = std::exchange(further[std::string(starboard_sector.name)], 0);
+        std::erase_if(further, [](const auto& sector) { return sector.second == 0; });
+        Json& entry = list.emplace_back(Json{instance, sight == &sights.body, port, starboard,
+                                             sight->directions.x(), sight->directions.y()});
+        if (!further.empty()) entry.push_back(further);
+      }
   return list;
 }
 
@@ -60,10 +67,14 @@ std::map<std::uint32_t, TargetSights> sights_of(const Json& json) {
   std::map<std::uint32_t, TargetSights> targets;
   for (const Json& its : json) {
     TargetSights& sights = targets[whole_numbers(its.at(0), max_labels).get<std::uint32_t>()];
-    (its.at(1).get<bool>() ? sights.body : sights.shadow) = {
-        whole_numbers(its.at(2)).get<std::size_t>(),
-        whole_numbers(its.at(3)).get<std::size_t>(),
-        {its.at(4).get<double>(), its.at(5).get<double>()}};
+    Sight& sight = its.at(1).get<bool>() ? sights.body : sights.shadow;
+    if (its.size() > 6)
+      for (const auto& [sector, pixels] : its.at(6).items())
+        sight.sector_px[sector] = whole_numbers(pixels).get<std::size_t>();
+    sight.sector_px[std::string(port_sector.name)] = whole_numbers(its.at(2)).get<std::size_t>();
+    sight.sector_px[std::string(starboard_sector.name)] =
+        whole_numbers(its.at(3)).get<std::size_t>();
+    sight.directions = {its.at(4).get<double>(), its.at(5).get<double>()};
   }
   return targets;
 }

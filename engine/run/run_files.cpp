@@ -80,8 +80,8 @@ void count(const ScenePings& pings, PartRecord& record) {
   }
   for (const Waterfall& image : pings.images)
     for (const PingRow& ping : image.pings)
-      counts["starved_bins"] +=
-          static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
+      for (const LineRecord& line : ping.lines)
+        counts["starved_bins"] += static_cast<std::uint64_t>(line.starved);
   const Waterfall& first = pings.images.front();
   const std::ptrdiff_t rows_over_hole = std::ranges::count_if(
       first.pings, [](const PingRow& row) { return std::isnan(row.altitude_m); });
@@ -156,7 +156,7 @@ double most_file_bytes(const Scene& scene, std::span<const Sonar> sonars, std::s
                                                               : pixel += layers);
   double bytes = 0.0;
   for (const Sonar& sonar : sonars) {
-    const double bins = sonar.bins, sides = static_cast<double>(sides_of(sonar).size());
+    const double bins = sonar.bins, sides = static_cast<double>(sonar.sectors().size());
     const double row = table_row + sides * bins * pixel +
                        recordings * (recording_row + 2.0 * bins * sizeof(std::uint16_t));
     bytes += static_cast<double>(pings) * sonar.beams * row + static_cast<double>(parts) * headers;

@@ -9,16 +9,16 @@ namespace ensonify::engine {
 
 BedAbeam look_abeam(const Pose& pose, const Sonar& sonar, double height_m, double highest_m,
                     BedHeight& bed) {
-  // Calls look(side, away_m, below_m) for places from far_m inwards; below_m is how far the bed
+  // Calls look(sector, away_m, below_m) for places from far_m inwards; below_m is how far the bed
   // lies below the sonar.
   const auto scan = [&](const Eigen::Vector2d& starboard, double far_m, int places,
                         const auto& inwards, const auto& look) {
-    for (const Side side : sides_of(sonar)) {
+    for (std::size_t sector = 0; sector < sonar.sectors().size(); ++sector) {
+      const double out = sonar.sectors()[sector].out;
       double away_m = far_m;
       for (int i = 0; i < places; ++i, away_m = inwards(away_m)) {
-        const Eigen::Vector2d place =
-            pose.position.head<2>() + (side == Side::starboard ? away_m : -away_m) * starboard;
-        look(side, away_m, pose.position.z() - bed.height_m(place.x(), place.y()));
+        const Eigen::Vector2d place = pose.position.head<2>() + out * away_m * starboard;
+        look(sector, away_m, pose.position.z() - bed.height_m(place.x(), place.y()));
       }
     }
   };
@@ -30,7 +30,7 @@ BedAbeam look_abeam(const Pose& pose, const Sonar& sonar, double height_m, doubl
   BedAbeam abeam{.nearest_m = height_m, .rise_rad = {}};
   if (pose.position.z() - highest_m < layout_step * height_m) {
     scan(starboard, std::min(height_m, sonar.range_m), half_octaves, half_octave_in,
-         [&](Side, double away_m, double below_m) {
+         [&](std::size_t, double away_m, double below_m) {
            const double range_m = std::hypot(half_octave_in(away_m), std::max(below_m, 0.0));
            if (!std::isnan(below_m)) abeam.nearest_m = std::min(abeam.nearest_m, range_m);
          });
@@ -38,8 +38,8 @@ BedAbeam look_abeam(const Pose& pose, const Sonar& sonar, double height_m, doubl
   }
   if (highest_m > pose.position.z())
     scan(starboard.normalized(), sonar.range_m, quarter_octaves, quarter_octave_in,
-         [&](Side side, double away_m, double below_m) {
-           double& rise_rad = abeam.rise_rad[static_cast<std::size_t>(side)];
+         [&](std::size_t sector, double away_m, double below_m) {
+           double& rise_rad = abeam.rise_rad[sector];
            if (below_m < 0.0) rise_rad = std::max(rise_rad, std::atan2(-below_m, away_m));
          });
   return abeam;

@@ -8,10 +8,11 @@
 
 namespace ensonify::engine {
 
-/// How near and how high the bed is on the sides of a sonar.
+/// How near and how high the bed is in the sectors of a sonar.
 struct BedAbeam {
-  double nearest_m;                ///< range, at most the height over the bed below
-  std::array<double, 2> rise_rad;  ///< by side: how far it reaches above the horizontal; 0 if not
+  double nearest_m;  ///< range, at most the height over the bed below
+  /// By sector: how far it reaches above the horizontal; 0 if not.
+  std::array<double, most_sectors> rise_rad;
 };
 
 /// Looks at places abeam of a sonar within its range. Height is the sonar's over the bed below it;

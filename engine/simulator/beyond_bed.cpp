@@ -37,7 +37,7 @@ struct Beyond {
 Beyond beyond_bed(const Sonar& sonar, const Eigen::AlignedBox2d& bed, double bed_m,
                   std::span<const Pose> poses) {
   Beyond beyond;
-  const auto sides = static_cast<double>(sides_of(sonar).size());
+  const auto sectors = static_cast<double>(sonar.sectors().size());
   for (std::size_t ping = 0; ping < poses.size(); ++ping) {
     const Pose pose = mounted(poses[ping], sonar.mounting);
     const double height_m = std::max(pose.position.z() - bed_m, 0.0);
@@ -46,14 +46,14 @@ Beyond beyond_bed(const Sonar& sonar, const Eigen::AlignedBox2d& bed, double bed
     const Eigen::Vector2d place = pose.position.head<2>();
     const Eigen::Vector2d starboard = body_to_world(pose).col(1).head<2>().normalized();
     double share = 0.0;
-    for (const Side side : sides_of(sonar)) {
-      const Eigen::Vector2d out = side == Side::starboard ? starboard : (-starboard).eval();
+    for (const Sector& sector : sonar.sectors()) {
+      const Eigen::Vector2d out = sector.out * starboard;
       beyond.swath.extend(place + reach_m * out);
       const double edge_m = to_edge_m(bed, place, out);
       if (edge_m < reach_m) share += 1.0 - std::hypot(edge_m, height_m) / sonar.range_m;
     }
     if (share == 0.0) continue;
-    beyond.share += share / (sides * static_cast<double>(poses.size()));
+    beyond.share += share / (sectors * static_cast<double>(poses.size()));
     if (beyond.pings++ == 0) beyond.first = ping;
     beyond.last = ping;
   }

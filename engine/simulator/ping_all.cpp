@@ -352,14 +352,14 @@ double image_bytes(std::span<const Sonar> sonars, std::size_t pings) {
     bytes_a_bin += sizeof(typename std::decay_t<decltype(BinLayers{}.*layer)>::value_type);
   });
   for (const Sonar& sonar : sonars)
-    bins += static_cast<double>(sides_of(sonar).size()) * sonar.bins * sonar.beams;
+    bins += static_cast<double>(sonar.sectors().size()) * sonar.bins * sonar.beams;
   return bytes_a_bin * bins * static_cast<double>(pings);
 }
 
 double rays_of(std::span<const Sonar> sonars) {
   double rays = 0.0;
   for (const Sonar& sonar : sonars)
-    rays += static_cast<double>(sides_of(sonar).size()) * sonar.planes * sonar.elevations;
+    rays += static_cast<double>(sonar.sectors().size()) * sonar.planes * sonar.elevations;
   return rays;
 }
 

@@ -166,7 +166,7 @@ class Preparing {
     try {
       refine::make_folder(how_.cache);
       if (!is_tile_file(file)) remove_with_warning(file);
-      std::error_code unreadable;  // is as good as not there
+      std::error_code unreadable;  // counts as missing
       origin_.cached = fs::exists(file, unreadable);
       make(file);
       origin_.cache_file = file;
@@ -270,7 +270,7 @@ class Preparing {
     report("seafloor");
     key_ = seafloor_key(scene_);
     origin_.cache_file = file_of(how_.cache, key_, cached_extension);
-    std::error_code unreadable;  // is as good as not there
+    std::error_code unreadable;  // counts as missing
     if (!fs::exists(origin_.cache_file, unreadable)) return;
     try {
       result_->seafloor = open_analysed(origin_.cache_file, key_);

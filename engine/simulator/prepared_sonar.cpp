@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/scene/tables/vertical_pattern_reader.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/sonar/echo/plane_spacing.h>
@@ -213,14 +214,17 @@ Calibration calibration_of(const PreparedSonar& its, const UsualPing& usual) {
                    .recorder = &its.chain->recorder(),
                    .row_spacing_m = usual.speed_mps * usual.interval_s / its.sonar.beams,
                    .median_share = its.chain->median_share()};
-  const auto add = [](Side side, std::vector<double> of_bins, std::vector<double>& columns) {
-    if (side == Side::port) std::ranges::reverse(of_bins);
-    columns.insert(columns.end(), of_bins.begin(), of_bins.end());
+  const LineLayout layout(its.sonar);
+  const auto add = [&](std::size_t sector, const std::vector<double>& of_bins,
+                       std::vector<double>& columns) {
+    if (of_bins.empty()) return;
+    columns.resize(layout.columns());
+    layout.set(sector, of_bins, columns.begin());
   };
-  for (const Side side : sides_of(its.sonar)) {
-    add(side, its.chain->level_bed(side), made.level_bed);
-    add(side, its.chain->automatic_gain(side), made.automatic_gain);
-    made.noise = std::max(made.noise, its.chain->noise(side));
+  for (std::size_t sector = 0; sector < layout.sectors(); ++sector) {
+    add(sector, its.chain->level_bed(sector), made.level_bed);
+    add(sector, its.chain->automatic_gain(sector), made.automatic_gain);
+    made.noise = std::max(made.noise, its.chain->noise(sector));
   }
   return made;
 }

@@ -25,12 +25,13 @@ struct PreparedSonar {
   Sonar sonar;     ///< with the bins that its digitiser makes
   /// The cast with absorption at the sonar's frequency; none if the scene has no cast.
   std::optional<scatter::SoundSpeedProfile> profile;
-  Medium medium;                                           ///< may refer to the profile
-  std::vector<scatter::BackscatterTable> material_tables;  ///< index: the material's number
-  std::optional<scatter::BackscatterTable> bed_table;      ///< of the median of the bed
-  std::vector<double> smooth_specular;  ///< the same of each: smooth_specular(Material)
-  std::vector<std::optional<scatter::Sediment>> sediments;  ///< and sediment_of(Material)
-  std::vector<WallMirror> mirrors;  ///< of walls of this material; empty without double bounces
+  Medium medium;                                       ///< may refer to the profile
+  std::optional<scatter::BackscatterTable> bed_table;  ///< of the median of the bed
+  // By the number of the material:
+  std::vector<scatter::BackscatterTable> material_tables;
+  std::vector<double> smooth_specular;                      ///< smooth_specular(Material)
+  std::vector<std::optional<scatter::Sediment>> sediments;  ///< sediment_of(Material)
+  std::vector<WallMirror> mirrors;  ///< of walls of the material; empty without double bounces
   std::unique_ptr<const SignalChain> chain;
   Calibration calibration;  ///< refers to the chain's recorder
 };

@@ -236,9 +236,9 @@ TracedFaces Simulator::ThreadState::prepare_faces() {
 
 void Simulator::ThreadState::make_lines() {
   for (const BeamTracer& beam : beams)
-    for (const Side side : sides_of(sonars[beam.sonar])) {
+    for (std::size_t sector = 0; sector < sonars[beam.sonar].sectors().size(); ++sector) {
       EchoLine& line = lines.emplace_back();
-      line.side = side;
+      line.sector = sector;
       line.bins.assign(static_cast<std::size_t>(sonars[beam.sonar].bins));
     }
 }

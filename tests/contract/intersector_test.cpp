@@ -584,7 +584,7 @@ Agreement compare_over(const Scene& scene, int pings) {
                     .roll_rad = 0.02 * step,
                     .heading_rad = 0.4 * step};
     const RayFan fan =
-        place_fan(layout, pose, item % 2 ? Side::starboard : Side::port, sonar.range_m);
+        place_fan(layout, pose, item % 2 ? starboard_sector : port_sector, sonar.range_m);
     std::vector<Hit> found(fan.grid->rays()), expected(fan.grid->rays());
     embree->intersect(fan, found);
     pluecker->intersect(fan, expected);

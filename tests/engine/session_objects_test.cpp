@@ -207,7 +207,7 @@ TEST_CASE("an object is seen where it was moved to") {
     for (const EchoLine& line : lines)
       for (std::size_t bin = 0; bin < line.bins.instance.size(); ++bin)
         if (line.bins.instance[bin] == cube_of_2m && line.bins.fraction[bin] > 0.99f) {
-          CHECK(line.side == (east_m > 0 ? Side::starboard : Side::port));
+          CHECK(line.sector == (east_m > 0 ? 1u : 0u));
           CHECK(std::abs(line.bins.x_m[bin] - east_m) < 1.5);
           CHECK(std::abs(line.bins.y_m[bin]) < 1.5);
         }

@@ -168,7 +168,7 @@ TEST_CASE("a sonar with one side receives the same as that side of a sonar with 
         const std::span<const EchoLine> lines = half->ping_numbered(track[ping], ping);
         REQUIRE(lines.size() == 1);
         const EchoLine& expected = whole[half == &port ? 0 : 1];
-        REQUIRE(lines[0].side == expected.side);
+        REQUIRE(lines[0].sector == 0);
         REQUIRE(lines[0].first_return == expected.first_return);
         BinLayers::for_each([&](std::string_view name, auto layer) {
           CAPTURE(name);
@@ -222,7 +222,7 @@ TEST_CASE("swaths that reach beyond the edge of the bed are warned of, with the 
           "seafloor.extent_north_m = 60, move the track, or shorten sonar.s.range_m");
     const Waterfall image = ping_all(scene, simulator, 1).images.front();
     int starved = 0;
-    for (const PingRow& row : image.pings) starved += row.starved_port + row.starved_starboard;
+    for (const PingRow& row : image.pings) starved += row.lines[0].starved + row.lines[1].starved;
     CHECK(starved / (4.0 * 1000.0) == Approx(0.184).margin(0.01));
   }
 }
@@ -268,7 +268,7 @@ TEST_CASE("a sonar that looks ahead sees what lies ahead, before the sidescan do
     return std::ranges::count(line.bins.instance, 1u) > 0;
   };
   CHECK(sees_box(lines[4]));
-  CHECK(lines[4].side == Side::starboard);
+  CHECK(lines[4].sector == 0);
   for (std::size_t i = 0; i < 4; ++i) CHECK_FALSE(sees_box(lines[i]));
   for (std::size_t bin = 0; bin < lines[4].bins.instance.size(); ++bin)
     if (lines[4].bins.instance[bin] == 1) {

@@ -75,7 +75,7 @@ TEST_CASE(
     const std::vector<double> row = row_of(image, ping);
     if (said.has(Artefact::lost)) {
       REQUIRE(std::ranges::all_of(row, [](double value) { return value == 0.0; }));
-      REQUIRE(image.pings[ping].first_return_port == -1);
+      REQUIRE(image.pings[ping].lines[0].first_return == -1);
       REQUIRE_FALSE(said.has(Artefact::repeated));
       ++lost;
       continue;

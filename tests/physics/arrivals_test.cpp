@@ -99,7 +99,7 @@ TEST_CASE("few scatterers in the water make a K distributed echo of the same mea
                                   .sea = {.volume_scatterers_per_m3 = per_m3},
                                   .arrivals = {.volume = true}});
   SignalChain::Scratch scratch;
-  EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+  EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
   constexpr int pings = 4000;
   constexpr std::size_t near = 20;  // bins whose moments are averaged
   for (const double r : {6.0, 20.0, 60.0}) {
@@ -190,16 +190,17 @@ TEST_CASE("a sonar that rolls receives the same as one whose sides are mounted l
   for (const Case& what :
        {Case{"surface", {.surface = true}}, Case{"volume", {.volume = true}},
         Case{"multiples", {.multiples = true}}, Case{"wake", {}, wake}, Case{"fish", {}, fish}})
-    for (const Side side : {Side::port, Side::starboard}) {
+    for (const Sector& sector : sidescan_sectors) {
       const auto receive = [&](const Sonar& sonar, const ArrayFrame& array_frame) {
         const bool bed = what.arrivals.multiples;
         const SeaState sea = bed ? SeaState{.wind_mps = 0.0} : SeaState{};  // a mirror
-        return received(sonar, what.arrivals, bed ? direct : std::vector<float>{}, sea,
-                        {.side = side, .array_frame = array_frame, .artefacts = what.artefacts});
+        return received(
+            sonar, what.arrivals, bed ? direct : std::vector<float>{}, sea,
+            {.sector = sector, .array_frame = array_frame, .artefacts = what.artefacts});
       };
       const std::vector<double> by_roll = receive(upright, rolled),
                                 by_mount = receive(mounted, level);
-      CAPTURE(what.name, static_cast<int>(side));
+      CAPTURE(what.name, sector.name);
       double changed = 0.0;
       const std::vector<double> unrolled = receive(upright, level);
       for (std::size_t n = 0; n < by_roll.size(); ++n) {
@@ -207,7 +208,7 @@ TEST_CASE("a sonar that rolls receives the same as one whose sides are mounted l
         if (unrolled[n] > 0.0)
           changed = std::max(changed, std::abs(by_roll[n] - unrolled[n]) / unrolled[n]);
       }
-      const bool nothing_there = what.artefacts.wake_db && side == Side::port;
+      const bool nothing_there = what.artefacts.wake_db && sector.number == 0;
       CHECK((nothing_there || changed > 0.02));
     }
 }
@@ -220,54 +221,57 @@ TEST_CASE(
   sonar.focused = true;
   const double wavelength_m = 1500.0 / sonar.frequency_hz, interval_s = 0.1;
   const LineArray line{sonar.array_length_m, wavelength_m};
-  const auto power = [&](const Pose& pose, Side side, const Eigen::Vector3d& to) {
+  const auto power = [&](const Pose& pose, const Sector& sector, const Eigen::Vector3d& to) {
     const Eigen::Vector3d in_body = body_to_world(pose).transpose() * to.normalized();
-    const double abeam = (side == Side::port ? -1.0 : 1.0) * in_body.y();
-    return line.power(in_body.x()) * sonar.vertical.power(std::atan2(in_body.z(), abeam), side);
+    const double abeam = (sector.number == 0 ? -1.0 : 1.0) * in_body.y();
+    return line.power(in_body.x()) * sonar.vertical.power(std::atan2(in_body.z(), abeam), sector);
   };
   // Of the line along the track through a place in the plane abeam.
-  const auto along = [&](const Pose& pose, Side side, double level_m, double up_m, double sent_s) {
+  const auto along = [&](const Pose& pose, const Sector& sector, double level_m, double up_m,
+                         double sent_s) {
     const double range_m = std::hypot(level_m, up_m), null_m = range_m * line.null_rad(1);
     const double back_s = 2.0 * range_m / 1500.0;
     double sum = 0.0;
     for (double y = -3.995; y < 4.0; y += 0.01) {
       const Eigen::Vector3d place{level_m, y * null_m, up_m};
-      sum += power(pose.after(sent_s), side, place) *
-             power(pose.after(sent_s + back_s), side, place - back_s * pose.velocity_mps);
+      sum += power(pose.after(sent_s), sector, place) *
+             power(pose.after(sent_s + back_s), sector, place - back_s * pose.velocity_mps);
     }
     return sum;
   };
   struct Path {
     const char* name;
     OtherPathsOptions arrivals;
-    std::function<double(const Pose&, Side, double range_m)> sum;
+    std::function<double(const Pose&, const Sector&, double range_m)> sum;
   };
   const Path paths[] = {
       {"surface",
        {.surface = true},
-       [&](const Pose& pose, Side side, double r) {
+       [&](const Pose& pose, const Sector& sector, double r) {
          const double level_m = std::sqrt(r * r - depth_m * depth_m);
-         return along(pose, side, level_m, depth_m, 0.0) +
-                along(pose, side, -level_m, depth_m, 0.0);
+         return along(pose, sector, level_m, depth_m, 0.0) +
+                along(pose, sector, -level_m, depth_m, 0.0);
        }},
       {"water",
        {.volume = true},
-       [&](const Pose& pose, Side side, double r) {
+       [&](const Pose& pose, const Sector& sector, double r) {
          double sum = 0.0;
          for (int i = 0; i < 360; ++i) {
            const double turn_rad = (i + 0.5) * degree;
            const double level_m = r * std::cos(turn_rad), up_m = r * std::sin(turn_rad);
-           if (up_m < depth_m && up_m > -altitude_m) sum += along(pose, side, level_m, up_m, 0.0);
+           if (up_m < depth_m && up_m > -altitude_m) sum += along(pose, sector, level_m, up_m, 0.0);
          }
          return sum;
        }},
-      {"earlier ping", {.second_time_around = true}, [&](const Pose& pose, Side side, double r) {
+      {"earlier ping",
+       {.second_time_around = true},
+       [&](const Pose& pose, const Sector& sector, double r) {
          double sum = 0.0;
          for (int pings = 1; pings <= 8; ++pings) {
            const double from_m = r + pings * 0.5 * 1500.0 * interval_s;
            const double level_m = std::sqrt(from_m * from_m - altitude_m * altitude_m);
-           const double to_side_m = side == Side::port ? -level_m : level_m;
-           sum += along(pose, side, to_side_m, -altitude_m, -pings * interval_s) *
+           const double to_side_m = sector.number == 0 ? -level_m : level_m;
+           sum += along(pose, sector, to_side_m, -altitude_m, -pings * interval_s) *
                   scatter::from_db(-2.0 * 0.03 * from_m) / (from_m * from_m * level_m);
          }
          return sum;
@@ -281,10 +285,10 @@ TEST_CASE(
   double max_db = 0.0;
   for (const Path& path : paths)
     for (const Pose& pose : {rolls, yaws, dives, sails, all})
-      for (const Side side : {Side::port, Side::starboard}) {
+      for (const Sector& sector : sidescan_sectors) {
         const auto receive = [&](const Pose& motion) {
           return received(sonar, path.arrivals, {}, {.wind_mps = 0.0},
-                          {.side = side, .motion = motion, .ping_interval_s = interval_s});
+                          {.sector = sector, .motion = motion, .ping_interval_s = interval_s});
         };
         const std::vector<double> moved = receive(pose), at_rest = receive(still);
         for (const double r : {8.0, 20.0, 40.0, 70.0}) {
@@ -293,9 +297,9 @@ TEST_CASE(
           const double from_m = (static_cast<double>(bin) + 0.5) * sonar.bin_m() -
                                 0.25 * 1500.0 * sonar.pulse.effective_length_s();
           const double expected_db =
-              scatter::to_db(path.sum(pose, side, from_m) / path.sum(still, side, from_m));
-          CAPTURE(path.name, static_cast<int>(side), r, pose.roll_rate_radps,
-                  pose.heading_rate_radps, pose.pitch_rate_radps, pose.velocity_mps.y());
+              scatter::to_db(path.sum(pose, sector, from_m) / path.sum(still, sector, from_m));
+          CAPTURE(path.name, sector.name, r, pose.roll_rate_radps, pose.heading_rate_radps,
+                  pose.pitch_rate_radps, pose.velocity_mps.y());
           CHECK(scatter::to_db(moved[bin] / at_rest[bin]) == Approx(expected_db).margin(0.1));
           max_db = std::max(max_db, std::abs(expected_db));
         }
@@ -430,7 +434,7 @@ TEST_CASE("in water of another sound speed all other paths are at the ranges of 
                                         .sea = {.wind_mps = 0.0},
                                         .arrivals = arrivals,
                                         .artefacts = artefacts});
-    EchoLine line = level_line(in_slow, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(in_slow, starboard_sector, array, altitude_m);
     line.walls = {{.middle = {24.0, 0.0, 1.25 - altitude_m},
                    .normal = {-1.0, 0.0, 0.0},
                    .length_m = 40.0,
@@ -511,7 +515,7 @@ TEST_CASE("in water of another sound speed all other paths are at the ranges of 
 TEST_CASE("transmit leakage blinds the first samples and no others") {
   const Sonar sonar;
   const SignalChain chain(sonar, {.arrivals = {.burst_m = 0.4}});
-  EchoLine line = level_line(sonar, Side::port, array, altitude_m);
+  EchoLine line = level_line(sonar, port_sector, array, altitude_m);
   SignalChain::Scratch scratch;
   chain.receive(context, std::span(&line, 1), scratch);
   CHECK(line.artefacts.has(Artefact::transmit_leakage));
@@ -523,8 +527,8 @@ TEST_CASE("transmit leakage blinds the first samples and no others") {
 TEST_CASE("cross-talk from one side to the other has its level") {
   Sonar sonar = quiet_sonar();
   const SignalChain chain(sonar, {.speckle = false, .arrivals = {.crosstalk_db = -30.0}});
-  EchoLine lines[] = {level_line(sonar, Side::port, array, altitude_m),
-                      level_line(sonar, Side::starboard, array, altitude_m)};
+  EchoLine lines[] = {level_line(sonar, port_sector, array, altitude_m),
+                      level_line(sonar, starboard_sector, array, altitude_m)};
   std::fill(lines[1].bins.intensity_mean.begin(), lines[1].bins.intensity_mean.end(), 0.0f);
   SignalChain::Scratch scratch;
   chain.receive(context, lines, scratch);
@@ -533,7 +537,7 @@ TEST_CASE("cross-talk from one side to the other has its level") {
   CHECK(lines[0].bins.intensity[600] == Approx(1.0));
 
   // Without speckle the two sides' energies add, not their amplitudes.
-  lines[1] = level_line(sonar, Side::starboard, array, altitude_m);
+  lines[1] = level_line(sonar, starboard_sector, array, altitude_m);
   chain.receive(context, lines, scratch);
   CHECK(lines[1].bins.intensity[600] == Approx(1.0 + 1e-3));
 }
@@ -542,7 +546,7 @@ TEST_CASE("a sonar with one side has no cross-talk") {
   Sonar sonar = quiet_sonar();
   sonar.sides = Sides::starboard;
   const SignalChain chain(sonar, {.speckle = false, .arrivals = {.crosstalk_db = -30.0}});
-  EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+  EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
   SignalChain::Scratch scratch;
   chain.receive(context, std::span(&line, 1), scratch);
   CHECK_FALSE(line.artefacts.has(Artefact::crosstalk));
@@ -553,8 +557,8 @@ TEST_CASE("cross-talk brings the other side's surface return, too") {
   const auto from_surface = [&](std::optional<double> crosstalk_db) {
     const SignalChain chain(
         sonar, {.speckle = false, .arrivals = {.surface = true, .crosstalk_db = crosstalk_db}});
-    EchoLine lines[] = {level_line(sonar, Side::port, array, altitude_m),
-                        level_line(sonar, Side::starboard, array, altitude_m)};
+    EchoLine lines[] = {level_line(sonar, port_sector, array, altitude_m),
+                        level_line(sonar, starboard_sector, array, altitude_m)};
     for (EchoLine& line : lines) std::ranges::fill(line.bins.intensity_mean, 0.0f);
     SignalChain::Scratch scratch;
     chain.receive(context, lines, scratch);

@@ -52,8 +52,8 @@ class LambertBed {
     PingTracer pinger(sonar, Medium{1500.0, 0.0}, bed_, lambert_, Refraction{}, nullptr,
                       ObjectSurfaces{}, beam);
     const BeamAim aim = pinger.aim(pose, altitude_m_);
-    REQUIRE(pinger.trace(aim, {tracer_.get(), bed_.mesh}, Side::starboard));
-    pinger.echo(aim, Side::starboard, line);
+    REQUIRE(pinger.trace(aim, {tracer_.get(), bed_.mesh}, 1));
+    pinger.echo(aim, 1, line);
     return line;
   }
 
@@ -91,8 +91,8 @@ class PlateInBeam {
   double energy(double array_m) {
     const BeamAim aim =
         pinger_->aim({.position = {0.0, array_m + sonar_.beam_offset_m(beam_), 0.0}}, altitude_m_);
-    REQUIRE(pinger_->trace(aim, {tracer_.get(), bed_.mesh}, Side::starboard));
-    pinger_->echo(aim, Side::starboard, line_);
+    REQUIRE(pinger_->trace(aim, {tracer_.get(), bed_.mesh}, 1));
+    pinger_->echo(aim, 1, line_);
     CHECK(line_.beam == beam_);
     double sum = 0.0;
     for (const float i : line_.bins.intensity_mean) sum += i;
@@ -199,7 +199,7 @@ TEST_CASE("each beam shows the ground abeam of its own part of the array, at all
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const EchoLine& line = lines[i];
     CHECK(line.beam == static_cast<int>(i / 2));
-    CHECK(line.side == (i % 2 == 0 ? Side::port : Side::starboard));
+    CHECK(line.sector == i % 2);
     for (std::size_t bin = 200; bin < 1000; bin += 100) {
       const double along_m = (double(line.bins.x_m[bin]) - 1.0) * std::sin(0.5) +
                              (double(line.bins.y_m[bin]) - 2.0) * std::cos(0.5);

@@ -97,11 +97,11 @@ inline EchoLine echo_of(const Body& body, const Sonar& sonar, double range_m) {
   PingTracer pinger(sonar, {}, alone, tables, {}, nullptr, surfaces);
   const BeamAim aim = pinger.aim({.position = {-range_m, 0.0, -20.0}}, 10.0);
   EchoLine line;
-  line.side = Side::starboard;
+  line.sector = 1;
   line.bins.assign(static_cast<std::size_t>(sonar.bins));
   const auto tracer = make_intersector("embree", alone.mesh);
-  REQUIRE(pinger.trace(aim, {tracer.get(), alone.mesh}, line.side));
-  pinger.echo(aim, line.side, line);
+  REQUIRE(pinger.trace(aim, {tracer.get(), alone.mesh}, line.sector));
+  pinger.echo(aim, line.sector, line);
   return line;
 }
 

@@ -177,7 +177,7 @@ TEST_CASE("the ping before is heard by an outer beam with that beam's width beyo
                                   .nominal_strength = [](double) { return 3e-4; },
                                   .arrivals = {.second_time_around = true}});
   const auto heard = [&](int beam) {
-    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
     std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 0.0f);
     SignalChain::Scratch scratch;
     PingContext now = context;

@@ -44,7 +44,7 @@ double energy_of_rays(const RayFan& fan, const RayLayout& layout, const Beam& be
       double step = 0.0;
       if (j > 0 && fan.grid->within_beam(k, j - 1)) step += 0.5 * (e[j] - e[j - 1]);
       if (j + 1 < e.size() && fan.grid->within_beam(k, j + 1)) step += 0.5 * (e[j + 1] - e[j]);
-      sum += beam.two_way(Side::starboard, layout.samples_of(k), fan.grid->cos_elevation[j],
+      sum += beam.two_way(1, layout.samples_of(k), fan.grid->cos_elevation[j],
                           fan.ray(k, j).direction, hit.t, motion) *
              lambert.sigma_over_sine(sine) / (hit.t * hit.t) * step;
     }
@@ -70,7 +70,7 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         const Seafloor bed = rough_bed(height_at_1m_m);
         const Medium medium{1500.0, 0.0};
         const RayLayout layout = make_ray_layout(sonar, 1500.0 / sonar.frequency_hz, 9.0);
-        const RayFan fan = place_fan(layout, pose, Side::starboard, 80.0);
+        const RayFan fan = place_fan(layout, pose, starboard_sector, 80.0);
         std::vector<Hit> hits(fan.grid->rays());
         make_intersector("embree", bed.mesh)->intersect(fan, hits);
 
@@ -79,10 +79,10 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         const Beam beam(sonar, 1500.0 / sonar.frequency_hz);
         EchoFormer former(sonar, medium, bed, tables);
         EchoLine line;
-        line.side = Side::starboard;
+        line.sector = 1;
         line.bins.assign(static_cast<std::size_t>(sonar.bins));
         const ReceiverMotion motion =
-            receiver_motion(pose, line.side, 80.0, medium.sound_speed_mps);
+            receiver_motion(pose, starboard_sector, 80.0, medium.sound_speed_mps);
         FanRuns runs;
         runs.take(fan, bed.mesh, hits);
         former.form(fan, layout, motion, bed.mesh, runs, line);

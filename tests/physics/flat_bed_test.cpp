@@ -72,7 +72,7 @@ TEST_CASE("a flat bed's level follows the sonar equation within 0.05 dB from 1.0
     sonar.frequency_hz = frequency_hz;
     const auto lines = ping_once(sonar, level_bed(20.0), above_bed, altitude_m, medium);
     for (const EchoLine& line : lines) {
-      CAPTURE(frequency_hz, static_cast<int>(line.side));
+      CAPTURE(frequency_hz, line.sector);
       CHECK(worst_error_db(sonar, medium, line, 1.05 * altitude_m) < 0.05);
       CHECK(worst_error_db(sonar, medium, line, 1.2 * altitude_m) < 0.03);
     }
@@ -171,9 +171,10 @@ TEST_CASE("a flat bed shows the measured vertical pattern twice (in dB), each si
       const double depression = std::asin(altitude_m / r);
       if (std::ranges::any_of(corners, [&](double c) { return std::abs(depression - c) < 0.005; }))
         continue;
-      const double level_db = scatter::to_db(line.bins.intensity_mean[i]) -
-                              2.0 * scatter::to_db(sonar.vertical.power(depression, line.side));
-      CAPTURE(static_cast<int>(line.side), r);
+      const double level_db =
+          scatter::to_db(line.bins.intensity_mean[i]) -
+          2.0 * scatter::to_db(sonar.vertical.power(depression, sidescan_sectors[line.sector]));
+      CAPTURE(line.sector, r);
       REQUIRE(level_db == Approx(closed_form_db(sonar, medium, r)).epsilon(0).margin(0.05));
     }
 }
@@ -190,8 +191,8 @@ TEST_CASE("each side hears the whole bed about the nearest place, level or turne
       for (Eigen::Vector3f& p : bed.mesh.positions)
         p.z() -= static_cast<float>(std::tan(slope)) * p.x();
       for (const EchoLine& line : ping_once(sonar, bed, above_bed, altitude_m, medium)) {
-        const double down = line.side == Side::starboard ? slope : -slope;
-        CAPTURE(beamwidth_deg, slope_deg, static_cast<int>(line.side));
+        const double down = line.sector == 1 ? slope : -slope;
+        CAPTURE(beamwidth_deg, slope_deg, line.sector);
         CHECK(std::abs(line.first_return * sonar.bin_m() - to_bed_m) < 2.0 * sonar.bin_m());
         for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
           const double r = cell_middle_m(sonar, medium, line.bins.range_m[i]);
@@ -200,8 +201,8 @@ TEST_CASE("each side hears the whole bed about the nearest place, level or turne
           const double off = std::acos(to_bed_m / r), foot = std::numbers::pi / 2.0 + down;
           // Without a vertical pattern the fan ends at 135 degrees.
           if (beamwidth_deg == 0.0 && foot + off > 133.0 * degree) break;
-          const double here = sonar.vertical.power(foot - off, line.side),
-                       there = sonar.vertical.power(foot + off, line.side);
+          const double here = sonar.vertical.power(foot - off, sidescan_sectors[line.sector]),
+                       there = sonar.vertical.power(foot + off, sidescan_sectors[line.sector]);
           CAPTURE(r, off / degree);
           REQUIRE(scatter::to_db(line.bins.intensity_mean[i]) ==
                   Approx(closed_form_db(sonar, medium, r, scatter::Lambert(-27.0), to_bed_m) +
@@ -220,7 +221,7 @@ TEST_CASE("where a side hears both sides of nadir, places are on its own, at the
     sonar.sector_high_rad.reset();
     sonar.vertical.beamwidth_rad = beamwidth_deg * degree;
     for (const EchoLine& line : ping_once(sonar, level_bed(20.0), above_bed, altitude_m, medium)) {
-      CAPTURE(beamwidth_deg, static_cast<int>(line.side));
+      CAPTURE(beamwidth_deg, line.sector);
       CHECK(line.starved == 0);
       for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
         const double r = line.bins.range_m[i];
@@ -228,7 +229,7 @@ TEST_CASE("where a side hears both sides of nadir, places are on its own, at the
         const double out_m = std::sqrt(r * r - altitude_m * altitude_m);
         CAPTURE(r);
         REQUIRE(double(line.bins.x_m[i]) ==
-                Approx(line.side == Side::port ? -out_m : out_m).epsilon(0).margin(0.1));
+                Approx(line.sector == 0 ? -out_m : out_m).epsilon(0).margin(0.1));
         REQUIRE(line.bins.grazing_rad[i] == Approx(std::asin(altitude_m / r)).margin(0.01));
         REQUIRE(line.bins.layover[i] == 0);
       }
@@ -300,7 +301,7 @@ TEST_CASE(
     for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
       const double r = line.bins.range_m[i];
       if (r < 1.2 * altitude_m) continue;
-      CAPTURE(r, static_cast<int>(line.side));
+      CAPTURE(r, line.sector);
       REQUIRE(scatter::to_db(line.bins.intensity_mean[i]) ==
               Approx(closed_form_db(sonar, medium, r, sand)).epsilon(0).margin(0.05));
     }
@@ -316,8 +317,8 @@ TEST_CASE("a bed that slopes across the track has levels and angles of a level o
   const Medium medium{1528.0, 0.03};
   const scatter::Bottom sand(scatter::sediment_named("medium sand"), 100e3, 1528.0);
   for (const EchoLine& line : simulator.ping_numbered(above_bed, 0)) {
-    const double first_m = line.side == Side::port ? to_bed_m : altitude_m;
-    CAPTURE(static_cast<int>(line.side));
+    const double first_m = line.sector == 0 ? to_bed_m : altitude_m;
+    CAPTURE(line.sector);
     CHECK(std::abs(line.first_return * sonar.bin_m() - first_m) < 2.0 * sonar.bin_m());
     for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
       const double r = line.bins.range_m[i];
@@ -378,7 +379,7 @@ TEST_CASE(
         for (std::size_t i = 0; i < line.bins.range_m.size(); ++i)
           if (line.bins.range_m[i] < range_m)
             sum += sonar.bin_m() * double(line.bins.intensity_mean[i]);
-        CAPTURE(array_m, planes, static_cast<int>(line.side));
+        CAPTURE(array_m, planes, line.sector);
         CHECK(std::abs(scatter::to_db(sum / exact)) < 1.5);
       }
     }
@@ -491,7 +492,7 @@ TEST_CASE("a flat bed's truth is its geometry: place, grazing angle, no shadow, 
   const auto lines = ping_once(sonar, level_bed(20.0), pose, altitude_m);
   const Eigen::Matrix3d body = body_to_world(pose);
   for (const EchoLine& line : lines) {
-    const double sign = line.side == Side::port ? -1.0 : 1.0;
+    const double sign = line.sector == 0 ? -1.0 : 1.0;
     for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
       const double r = line.bins.range_m[i];
       if (r < 1.05 * altitude_m) continue;

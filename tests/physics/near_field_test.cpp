@@ -76,8 +76,8 @@ class PassingPlate {
   }
   double energy(double along_m) {
     const BeamAim aim = pinger_.aim({.position = {0.0, along_m, 0.0}}, altitude_m_);
-    (void)(pinger_.trace(aim, {tracer_.get(), bed_.mesh}, Side::starboard));
-    pinger_.echo(aim, Side::starboard, line_);
+    (void)(pinger_.trace(aim, {tracer_.get(), bed_.mesh}, 1));
+    pinger_.echo(aim, 1, line_);
     double sum = 0.0;
     for (const float i : line_.bins.intensity_mean) sum += i;
     return sum;

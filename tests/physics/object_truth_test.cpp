@@ -242,7 +242,7 @@ TEST_CASE("A target's box lies at its object and has the size of object and beam
     CHECK(tall * ping_step_m >= 0.9 * object.size_m.y() - ping_step_m);
     CHECK(tall * ping_step_m <= object.size_m.y() + 0.6);
     const bool port = object.middle_m.x() < 0.0;
-    CHECK(target.sight.side() == (port ? Side::port : Side::starboard));
+    CHECK(target.sight.sector() == (port ? "port" : "starboard"));
     const double range_m = std::hypot(object.middle_m.x(), object.middle_m.z() + 20.0 - over_bed_m);
     CHECK(target.range_m == Approx(range_m).margin(0.6 * object.size_m.x() + 2.0 * bin_m));
     // The shadow follows the body, away from the sonar.

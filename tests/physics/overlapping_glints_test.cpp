@@ -148,7 +148,7 @@ TEST_CASE("with speckle the mean intensity of overlapping glints is the expected
   sonar.bins = 1066;  // two per cell
   const std::size_t bins = static_cast<std::size_t>(sonar.bins), bin = 600;
   const auto line_at = [&](double north_m) {
-    return level_line(sonar, Side::starboard, {0.0, north_m, -10.0}, 10.0);
+    return level_line(sonar, starboard_sector, {0.0, north_m, -10.0}, 10.0);
   };
   EchoLine expected = line_at(0.0);
   const double level = std::sqrt(double(expected.bins.intensity_mean[bin]));

@@ -123,7 +123,7 @@ TEST_CASE(
   const Pose pose{.position = {0.0, 0.0, -10.0}, .velocity_mps = {speed_mps, 0.0, 0.0}};
   const auto lines = ping_once(sonar, level_bed(20.0), pose, altitude_m);
   for (const EchoLine& line : lines) {
-    const double to_side = line.side == Side::starboard ? 1.0 : -1.0;
+    const double to_side = line.sector == 1 ? 1.0 : -1.0;
     std::size_t lit = 0;
     for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
       if (line.bins.region[i] != std::uint32_t(Region::seabed) || line.bins.range_m[i] < 11.0)

@@ -94,8 +94,8 @@ TEST_CASE("under roll a side keeps its ranges and shadows, and the beam is tilte
   const VerticalPattern beam;
   const double depression_rad = std::asin(height_m / 60.0);
   for (const auto& [side, tilt_rad] : {std::pair{0u, -0.15}, std::pair{1u, 0.15}}) {
-    const double change =
-        beam.power(depression_rad - tilt_rad, Side(side)) / beam.power(depression_rad, Side(side));
+    const double change = beam.power(depression_rad - tilt_rad, sidescan_sectors[side]) /
+                          beam.power(depression_rad, sidescan_sectors[side]);
     CHECK(tilted[side].bins.intensity_mean[far] / plain[side].bins.intensity_mean[far] ==
           Approx(change * change).epsilon(0.02));
   }

@@ -48,10 +48,10 @@ struct BedReceiver {
     return {line.bins.intensity.begin() + first, line.bins.intensity.end()};
   }
   /// The intensities from the first return on, over a level bed at a depth of 20 m.
-  std::vector<double> intensity(double north_m, Side side = Side::starboard,
+  std::vector<double> intensity(double north_m, const Sector& sector = starboard_sector,
                                 std::uint64_t ping = 0) {
     const Eigen::Vector3d array{0.0, north_m, -10.0};
-    EchoLine line = level_line(sonar, side, array, altitude_m);
+    EchoLine line = level_line(sonar, sector, array, altitude_m);
     return intensity(line, array, ping);
   }
 
@@ -64,7 +64,7 @@ struct BedReceiver {
 /// heading or another.
 std::vector<double> headed_intensity(BedReceiver& receiver, const Eigen::Vector3d& array,
                                      double heading_rad, std::optional<double> array_rad = {}) {
-  EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
+  EchoLine line = level_line(receiver.sonar, starboard_sector, array, altitude_m);
   const Eigen::Vector2d abeam(std::cos(heading_rad), -std::sin(heading_rad));
   for (std::size_t i = 0; i < line.bins.x_m.size(); ++i)
     if (line.bins.intensity_mean[i] > 0.0f) {
@@ -84,8 +84,8 @@ std::vector<double> independent_intensities(const Sonar& sonar, int pings = 150)
   BedReceiver receiver(sonar);
   std::vector<double> all;
   for (int ping = 0; ping < pings; ++ping)
-    for (const Side side : {Side::port, Side::starboard}) {
-      const std::vector<double> one = receiver.intensity(10.0 * ping, side);
+    for (const Sector& sector : sidescan_sectors) {
+      const std::vector<double> one = receiver.intensity(10.0 * ping, sector);
       all.insert(all.end(), one.begin(), one.end());
     }
   return all;
@@ -144,7 +144,7 @@ TEST_CASE("a patchy bed, its strength a gamma distribution's, gives K-distribute
   std::vector<double> values;
   for (int ping = 0; ping < 250; ++ping) {
     const Eigen::Vector3d array{0.0, 10.0 * ping, -10.0};
-    EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(receiver.sonar, starboard_sector, array, altitude_m);
     double strength = 1.0;
     for (std::size_t i = 0; i < line.bins.intensity_mean.size(); ++i) {
       if (i % 10 == 0) strength = patch(random);  // half a metre
@@ -327,14 +327,14 @@ TEST_CASE("on any heading, pings along the array correlate, and bins drift as it
 TEST_CASE(
     "a second pass on the same track has the same speckle, on another track it is uncorrelated") {
   BedReceiver receiver(quiet_sonar());
-  const std::vector<double> first = receiver.intensity(3.0, Side::starboard, 1);
-  CHECK(receiver.intensity(3.0, Side::starboard, 1000) ==
+  const std::vector<double> first = receiver.intensity(3.0, starboard_sector, 1);
+  CHECK(receiver.intensity(3.0, starboard_sector, 1000) ==
         first);  // it belongs to the ground, not to the ping
-  CHECK(std::abs(correlation(first, receiver.intensity(4.5, Side::starboard, 2))) < 0.1);
+  CHECK(std::abs(correlation(first, receiver.intensity(4.5, starboard_sector, 2))) < 0.1);
 
   // The same places from the other side, and with an array whose heading differs by 30 degrees.
   const Eigen::Vector3d array{0.0, 3.0, -10.0};
-  EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
+  EchoLine line = level_line(receiver.sonar, starboard_sector, array, altitude_m);
   const Eigen::Vector3d opposite{2.0 * 40.0, 3.0, -10.0};
   CHECK(std::abs(correlation(first, receiver.intensity(line, opposite))) < 0.1);
   receiver.chain.receive({.array = {array, {0.5, std::sqrt(0.75), 0}}, .altitude_m = altitude_m},
@@ -380,7 +380,7 @@ TEST_CASE("a second pass at another altitude loses coherence as the grazing angl
     for (int pair = 0; pair < pairs; ++pair) {
       const Eigen::Vector3d array{0.0, 7.3 * pair, -10.0};
       const Eigen::Vector3d above = array + higher_m * Eigen::Vector3d::UnitZ();
-      EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
+      EchoLine line = level_line(receiver.sonar, starboard_sector, array, altitude_m);
       std::vector<double> first = receiver.intensity(line, array);
       for (std::size_t i = 0; i < line.bins.range_m.size(); ++i)
         if (line.bins.intensity_mean[i] > 0.0f)
@@ -428,12 +428,12 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
   }
   // A shaded receiver hears more of it, by its noise width; a shaded transmitter does not matter.
   Sonar sonar;
-  const double uniform = BedReceiver(sonar).chain.noise(Side::port);
+  const double uniform = BedReceiver(sonar).chain.noise(0);
   sonar.receive_shading = ShadingKind::hann;
-  CHECK(BedReceiver(sonar).chain.noise(Side::port) == Approx(1.5 * uniform));
+  CHECK(BedReceiver(sonar).chain.noise(0) == Approx(1.5 * uniform));
   sonar.receive_shading = ShadingKind::uniform;
   sonar.shading = ShadingKind::hann;
-  CHECK(BedReceiver(sonar).chain.noise(Side::port) == Approx(uniform));
+  CHECK(BedReceiver(sonar).chain.noise(0) == Approx(uniform));
   // Thermal noise alone: -15 + 20 lg 400 dB in 1 Hz.
   CHECK(scatter::thermal_noise_db(400e3) == Approx(37.04).margin(0.01));
 }
@@ -449,7 +449,7 @@ TEST_CASE(
   const auto self_noise_db = [&](double speed_mps) {
     chain.receive({.speed_mps = speed_mps}, std::span(&line, 1), scratch);
     sonar.receiver.self_noise_db.reset();
-    const double sea = SignalChain(sonar, {.speckle = false}).noise(Side::port);
+    const double sea = SignalChain(sonar, {.speckle = false}).noise(0);
     sonar.receiver.self_noise_db = 30.0;
     return scatter::to_db((double(line.bins.intensity[50]) - sea) / sonar.pulse.bandwidth_hz);
   };
@@ -457,7 +457,7 @@ TEST_CASE(
   CHECK(self_noise_db(2.0) == Approx(30.0).margin(1e-3));
   CHECK(self_noise_db(3.0) == Approx(30.0 + 60.0 * std::log10(1.5)).margin(1e-3));
   CHECK(self_noise_db(20.0) == Approx(90.0).margin(1e-3));
-  CHECK(chain.noise(Side::port, 2.0) == chain.noise(Side::port));
+  CHECK(chain.noise(0, 2.0) == chain.noise(0));
 
   sonar.receiver.self_noise_speed_mps = 1.0;
   sonar.receiver.self_noise_slope_db = 40.0;
@@ -469,14 +469,14 @@ TEST_CASE("the receiver's own noise adds to the sea's, and speckle = false gives
   BedReceiver sea(sonar);
   sonar.receiver.self_noise_db = 20.0;
   BedReceiver own(sonar);
-  const double added = own.chain.noise(Side::port) - sea.chain.noise(Side::port);
+  const double added = own.chain.noise(0) - sea.chain.noise(0);
   CHECK(added == Approx(100.0 * sonar.pulse.bandwidth_hz));
 
   BedReceiver mean_only(sonar, {.speckle = false});
-  EchoLine line = level_line(sonar, Side::port, {0, 0, -10}, altitude_m);
+  EchoLine line = level_line(sonar, port_sector, {0, 0, -10}, altitude_m);
   for (float& mean : line.bins.intensity_mean) mean *= 1e7f;
   mean_only.intensity(line, {0, 0, -10});
   for (std::size_t i = 0; i < line.bins.intensity.size(); ++i)
     REQUIRE(line.bins.intensity[i] ==
-            Approx(line.bins.intensity_mean[i] + mean_only.chain.noise(Side::port)).epsilon(1e-4));
+            Approx(line.bins.intensity_mean[i] + mean_only.chain.noise(0)).epsilon(1e-4));
 }

@@ -24,7 +24,7 @@ struct GroundReceiver {
       : sonar(its_sonar), chain(its_sonar, {.textures = {{}, texture}}) {}
 
   EchoLine line_at(const Eigen::Vector3d& array) const {
-    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
     std::ranges::fill(line.bins.sediment, 1u);
     std::ranges::fill(line.bins.grazing_rad, 0.2f);
     return line;
@@ -127,7 +127,7 @@ Tail recorded_tail(const std::string& sediment, double low_deg, double high_deg)
   std::vector<double> grazing_deg;
   for (std::size_t ping = 0; ping < pings; ++ping) {
     const Eigen::Vector3d array{0.0, 0.14 * static_cast<double>(ping), -10.0};
-    EchoLine line = level_line(sonar, Side::starboard, array, height_m);
+    EchoLine line = level_line(sonar, starboard_sector, array, height_m);
     std::ranges::fill(line.bins.sediment, 1u);
     for (std::size_t n = 0; n < line.bins.range_m.size(); ++n)
       line.bins.grazing_rad[n] =

@@ -46,7 +46,7 @@ double corner_energy(const Sonar& sonar, const Circumstances& under, const Wall&
                                  .nominal_strength = under.strength,
                                  .bed = under.bed,
                                  .arrivals = {.double_bounce = true}});
-  EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+  EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
   line.walls = {facet_of(wall, reflected)};
   SignalChain::Scratch scratch;
   with.receive(context, std::span(&line, 1), scratch);
@@ -147,7 +147,7 @@ TEST_CASE("the echo of a wall's foot has the shape of the pulse") {
   sonar.pulse.bandwidth_hz = 1e3;
   for (const PulseKind kind : {PulseKind::cw, PulseKind::lfm}) {
     sonar.pulse.kind = kind;
-    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
     const Wall wall{.height_m = 0.8};
     line.walls = {facet_of(wall)};
     receive_over_lambert(sonar, line);
@@ -174,7 +174,7 @@ TEST_CASE("a wall that is as near as the bed it mirrors and outshines it mirrors
   for (const Wall& wall :
        {Wall{.away_m = 12.0, .height_m = 5.0}, Wall{.away_m = 14.0, .height_m = 3.0},
         Wall{.away_m = 10.0, .height_m = 4.0}}) {
-    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
     const double top_m = std::hypot(wall.away_m, altitude_m - wall.height_m),
                  foot_m = std::hypot(wall.away_m, altitude_m);
     for (std::size_t i = 0; i < line.bins.region.size(); ++i) {
@@ -202,7 +202,7 @@ TEST_CASE("a wall mirrors only bed that is seen") {
   const double from_m = std::hypot(Wall{}.away_m, altitude_m - Wall{}.height_m) - 9.0,
                foot_m = std::hypot(Wall{}.away_m, altitude_m);
   const auto added = [&](Region region, double over_m, double height_m) {
-    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
     line.walls = {facet_of({})};
     for (std::size_t i = 0; i < line.bins.region.size(); ++i) {
       const double range_m = double(line.bins.range_m[i]);
@@ -230,7 +230,7 @@ TEST_CASE("a wall mirrors only bed that is seen") {
 TEST_CASE("the echo of a high wall that leans is spread over its bins") {
   // Its paths differ by metres, over which the echo has no gaps.
   const Sonar sonar = open_sonar();
-  EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+  EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
   const double leans_rad = 4.0 * degree;
   line.walls = {{.middle = {12.0, 0.0, 2.0 - altitude_m},
                  .normal = {-std::cos(leans_rad), 0.0, std::sin(leans_rad)},

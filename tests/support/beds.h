@@ -62,11 +62,11 @@ inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
   engine::PingTracer tracer(sonar, medium, bed, lambert);
   const engine::BeamAim aim = tracer.aim(pose, altitude_m);
   std::array<engine::EchoLine, 2> lines;
-  for (const engine::Side side : {engine::Side::port, engine::Side::starboard}) {
-    engine::EchoLine& line = lines[static_cast<std::size_t>(side)];
+  for (const engine::Sector& sector : engine::sidescan_sectors) {
+    engine::EchoLine& line = lines[sector.number];
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
-    (void)tracer.trace(aim, {intersector.get(), bed.mesh}, side);
-    tracer.echo(aim, side, line);
+    (void)tracer.trace(aim, {intersector.get(), bed.mesh}, sector.number);
+    tracer.echo(aim, sector.number, line);
   }
   return lines;
 }

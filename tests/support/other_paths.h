@@ -26,7 +26,7 @@ inline engine::Sonar open_sonar() {  // has the same gain in all vertical direct
 
 /// The mean intensity of a ping with these other paths, over a bed with the direct echo `direct`.
 struct Circumstances {
-  engine::Side side = engine::Side::starboard;
+  engine::Sector sector = engine::starboard_sector;
   engine::ArrayFrame array_frame = context.array;
   engine::Pose motion = {};  // its rates
   engine::ArtefactOptions artefacts = {};
@@ -47,15 +47,15 @@ inline std::vector<double> received(const engine::Sonar& sonar,
                                           .sea = sea,
                                           .arrivals = arrivals,
                                           .artefacts = under.artefacts});
-  engine::EchoLine line = level_line(sonar, under.side, array, altitude_m);
+  engine::EchoLine line = level_line(sonar, under.sector, array, altitude_m);
   std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 0.0f);
   std::copy(direct.begin(), direct.end(), line.bins.intensity_mean.begin());
   engine::SignalChain::Scratch scratch;
   engine::PingContext now = context;
   now.array = under.array_frame;
-  for (const engine::Side side : {engine::Side::port, engine::Side::starboard})
-    now.motion[static_cast<std::size_t>(side)] =
-        engine::receiver_motion(under.motion, side, sonar.range_m, 1500.0);
+  for (const engine::Sector& sector : engine::sidescan_sectors)
+    now.motion[sector.number] =
+        engine::receiver_motion(under.motion, sector, sonar.range_m, 1500.0);
   chain.receive(now, std::span(&line, 1), scratch);
   return {line.bins.intensity.begin(), line.bins.intensity.end()};
 }

@@ -18,18 +18,17 @@ inline engine::Waterfall sample_waterfall(std::size_t pings = 7, int bins = 33) 
   engine::Waterfall waterfall(sonar, pings);
   for (std::size_t ping = 0; ping < pings; ++ping) {
     engine::EchoLine lines[2];
-    for (const engine::Side side : {engine::Side::port, engine::Side::starboard}) {
-      engine::EchoLine& line = lines[side == engine::Side::starboard];
-      line.side = side;
+    for (const engine::Sector& sector : engine::sidescan_sectors) {
+      engine::EchoLine& line = lines[sector.number == 1];
+      line.sector = sector.number;
       line.bins.assign(static_cast<std::size_t>(bins));
       int layer_number = 0;
       engine::BinLayers::for_each([&](std::string_view, auto layer) {
         ++layer_number;
         for (int bin = 0; bin < bins; ++bin) {
-          const int value = ((layer_number * 100 + static_cast<int>(ping)) * 2 +
-                             (side == engine::Side::starboard)) *
-                                bins +
-                            bin;
+          const int value =
+              ((layer_number * 100 + static_cast<int>(ping)) * 2 + (sector.number == 1)) * bins +
+              bin;
           auto& place = (line.bins.*layer)[static_cast<std::size_t>(bin)];
           place = static_cast<std::decay_t<decltype(place)>>(value);
           if constexpr (std::is_same_v<std::decay_t<decltype(place)>, float>) place += 0.1f;

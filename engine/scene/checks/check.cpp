@@ -367,7 +367,7 @@ void check_scene(const Scene& scene,
 void check_pings(const Scene& scene, double pings, std::string_view place) {
   double pixels = 0.0;
   for (const Sonar& sonar : scene.sonars)
-    pixels += static_cast<double>(sides_of(sonar).size()) * sonar.bins * sonar.beams * pings;
+    pixels += static_cast<double>(sonar.sectors().size()) * sonar.bins * sonar.beams * pings;
   if (!(pixels <= max_pixels && pings <= max_pings))
     throw SceneError(fmt::format(
         "{}: {:.0f} pings make {:.2g} pixels, expected at most {:.0e}: use fewer pings or bins",

@@ -580,8 +580,8 @@ std::vector<Section<Scene>> made_scene_sections() {
             "middle.",
             at(&Scene::display, &Display::range_db)},
            {"smoothing_px", "px", {0, 20},
-            "Standard deviation of the Gaussian that the picture is smoothed by, as by a display "
-            "that enlarges or interpolates; 0: not smoothed.",
+            "Smooths the picture as many displays do that enlarge or interpolate it: standard "
+            "deviation of the Gaussian; 0: not smoothed.",
             at(&Scene::display, &Display::smoothing_px)},
            {"track_smoothing_px", "px", {0, 20},
             "The same along the track alone, in addition, as on displays that interpolate pings to "

@@ -94,8 +94,8 @@ Section<Sonar> made_sonar_section() {
           {"receive_shading_weights", "", {0, 1e6}, "The same of the receiver.",
            at(&Sonar::receive_shading_weights)},
           {"beams", "", {1, 32},
-           "Number N of parallel beams that each side receives from one ping, each of which gives a row of the "
-           "image, from the rear: so the vehicle can be N times as fast. The receiver is "
+           "Number of parallel beams of each side. Each gives one row of the image per ping, the rear beam first. "
+           "With N beams the vehicle can be N times as fast. The receiver is "
            "steered to each of them and focused as focused or focus_zones_m say; the transmitter is "
            "not focused, and must be short enough to reach them all. The recorder's gain makes the "
            "beams equally bright on a level bed; the layer intensity is not corrected.",

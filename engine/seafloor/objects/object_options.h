@@ -38,8 +38,8 @@ struct ObjectOptions {
   /// bed, or is sunk in by the depth that its shape defines.
   std::optional<double> burial;
   bool follow_slope = false;  ///< whether it tilts with the bed below it
-  // The scour by a current around it, see scour.h: as shares of its height, and the heading of the
-  // current.
+  // The scour around it, see scour.h: depth of the scour and length of its tail, both divided by
+  // the object's height, and the direction towards which the current flows.
   double scour_ratio = 0.0, tail_ratio = 0.0, current_rad = 0.0;
   // Rotations about its middle: heading turns y clockwise from north, then pitch lifts the y end,
   // then roll lowers the x side.

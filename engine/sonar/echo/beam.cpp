@@ -115,12 +115,18 @@ ArrayTable::Row ArrayTable::row(double nearness) const {
           static_cast<float>(inverse * to_middle * to_reach)};
 }
 
-VerticalTable::VerticalTable(const VerticalPattern& pattern, Side side) {
+std::vector<VerticalTable> VerticalTable::of(const Sonar& sonar) {
+  std::vector<VerticalTable> tables;
+  for (const Sector& sector : sonar.sectors()) tables.emplace_back(sonar.vertical, sector);
+  return tables;
+}
+
+VerticalTable::VerticalTable(const VerticalPattern& pattern, const Sector& sector) {
   for (std::size_t i = 0; i <= directions; ++i) {
     const double t = 4.0 * static_cast<double>(i) / directions - 2.0;
     const double down = std::abs(t) <= 1.0 ? t : std::copysign(2.0 - std::abs(t), t);
     const double abeam = std::copysign(1.0 - std::abs(down), 1.0 - std::abs(t));
-    values_.push_back(static_cast<float>(pattern.power(std::atan2(down, abeam), side)));
+    values_.push_back(static_cast<float>(pattern.power(std::atan2(down, abeam), sector)));
   }
 }
 
@@ -131,7 +137,7 @@ double VerticalTable::power(double abeam, double down) const {
   return values_[below] + share * (values_[below + 1] - values_[below]);
 }
 
-ReceiverMotion receiver_motion(const Pose& pose, Side side, double range_m,
+ReceiverMotion receiver_motion(const Pose& pose, const Sector& sector, double range_m,
                                double sound_speed_mps) {
   const double back_s = 2.0 * range_m / sound_speed_mps;
   ReceiverMotion motion;
@@ -140,12 +146,11 @@ ReceiverMotion receiver_motion(const Pose& pose, Side side, double range_m,
   motion.drift = 2.0 / sound_speed_mps * pose.velocity_mps;
   const Eigen::Matrix3d sent = body_to_world(pose);
   const Eigen::Matrix3d turn = (body_to_world(pose.after(back_s)) - sent) / range_m;
-  const double to_side = side == Side::port ? -1.0 : 1.0;
   motion.drift_along = motion.drift.dot(sent.col(0));
-  motion.abeam = to_side * sent.col(1);
+  motion.abeam = sector.out * sent.col(1);
   motion.down = sent.col(2);
   motion.array_turn = turn.col(0);
-  motion.abeam_turn = to_side * turn.col(1);
+  motion.abeam_turn = sector.out * turn.col(1);
   motion.down_turn = turn.col(2);
   return motion;
 }
@@ -162,8 +167,7 @@ Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& recei
       receive_table_(receive.shading == transmit.shading
                          ? transmit_table_
                          : array_table(sonar, receive.shading, transmit.null_rad(1))),
-      vertical_{VerticalTable(sonar.vertical, Side::port),
-                VerticalTable(sonar.vertical, Side::starboard)} {
+      vertical_(VerticalTable::of(sonar)) {
   const bool zones = !sonar.focus_zones_m.empty();
   const auto array = [&](const LineArray& of, bool focusing, double offset_m) -> Array {
     return {.x_per_sine = static_cast<float>(of.length_m / of.wavelength_m),
@@ -200,9 +204,9 @@ double Beam::heard_shift(const Eigen::Vector3d& direction, double range_m,
   return range_m * (direction - motion.drift).dot(motion.array_turn) - motion.drift_along;
 }
 
-Beam::VerticalPowers Beam::vertical_powers(Side side, const Eigen::Vector3d& direction,
+Beam::VerticalPowers Beam::vertical_powers(std::size_t sector, const Eigen::Vector3d& direction,
                                            double range_m, const ReceiverMotion& motion) const {
-  const VerticalTable& vertical = vertical_table(side);
+  const VerticalTable& vertical = vertical_table(sector);
   const double sent = vertical.power(direction.dot(motion.abeam), direction.dot(motion.down));
   if (motion.steady) return {sent, sent};
   const Eigen::Vector3d way = direction - motion.drift;
@@ -210,10 +214,10 @@ Beam::VerticalPowers Beam::vertical_powers(Side side, const Eigen::Vector3d& dir
                                way.dot(motion.down) + range_m * way.dot(motion.down_turn))};
 }
 
-double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
+double Beam::two_way(std::size_t sector, std::span<const BeamSample> samples, double cos_elevation,
                      const Eigen::Vector3d& direction, double range_m,
                      const ReceiverMotion& motion) const {
-  const auto [sent, heard] = vertical_powers(side, direction, range_m, motion);
+  const auto [sent, heard] = vertical_powers(sector, direction, range_m, motion);
   const auto cosine = static_cast<float>(cos_elevation);
   const ArrayTable::Row row = transmit_table_->row(std::abs(nearness_at(transmit_, range_m)));
   float sum = 0.0f;

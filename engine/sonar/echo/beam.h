@@ -57,12 +57,14 @@ class ArrayTable {
   std::vector<float> values_;
 };
 
-/// The vertical pattern of a side as a table over direction, whose lookup takes no arc tangent.
+/// The vertical pattern of a sector as a table over direction, whose lookup takes no arc tangent.
 class VerticalTable {
  public:
-  VerticalTable(const VerticalPattern& pattern, Side side);
-  /// One-way power in a direction, from its components abeam (to the side) and down; of any length
-  /// except 0.
+  /// Of each sector of a sonar.
+  static std::vector<VerticalTable> of(const Sonar& sonar);
+  VerticalTable(const VerticalPattern& pattern, const Sector& sector);
+  /// One-way power in a direction, from its components abeam (into the sector) and down; of any
+  /// length except 0.
   double power(double abeam, double down) const;
   std::span<const float> values() const { return values_; }
 
@@ -70,10 +72,10 @@ class VerticalTable {
   std::vector<float> values_;
 };
 
-/// How far a side of the sonar has moved and turned between transmission and the return of an echo.
-/// All vectors are in world axes.
+/// How far the receiver of a sector has moved and turned between transmission and the return of an
+/// echo. All vectors are in world axes.
 struct ReceiverMotion {
-  Eigen::Vector3d abeam = Eigen::Vector3d::Zero();  ///< to the side, at transmission
+  Eigen::Vector3d abeam = Eigen::Vector3d::Zero();  ///< into the sector, at transmission
   Eigen::Vector3d down = Eigen::Vector3d::Zero();
   bool steady = true;                               ///< it has not moved: what follows is zero
   Eigen::Vector3d drift = Eigen::Vector3d::Zero();  ///< metres per metre of the echo's range
@@ -84,9 +86,10 @@ struct ReceiverMotion {
   Eigen::Vector3d down_turn = Eigen::Vector3d::Zero();
 };
 
-/// The motion of a side from its pose at t to that at t + 2 r / c, for echoes from all ranges r up
-/// to range_m. The axes are interpolated linearly over r.
-ReceiverMotion receiver_motion(const Pose& pose, Side side, double range_m, double sound_speed_mps);
+/// The motion of a sector's receiver from its pose at t to that at t + 2 r / c, for echoes from all
+/// ranges r up to range_m. The axes are interpolated linearly over r.
+ReceiverMotion receiver_motion(const Pose& pose, const Sector& sector, double range_m,
+                               double sound_speed_mps);
 
 class Beam;
 
@@ -112,16 +115,16 @@ class Beam {
 
   /// Transmit power times receive power, integrated over the samples of a ray's plane, times the
   /// cosine of elevation: the weight of the ray per radian of elevation. direction: of the ray,
-  /// unit, world axes.
-  double two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
+  /// unit, world axes. sector: its place in Sonar::sectors().
+  double two_way(std::size_t sector, std::span<const BeamSample> samples, double cos_elevation,
                  const Eigen::Vector3d& direction, double range_m,
                  const ReceiverMotion& motion) const;
   /// The vertical patterns' part of two_way().
   struct VerticalPowers {
     double sent, heard;
   };
-  VerticalPowers vertical_powers(Side side, const Eigen::Vector3d& direction, double range_m,
-                                 const ReceiverMotion& motion) const;
+  VerticalPowers vertical_powers(std::size_t sector, const Eigen::Vector3d& direction,
+                                 double range_m, const ReceiverMotion& motion) const;
   /// The arrays' part.
   ArrayField field_near(const Eigen::Vector3d& direction, double range_m,
                         const ReceiverMotion& motion) const;
@@ -145,9 +148,7 @@ class Beam {
   bool same_arrays() const { return same_arrays_; }
   const ArrayTable& transmit_table() const { return *transmit_table_; }
   const ArrayTable& receive_table() const { return *receive_table_; }
-  const VerticalTable& vertical_table(Side side) const {
-    return vertical_[static_cast<std::size_t>(side)];
-  }
+  const VerticalTable& vertical_table(std::size_t sector) const { return vertical_[sector]; }
 
  private:
   Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& receive,
@@ -160,7 +161,7 @@ class Beam {
   std::vector<float> zones_per_m_;
   Array transmit_, receive_;
   std::shared_ptr<const ArrayTable> transmit_table_, receive_table_;
-  std::array<VerticalTable, 2> vertical_;
+  std::vector<VerticalTable> vertical_;  // by sector
 };
 
 }  // namespace ensonify::engine

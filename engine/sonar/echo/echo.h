@@ -82,7 +82,7 @@ constexpr std::string_view name_of(Region region) {
   return region_names[static_cast<std::size_t>(region)];
 }
 
-/// What is known of each range bin, one value per bin: of one side of one ping in an EchoLine, of
+/// What is known of each range bin, one value per bin: of one line of one ping in an EchoLine, of
 /// all pings in a Waterfall. Names, units and meanings are those of the files.
 struct BinLayers {
   std::vector<float> intensity;  ///< as received: mean squared pressure, uPa^2, before any gain
@@ -136,11 +136,11 @@ struct WallFacet {
   double slope = 0.0;  ///< rms of the surface's own inclination in one direction, as a tangent
 };
 
-/// The echo of one beam of one side of one ping: bins from near to far, and what was counted on the
-/// way.
+/// The echo of one beam of one sector of one ping: bins from near to far, and what was counted on
+/// the way.
 struct EchoLine {
-  Side side = Side::port;
-  int beam = 0;  ///< from the rear, see Sonar::beams
+  std::size_t sector = 0;  ///< its place in Sonar::sectors()
+  int beam = 0;            ///< from the rear, see Sonar::beams
   BinLayers bins;
   int first_return = -1;  ///< the first bin with an echo; -1: none
   int starved = 0;        ///< bins behind the bed's first return that nothing could reach

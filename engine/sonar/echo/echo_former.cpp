@@ -25,7 +25,7 @@ SurfaceWalk walk_over(const Seafloor& seafloor, double bin_m) {
   return {box.lowest.head<2>().cast<double>(), box.highest.head<2>().cast<double>(), bin_m};
 }
 
-PlaneBeam plane_beam(const SideView& view, std::size_t plane) {
+PlaneBeam plane_beam(const SectorView& view, std::size_t plane) {
   const Beam& beam = *view.beam;
   const ReceiverMotion& motion = *view.motion;
   const std::span<const BeamSample> samples = view.layout->samples_of(plane);
@@ -52,7 +52,7 @@ PlaneBeam plane_beam(const SideView& view, std::size_t plane) {
           .same_arrays = beam.same_arrays(),
           .focused = beam.focused(),
           .zones_per_m = beam.zones_per_m().data(),
-          .vertical = beam.vertical_table(view.side).values().data(),
+          .vertical = beam.vertical_table(view.sector).values().data(),
           .steady = motion.steady,
           .abeam = along(motion.abeam),
           .down = along(motion.down),
@@ -101,7 +101,7 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
 
 void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const ReceiverMotion& motion,
                       refine::Triangles triangles, const FanRuns& runs, EchoLine& line) {
-  begin({line.side, &beam_, &fan, &layout, &motion, triangles, &labels_}, line);
+  begin({line.sector, &beam_, &fan, &layout, &motion, triangles, &labels_}, line);
   objects_.find(view_, {.runs = &runs});
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     cut_runs(runs, plane);
@@ -115,7 +115,7 @@ void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const Receiver
 void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const ReceiverMotion& motion,
                       refine::Triangles triangles, std::span<const Hit> hits,
                       IncidenceSource& incidences, EchoLine& line) {
-  begin({line.side, &beam_, &fan, &layout, &motion, triangles, &labels_}, line);
+  begin({line.sector, &beam_, &fan, &layout, &motion, triangles, &labels_}, line);
   objects_.find(view_, {.hits = hits, .rays = &incidences});
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     cut_hits(hits, incidences, plane);
@@ -126,7 +126,7 @@ void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const Receiver
   finish(line);
 }
 
-void EchoFormer::begin(const SideView& view, EchoLine& line) {
+void EchoFormer::begin(const SectorView& view, EchoLine& line) {
   view_ = view;
   bins_.reset({view.motion->abeam.x(), view.motion->abeam.y(), 0.0});
   line.rays = view.layout->rays;
@@ -278,7 +278,7 @@ void EchoFormer::correct_bent_rays() {
     const double grazing_rad = std::asin(sine);
     // A linear change must leave the angle positive over the whole piece.
     const double turned_rad = -normal.dot(step.turn) / std::sqrt(std::max(1.0 - sine * sine, 1e-9));
-    change.head<3>() = step.way;
+    change.head<3>() = step.displacement;
     change[3] = std::clamp(turned_rad, -2.0 * grazing_rad, 2.0 * grazing_rad);
     // Distance from the middle ray to the piece's middle, as a share of the piece: 0 for an odd
     // number of rays, else half a ray step.

@@ -24,7 +24,7 @@
 
 namespace ensonify::engine {
 
-/// Turns what the rays of a fan hit into the expected echo of one side of one ping, and into the
+/// Turns what the rays of a fan hit into the expected echo of one sector of one ping, and into the
 /// truth about each of its range bins.
 ///
 /// A ray of solid angle dOmega that meets the bed at range r and grazing angle g stands for the
@@ -55,7 +55,7 @@ class EchoFormer {
              const std::vector<Label>* moving = nullptr, const ObjectSurfaces& surfaces = {},
              double beam_offset_m = 0.0);
 
-  /// Fills the line of a side from the runs of straight rays over these triangles. The fan's rays
+  /// Fills the line of a sector from the runs of straight rays over these triangles. The fan's rays
   /// are those of the layout. The speckled intensity is left at the expectation.
   void form(const RayFan& fan, const RayLayout& layout, const ReceiverMotion& motion,
             refine::Triangles triangles, const FanRuns& runs, EchoLine& line);
@@ -66,7 +66,7 @@ class EchoFormer {
             EchoLine& line);
 
  private:
-  void begin(const SideView& view, EchoLine& line);
+  void begin(const SectorView& view, EchoLine& line);
   void cut_runs(const FanRuns& runs, std::size_t plane);
   void cut_hits(std::span<const Hit> hits, IncidenceSource& incidences, std::size_t plane);
   void compute(std::size_t plane, EchoLine& line);
@@ -101,8 +101,8 @@ class EchoFormer {
   std::vector<double> energy_;  // per bin, with gain; and room for the pulse at both ends
   std::vector<double> sums_;    // per bin of the line, after the pulse
 
-  // Of the side that is formed:
-  SideView view_{};
+  // Of the sector that is formed:
+  SectorView view_{};
   // Of the plane that is formed:
   PieceTable pieces_;
   CacheLines<std::uint32_t> max_rays_;  // per run: how many may form one piece

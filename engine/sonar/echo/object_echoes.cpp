@@ -42,7 +42,7 @@ ObjectEchoes::ObjectEchoes(const Sonar& sonar, const Medium& medium,
       by_material_(material_tables),
       surfaces_(surfaces) {}
 
-void ObjectEchoes::find(const SideView& view, const FirstHits& first) {
+void ObjectEchoes::find(const SectorView& view, const FirstHits& first) {
   view_ = &view;
   labels_ = view.labels;
   first_ = first;

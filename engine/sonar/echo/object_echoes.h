@@ -106,8 +106,8 @@ class ObjectEchoes {
                std::span<const scatter::BackscatterTable> material_tables,
                const ObjectSurfaces& surfaces);
 
-  /// Finds the echoes of one side of a ping.
-  void find(const SideView& view, const FirstHits& first);
+  /// Finds the echoes of one sector of a ping.
+  void find(const SectorView& view, const FirstHits& first);
   std::span<const ObjectEcho> glints() const { return glints_; }
   std::span<const ObjectEcho> facets() const { return facets_; }
   std::span<const WallFacet> walls() const { return walls_; }
@@ -210,8 +210,8 @@ class ObjectEchoes {
   std::vector<std::uint8_t> small_;  // by label
   std::vector<std::uint16_t> small_labels_;
 
-  // Of the side that is computed:
-  const SideView* view_ = nullptr;
+  // Of the sector that is computed:
+  const SectorView* view_ = nullptr;
   const FaceLabels* labels_ = nullptr;
   FirstHits first_;
 };

@@ -82,12 +82,12 @@ bool ObjectEchoes::see(const RayToPlace& ray, Line& line, bool with_arrays) cons
   const Beam& beam = *view_->beam;
   double weight;
   if (with_arrays) {
-    weight = beam.two_way(view_->side, {&sample, 1}, cos_elevation, ray.launch, ray.range_m,
+    weight = beam.two_way(view_->sector, {&sample, 1}, cos_elevation, ray.launch, ray.range_m,
                           *view_->motion) /
              cos_elevation;
   } else {
     const auto [sent, heard] =
-        beam.vertical_powers(view_->side, ray.launch, ray.range_m, *view_->motion);
+        beam.vertical_powers(view_->sector, ray.launch, ray.range_m, *view_->motion);
     weight = sent * heard;
   }
   // EchoFormer absorbs over the range, the same at all depths.

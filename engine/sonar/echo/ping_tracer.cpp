@@ -14,7 +14,7 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
     : beam_(beam),
       range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
       sound_speed_mps_(medium.sound_speed_mps),
-      sides_(sides_of(sonar)),
+      sectors_(sonar.sectors()),
       layouts_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
       surfaces_(surfaces),
       former_(sonar, medium, seafloor, material_tables, moving, surfaces,
@@ -44,24 +44,24 @@ double PingTracer::nearest_m(const Eigen::Vector3d& from, double nearest_bed_m) 
 }
 
 BeamAim PingTracer::aim(const Pose& pose, double altitude_m, double nearest_bed_m,
-                        const std::array<double, 2>& rise_rad) {
+                        const std::array<double, most_sectors>& rise_rad) {
   const double near_m = nearest_m(pose.position, std::min(altitude_m, nearest_bed_m));
   BeamAim aim{.altitude_m = altitude_m};
-  for (const Side side : sides_) {
-    const auto i = static_cast<std::size_t>(side);
+  for (std::size_t i = 0; i < sectors_.size(); ++i) {
+    const Sector& sector = sectors_[i];
     const ReceiverMotion& motion = aim.motions[i] =
-        receiver_motion(pose, side, range_m_, sound_speed_mps_);
-    aim.layouts[i] = layouts_.at(pose, side, altitude_m, near_m,
+        receiver_motion(pose, sector, range_m_, sound_speed_mps_);
+    aim.layouts[i] = layouts_.at(pose, sector, altitude_m, near_m,
                                  std::abs(motion.drift_along) + range_m_ * motion.array_turn.norm(),
                                  rise_rad[i]);
-    aim.fans[i] = place_fan(*aim.layouts[i], pose, side, range_m_);
+    aim.fans[i] = place_fan(*aim.layouts[i], pose, sector, range_m_);
     aim.fans[i].bend = bend_;
   }
   return aim;
 }
 
-bool PingTracer::trace(const BeamAim& aim, const TracedFaces& faces, Side side) {
-  const RayFan& fan = aim.fans[static_cast<std::size_t>(side)];
+bool PingTracer::trace(const BeamAim& aim, const TracedFaces& faces, std::size_t sector) {
+  const RayFan& fan = aim.fans[sector];
   if (!refracted_ && faces.bed) return false;
   triangles_ = faces.triangles;
   if (!needs_hits() && faces.intersector->list_runs(fan, runs_)) return true;
@@ -79,23 +79,23 @@ bool PingTracer::trace(const BeamAim& aim, const TracedFaces& faces, Side side) 
   return true;
 }
 
-const FanRuns& PingTracer::runs(const BeamAim& aim, Side side) {
-  if (travel_time_) runs_.take(aim.fans[static_cast<std::size_t>(side)], triangles_, hits_);
+const FanRuns& PingTracer::runs(const BeamAim& aim, std::size_t sector) {
+  if (travel_time_) runs_.take(aim.fans[sector], triangles_, hits_);
   return runs_;
 }
 
-void PingTracer::echo(const BeamAim& aim, Side side, EchoLine& line) {
-  line.side = side;
+void PingTracer::echo(const BeamAim& aim, std::size_t sector, EchoLine& line) {
+  line.sector = sector;
   line.beam = beam_;
-  const auto i = static_cast<std::size_t>(side);
   IncidenceSource* incidences = nullptr;
   if (refracted_) incidences = &*refracted_;
   if (travel_time_) incidences = &*travel_time_;
   if (incidences)
-    former_.form(aim.fans[i], *aim.layouts[i], aim.motions[i], triangles(), hits_, *incidences,
-                 line);
+    former_.form(aim.fans[sector], *aim.layouts[sector], aim.motions[sector], triangles(), hits_,
+                 *incidences, line);
   else
-    former_.form(aim.fans[i], *aim.layouts[i], aim.motions[i], triangles(), runs_, line);
+    former_.form(aim.fans[sector], *aim.layouts[sector], aim.motions[sector], triangles(), runs_,
+                 line);
 }
 
 }  // namespace ensonify::engine

@@ -26,12 +26,13 @@ struct Refraction {
   bool lists = true;       ///< the intersectors answer lists of rays
 };
 
-/// Where the sides of one beam look at a ping; nothing for a side that the sonar does not have.
+/// Where the sectors of one beam look at a ping.
 struct BeamAim {
-  double altitude_m = 0.0;                                  ///< over the bed
-  std::array<RayFan, 2> fans;                               ///< by side
-  std::array<std::shared_ptr<const RayLayout>, 2> layouts;  ///< of these
-  std::array<ReceiverMotion, 2> motions;                    ///< of the receivers
+  double altitude_m = 0.0;  ///< over the bed
+  // By sector:
+  std::array<RayFan, most_sectors> fans;
+  std::array<std::shared_ptr<const RayLayout>, most_sectors> layouts;
+  std::array<ReceiverMotion, most_sectors> motions;
 };
 
 /// One beam of a sonar on one thread: places its fans, traces them, and forms the expected echo. It
@@ -45,12 +46,12 @@ class PingTracer {
              const Refraction& refraction = {}, const std::vector<Label>* moving = nullptr,
              const ObjectSurfaces& surfaces = {}, int beam = 0);
 
-  /// Places the fans of its sides for the sonar's own pose, at the beam's offset along the array,
+  /// Places the fans of its sectors for the sonar's own pose, at the beam's offset along the array,
   /// and its altitude over the bed; and for the range of the nearest bed, if that is less.
-  /// rise_rad: how far above the horizontal the bed reaches on either side, 0 if not.
+  /// rise_rad: how far above the horizontal the bed reaches, by sector; 0 if not.
   BeamAim aim(const Pose& pose, double altitude_m,
               double nearest_bed_m = std::numeric_limits<double>::infinity(),
-              const std::array<double, 2>& rise_rad = {});
+              const std::array<double, most_sectors>& rise_rad = {});
 
   /// Whether its rays bend or have other travel times, so that trace() needs hits, not runs.
   bool needs_hits() const { return refracted_ || travel_time_; }
@@ -58,17 +59,17 @@ class PingTracer {
   /// Whether its rays bend.
   bool bends() const { return refracted_.has_value(); }
 
-  /// Finds what the fan of one side hits. The aim and the faces must stay unchanged until echo()
-  /// and runs() of this side were called. Returns false if it needs the faces of a bed that is
+  /// Finds what the fan of a sector hits. The aim and the faces must stay unchanged until echo()
+  /// and runs() of this sector were called. Returns false if it needs the faces of a bed that is
   /// given as a grid.
-  [[nodiscard]] bool trace(const BeamAim& aim, const TracedFaces& faces, Side side);
-  /// What the runs and hits of the side that was traced last index.
+  [[nodiscard]] bool trace(const BeamAim& aim, const TracedFaces& faces, std::size_t sector);
+  /// What the runs and hits of the sector that was traced last index.
   refine::Triangles triangles() const { return refracted_ ? refracted_->triangles() : triangles_; }
-  /// The runs of the side that was traced last; valid until the next call. Not for bent rays.
-  const FanRuns& runs(const BeamAim& aim, Side side);
-  /// Forms the expected echo of the side that was traced last. Sets the side and the beam of the
-  /// line.
-  void echo(const BeamAim& aim, Side side, EchoLine& line);
+  /// The runs of the sector that was traced last; valid until the next call. Not for bent rays.
+  const FanRuns& runs(const BeamAim& aim, std::size_t sector);
+  /// Forms the expected echo of the sector that was traced last. Sets the sector and the beam of
+  /// the line.
+  void echo(const BeamAim& aim, std::size_t sector, EchoLine& line);
   /// Counts of how its refracted rays were decided, since it was made.
   RefractionCounts refraction_counts() const {
     return refracted_ ? refracted_->counts() : RefractionCounts{};
@@ -80,7 +81,7 @@ class PingTracer {
   int beam_;
   double range_m_;
   double sound_speed_mps_;
-  std::span<const Side> sides_;
+  std::span<const Sector> sectors_;
   RayLayouts layouts_;
   ObjectSurfaces surfaces_;
   EchoFormer former_;

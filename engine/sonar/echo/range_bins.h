@@ -23,7 +23,7 @@ struct Shadow {
   std::size_t ray = 0;  ///< the last ray of the plane that meets the thing in front
 };
 
-/// The range bins of one side of one ping, filled plane by plane: energy, what it came from, and
+/// The range bins of one sector of one ping, filled plane by plane: energy, what it came from, and
 /// what is in shadow. Bin i sums over slant ranges [i, i + 1) * bin_m. For each plane:
 /// begin_plane(), lay(), then shade() for each shadow.
 class RangeBins {

@@ -41,11 +41,12 @@ double reach_rad(const LineArray& array, int null, double defocus, double at_m) 
 /// must be nearly a straight line. (How their ranges differ depends on the face: limit_runs().)
 class Steps {
  public:
-  Steps(const FanGrid& grid, const VerticalPattern& pattern) : elevation_rad_(grid.elevation_rad) {
-    for (const Side side : {Side::port, Side::starboard})
+  Steps(const FanGrid& grid, const Sonar& sonar) : elevation_rad_(grid.elevation_rad) {
+    for (const Sector& sector : sonar.sectors()) {
+      std::vector<double>& power = power_.emplace_back();
       for (const double elevation_rad : elevation_rad_)
-        power_[static_cast<std::size_t>(side)].push_back(
-            pattern.power(grid.middle_depression_rad - elevation_rad, side));
+        power.push_back(sonar.vertical.power(grid.middle_depression_rad - elevation_rad, sector));
+    }
   }
 
   std::size_t max_rays_from(std::size_t j) const {
@@ -84,7 +85,7 @@ class Steps {
   }
 
   const std::vector<double>& elevation_rad_;
-  std::array<std::vector<double>, 2> power_;  // one-way, by side
+  std::vector<std::vector<double>> power_;  // one-way, by sector
 };
 
 /// Fills in the angles of the layout's rays, and which are within the beam.
@@ -117,7 +118,7 @@ void set_grid(std::shared_ptr<const FanGrid> grid, RayLayout& layout) {
   }
 }
 
-/// How the fan of a side lies in the water, and where rays of it do not reach a level bed.
+/// How the fan of a sector lies in the water, and where rays of it do not reach a level bed.
 struct FanInWater {
   double roll_tilt_rad;
   double level_share;  // the sine of a depression over that of the angle below the abeam axis
@@ -224,7 +225,7 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
     add_samples(plane, lobe_rad, layout.samples);
   }
   layout.first_sample.push_back(layout.samples.size());
-  const Steps steps(*grid, sonar.vertical);
+  const Steps steps(*grid, sonar);
   for (std::size_t j = 0; j < grid->elevation_rad.size(); ++j)
     layout.max_rays_per_piece.push_back(static_cast<std::uint8_t>(steps.max_rays_from(j)));
   set_grid(std::move(grid), layout);
@@ -238,16 +239,15 @@ double trace_range_m(const Sonar& sonar, double sound_speed_mps) {
          closing_mps * sonar.pulse.closing_shift_s(sonar.frequency_hz);
 }
 
-double roll_tilt_rad(const Pose& pose, Side side) {
+double roll_tilt_rad(const Pose& pose, const Sector& sector) {
   const Eigen::Matrix3d body = body_to_world(pose);
-  const double out = side == Side::starboard ? body(2, 1) : -body(2, 1);
+  const double out = sector.out * body(2, 1);
   return std::atan2(-out, -body(2, 2));
 }
 
-RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double range_m) {
+RayFan place_fan(const RayLayout& layout, const Pose& pose, const Sector& sector, double range_m) {
   const Eigen::Matrix3d body = body_to_world(pose);
-  const Eigen::Vector3d abeam =
-      side == Side::starboard ? body.col(1) : Eigen::Vector3d(-body.col(1));
+  const Eigen::Vector3d abeam = sector.out * body.col(1);
   const Eigen::Vector3d down = body.col(2);
   const double c = std::cos(layout.grid->middle_depression_rad);
   const double s = std::sin(layout.grid->middle_depression_rad);
@@ -263,9 +263,9 @@ RayLayouts::RayLayouts(const Sonar& sonar, double wavelength_m)
       main_lobe_rad_(std::min(sonar.transmit_array(wavelength_m).null_rad(1),
                               sonar.receive_array(wavelength_m).null_rad(1))) {}
 
-std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, Side side, double altitude_m,
-                                                double nearest_m, double drift_rad,
-                                                double rise_rad) {
+std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& sector,
+                                                double altitude_m, double nearest_m,
+                                                double drift_rad, double rise_rad) {
   constexpr std::size_t max_kept = 256;  // reached over a bed that rises, or where rays bend
   constexpr double steps_per_octave = 4.0;
   constexpr double roll_tilt_step_rad = 0.5 * degree;
@@ -274,7 +274,7 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, Side side, dou
     return static_cast<int>(std::floor(steps_per_octave * std::log2(std::max(range_m, lowest_m))));
   };
   const int step = step_of(altitude_m), nearest_step = step_of(nearest_m);
-  const double tilt_rad = roll_tilt_rad(pose, side);
+  const double tilt_rad = roll_tilt_rad(pose, sector);
   const int roll_tilt_step = static_cast<int>(std::lround(tilt_rad / roll_tilt_step_rad));
   // A receiver whose lobes are as wide as the transmitter's, and that looks nearly where that does,
   // receives all that the transmitter insonifies, so no extra planes are needed.

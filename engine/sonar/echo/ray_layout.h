@@ -46,7 +46,7 @@ struct RayLayout {
   }
 };
 
-/// The layout for one ratio of the sonar's range to its altitude and for one tilt of the side
+/// The layout for one ratio of the sonar's range to its altitude and for one tilt of the sector
 /// (roll_tilt_rad()). It lays more rays where they meet the bed; what a ray means does not depend
 /// on it. drift_rad: how far the receiver turns and moves, in angle, until its echo is back; there
 /// are as many more planes where it is narrower than the transmitter. nearest_share: the range of
@@ -58,15 +58,15 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
                           double nearest_share = 1.0, double rise_rad = 0.0,
                           std::span<const LaunchRange> bent = {});
 
-/// How far below the horizontal the abeam axis of a side points at a pose: its tilt by roll.
-double roll_tilt_rad(const Pose& pose, Side side);
+/// How far below the horizontal the abeam axis of a sector points at a pose: its tilt by roll.
+double roll_tilt_rad(const Pose& pose, const Sector& sector);
 
 /// The range of the rays: a little beyond the last bin. A sweep's pulse reaches there, and its
 /// echoes from there may appear nearer.
 double trace_range_m(const Sonar& sonar, double sound_speed_mps);
 
-/// The fan of one side at a pose. Its origin is the position rounded to floats (nearest_floats.h).
-RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double range_m);
+/// The fan of a sector at a pose. Its origin is the position rounded to floats (nearest_floats.h).
+RayFan place_fan(const RayLayout& layout, const Pose& pose, const Sector& sector, double range_m);
 
 /// The layouts of a sonar, made when they are first needed. Altitudes within a step of 19 % and
 /// tilts within half a degree share one, so that steady pings make no new one. Nearest ranges
@@ -87,7 +87,7 @@ class RayLayouts {
   }
   /// nearest_m: the range of the nearest thing, at most the altitude. drift_rad, rise_rad: as in
   /// make_ray_layout().
-  std::shared_ptr<const RayLayout> at(const Pose& pose, Side side, double altitude_m,
+  std::shared_ptr<const RayLayout> at(const Pose& pose, const Sector& sector, double altitude_m,
                                       double nearest_m, double drift_rad, double rise_rad);
 
  private:

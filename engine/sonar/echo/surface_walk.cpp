@@ -8,7 +8,7 @@
 
 namespace ensonify::engine {
 
-void SurfaceWalk::walk(const SideView& view, std::size_t plane, PieceTable& pieces) {
+void SurfaceWalk::walk(const SectorView& view, std::size_t plane, PieceTable& pieces) {
   view_ = &view;
   plane_ = plane;
   pieces_ = &pieces;
@@ -240,7 +240,7 @@ void SurfaceWalk::shade_beyond(std::size_t caster) {
   }
   const double begins_m = hides_from_m(caster);
   if (!(leaves_m > begins_m)) return;
-  const double weight = view_->beam->two_way(view_->side, view_->layout->samples_of(plane_),
+  const double weight = view_->beam->two_way(view_->sector, view_->layout->samples_of(plane_),
                                              fan.grid->cos_elevation[pieces_->end[caster] - 1],
                                              direction, leaves_m, *view_->motion);
   shadows_.push_back({begins_m, leaves_m, static_cast<float>(weight), pieces_->label[caster],

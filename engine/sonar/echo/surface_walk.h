@@ -17,9 +17,9 @@
 
 namespace ensonify::engine {
 
-/// One side of one ping, from which its echo is formed. What it points to must outlive it.
-struct SideView {
-  Side side;
+/// One sector of one ping, from which its echo is formed. What it points to must outlive it.
+struct SectorView {
+  std::size_t sector;  ///< its place in Sonar::sectors()
   const Beam* beam;
   const RayFan* fan;
   const RayLayout* layout;  ///< the fan's
@@ -51,7 +51,7 @@ class SurfaceWalk {
   /// Sets from_m, until_m and starts_surface of the pieces of a plane where they break; adds a
   /// piece for each surface that continues beyond the range. Before, compute_echoes() must have
   /// filled the table.
-  void walk(const SideView& view, std::size_t plane, PieceTable& pieces);
+  void walk(const SectorView& view, std::size_t plane, PieceTable& pieces);
 
   /// Those of the plane that was walked last.
   std::span<const Shadow> shadows() const { return shadows_; }
@@ -82,7 +82,7 @@ class SurfaceWalk {
   std::vector<Shadow> shadows_;
 
   // Of the plane that is walked:
-  const SideView* view_ = nullptr;
+  const SectorView* view_ = nullptr;
   std::size_t plane_ = 0;
   PieceTable* pieces_ = nullptr;
   std::span<const RayLayout::Stretch> stretches_;  // the present one, and those to come

@@ -25,8 +25,8 @@ class VisibilityCounter {
   /// The seafloor must outlive this.
   explicit VisibilityCounter(const Seafloor& seafloor);
 
-  /// Counts one side of a ping: the hits of its fan on these triangles, which include all faces of
-  /// objects that the fan can touch.
+  /// Counts one sector of a ping: the hits of its fan on these triangles, which include all faces
+  /// of objects that the fan can touch.
   void look(const RayFan& fan, refine::Triangles triangles, const FanRuns& runs,
             std::uint64_t ping);
   /// One per object of the seafloor.

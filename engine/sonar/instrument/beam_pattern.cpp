@@ -39,9 +39,9 @@ double LineArray::null_rad(int number) const {
   return std::asin(std::min(1.0, shading.null_x(number) * wavelength_m / length_m));
 }
 
-double VerticalPattern::power(double depression_rad, Side side) const {
-  const std::vector<VerticalLevel>& levels = measured[static_cast<std::size_t>(side)];
-  const double mount_rad = side == Side::port ? port_mount_rad : starboard_mount_rad;
+double VerticalPattern::power(double depression_rad, const Sector& sector) const {
+  const std::vector<VerticalLevel>& levels = measured[sector.number];
+  const double mount_rad = sector.number == 0 ? port_mount_rad : starboard_mount_rad;
   const double depression = std::remainder(depression_rad - mount_rad, 2.0 * pi);
   double power = 1.0;
   if (!levels.empty()) {

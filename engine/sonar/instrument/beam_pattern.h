@@ -4,18 +4,14 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/input_file.h>
+#include <ensonify/engine/sonar/instrument/sector.h>
 #include <ensonify/engine/sonar/instrument/shading.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
-
-enum class Side { port, starboard };
-
-constexpr std::string_view name_of(Side side) { return side == Side::port ? "port" : "starboard"; }
 
 /// One-way power pattern of a line array as a function of the angle psi from its broadside plane.
 struct LineArray {
@@ -61,14 +57,14 @@ struct VerticalLevel {
   double level_db;  ///< one-way power below the peak
 };
 
-/// One-way power pattern of each side as a function of depression: measured, or the sinc^2 of an
+/// One-way power pattern of each sector as a function of depression: measured, or the sinc^2 of an
 /// element with a given -3 dB width, tilted down. A width of 0 means the same power in all
 /// directions.
 struct VerticalPattern {
   double beamwidth_rad = 50.0 * degree;  ///< -3 dB to -3 dB
   double tilt_rad = 20.0 * degree;       ///< of the axis below the horizontal
   InputFile file;                        ///< file of the measured levels
-  /// One list per side, depressions ascending; empty: not measured.
+  /// By Sector::number, depressions ascending; empty: not measured.
   std::array<std::vector<VerticalLevel>, 2> measured;
   // A ripple, such as that of side lobes: a cosine of the depression, in dB.
   double ripple_db = 0.0;  ///< from its maximum to its minimum
@@ -83,7 +79,7 @@ struct VerticalPattern {
 
   /// The power towards a depression, 1 at the peak of an element. Measured levels are interpolated
   /// linearly in dB; beyond them the last level holds.
-  double power(double depression_rad, Side side) const;
+  double power(double depression_rad, const Sector& sector) const;
 };
 
 }  // namespace ensonify::engine

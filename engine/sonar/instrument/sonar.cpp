@@ -67,9 +67,9 @@ double Sonar::sector_end_rad() const {
   constexpr double farthest = 135.0 * degree, widest = 145.0 * degree, step = 0.5 * degree;
   const double most_db = 0.1, most_share = scatter::from_db(most_db) - 1.0;
   const auto heard = [&](double depression_rad) {
-    return std::ranges::any_of(sides_of(*this), [&](Side side) {
-      const double here = vertical.power(depression_rad, side);
-      const double across = vertical.power(2.0 * (straight_down + turned) - depression_rad, side);
+    return std::ranges::any_of(sectors(), [&](const Sector& sector) {
+      const double here = vertical.power(depression_rad, sector);
+      const double across = vertical.power(2.0 * (straight_down + turned) - depression_rad, sector);
       return here * here > most_share * across * across;
     });
   };

@@ -1,29 +1,20 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/sonar/instrument/beam_pattern.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/engine/sonar/instrument/pulse.h>
 #include <ensonify/engine/sonar/instrument/receiver_options.h>
+#include <ensonify/engine/sonar/instrument/sector.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 
-/// The sides of an instrument.
-enum class Sides { both, port, starboard };
-
-constexpr std::string_view name_of(Sides sides) {
-  return sides == Sides::both ? "both"
-                              : name_of(sides == Sides::port ? Side::port : Side::starboard);
-}
-
-/// One instrument: one line array per side, which looks to port or to starboard.
+/// One instrument: one line array per sector, which looks to port or to starboard.
 struct Sonar {
   std::string name = "sidescan";
   std::string preset;  ///< the preset that gives its default values; empty: none
@@ -33,7 +24,7 @@ struct Sonar {
   double source_level_db = 210.0;  ///< dB re 1 uPa at 1 m, on the axis of the beam
   Pulse pulse;
   double range_m = 75.0;                       ///< slant range of the last bin's far edge
-  int bins = 1500;                             ///< per side
+  int bins = 1500;                             ///< per sector
   double sample_rate_hz = 0.0;                 ///< of the digitiser; 0: `bins` gives the bin length
   double array_length_m = 0.5;                 ///< of the transmitter
   double receive_array_length_m = 0.0;         ///< 0: the same array
@@ -47,7 +38,7 @@ struct Sonar {
   /// Ranges at which the arrays are focused, each for the ranges nearest to it (in 1 / r); empty:
   /// as `focused` says.
   std::vector<double> focus_zones_m;
-  /// Beams that each side receives from one ping, parallel and side by side along the track. With
+  /// Beams that each sector receives from one ping, parallel and side by side along the track. With
   /// more than one, the receiver alone is focused, and the transmitter must sound all of them.
   int beams = 1;
   double beam_spacing_m = 0.2;  ///< from each beam to the next
@@ -86,20 +77,11 @@ struct Sonar {
   /// The range r from nearest_m to range_m at which |defocus(r)| / r is largest.
   double most_defocused_m(double nearest_m) const;
   double bin_m() const { return range_m / bins; }
+  /// Its sectors, in the order of its lines; valid for the program's life.
+  std::span<const Sector> sectors() const { return sectors_of(sides); }
   /// A copy. If the digitiser's rate is given, its bins are c / (2 rate) long for the sound speed
   /// c, and there are just enough to reach the range, at most 1e9.
   Sonar sampled(double sound_speed_mps) const;
 };
-
-/// The sides of a sonar, port first.
-inline std::span<const Side> sides_of(const Sonar& sonar) {
-  static constexpr std::array both{Side::port, Side::starboard};
-  switch (sonar.sides) {
-    case Sides::both: break;
-    case Sides::port: return std::span(both).first(1);
-    case Sides::starboard: return std::span(both).last(1);
-  }
-  return both;
-}
 
 }  // namespace ensonify::engine

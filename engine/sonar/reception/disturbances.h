@@ -23,33 +23,34 @@ class Disturbances {
   bool empty() const { return effects_.empty(); }
   /// Multiplies the gain of the direct echo in each bin, adds to the incoherent power in each bin,
   /// and adds to `artefacts` those that the ping has.
-  void apply(const PingContext& context, Side side, std::span<float> gain, std::span<float> power,
-             Artefacts& artefacts) const;
+  void apply(const PingContext& context, std::size_t sector, std::span<float> gain,
+             std::span<float> power, Artefacts& artefacts) const;
 
  private:
   /// What apply() does for one artefact.
-  using Effect = void (Disturbances::*)(const PingContext& context, Side side,
+  using Effect = void (Disturbances::*)(const PingContext& context, std::size_t sector,
                                         std::span<float> gain, std::span<float> power,
                                         Artefacts& artefacts) const;
-  void add_interference(const PingContext& context, Side side, std::span<float> gain,
+  void add_interference(const PingContext& context, std::size_t sector, std::span<float> gain,
                         std::span<float> power, Artefacts& artefacts) const;
-  void add_wake(const PingContext& context, Side side, std::span<float> gain,
+  void add_wake(const PingContext& context, std::size_t sector, std::span<float> gain,
                 std::span<float> power, Artefacts& artefacts) const;
-  void add_fish(const PingContext& context, Side side, std::span<float> gain,
+  void add_fish(const PingContext& context, std::size_t sector, std::span<float> gain,
                 std::span<float> power, Artefacts& artefacts) const;
-  void add_one_fish(const PingContext& context, Side side, const Eigen::Vector3d& from_array,
-                    double over_bed_m, std::span<float> gain, std::span<float> power,
-                    Artefacts& artefacts) const;
-  void shimmer(const PingContext& context, Side side, std::span<float> gain, std::span<float> power,
-               Artefacts& artefacts) const;
+  void add_one_fish(const PingContext& context, std::size_t sector,
+                    const Eigen::Vector3d& from_array, double over_bed_m, std::span<float> gain,
+                    std::span<float> power, Artefacts& artefacts) const;
+  void shimmer(const PingContext& context, std::size_t sector, std::span<float> gain,
+               std::span<float> power, Artefacts& artefacts) const;
 
   ArtefactOptions options_;
   const SonarEquation& law_;
   std::function<double(double)> noise_;
   double interference_begin_m_;
   std::uint64_t seed_;
-  std::array<double, 12> shimmer_phases_;  // of each side's three waves and of their strengths
-  std::vector<Effect> effects_;            // those that are on
+  /// Of three waves and of their strengths, by Sector::number.
+  std::array<double, 6 * most_sectors> shimmer_phases_;
+  std::vector<Effect> effects_;  // those that are on
 };
 
 }  // namespace ensonify::engine

@@ -91,7 +91,7 @@ struct OtherPaths::WallOverBed {
 std::optional<OtherPaths::WallOverBed> OtherPaths::wall_over_bed(const PingContext& context,
                                                                  const EchoLine& line,
                                                                  const WallFacet& wall) const {
-  const Eigen::Vector3d abeam = (line.side == Side::port ? -1.0 : 1.0) *
+  const Eigen::Vector3d abeam = context.sectors[line.sector].out *
                                 context.array.axis.cross(Eigen::Vector3d::UnitZ()).normalized();
   const Eigen::Vector3d along =
       Eigen::Vector3d(context.array.axis.x(), context.array.axis.y(), 0.0).normalized();
@@ -204,7 +204,7 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
   const double step_m = (wall.high_m - wall.low_m) / steps;
   const auto level_bed = [&](double range_m) {
     const double sine = std::min(height_m / range_m, 1.0);
-    return law_.level_bed(line.side, plane, range_m, sine) * bed_strength(sine);
+    return law_.level_bed(line.sector, plane, range_m, sine) * bed_strength(sine);
   };
   for (int i = 0; i < steps && step_m > 0.0; ++i) {
     const double z_m = wall.low_m + (i + 0.5) * step_m;
@@ -237,8 +237,8 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
          .blur_m = std::hypot(2.0 * wall.facet.slope * before_m,
                               law_.wavelength_m() / (std::sqrt(2.0 * pi) * wall.facet.length_m) *
                                   (image_m - to_wall_m))});
-    const double to_bed = law_.vertical(line.side, plane, x_m - before_m, height_m);
-    const double to_wall = law_.vertical(line.side, plane, x_m, height_m - z_m);
+    const double to_bed = law_.vertical(line.sector, plane, x_m - before_m, height_m);
+    const double to_wall = law_.vertical(line.sector, plane, x_m, height_m - z_m);
     // Energy of the path over the wall, relative to the direct echo of the same place.
     const double gain = forwards / direct_strength *
                         std::sqrt(law_.per_m2_at(image_m) / law_.per_m2_at(range_m)) * to_wall /

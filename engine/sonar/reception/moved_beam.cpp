@@ -59,7 +59,7 @@ double MovedBeam::summed_share(double range_m, double shift, const Beam& beam,
   }
   ReceiverMotion motion{.abeam = Eigen::Vector3d::UnitX(), .down = -Eigen::Vector3d::UnitZ()};
   const auto width = [&](const Beam& of) {
-    return of.two_way(Side::starboard, samples, 1.0, motion.abeam, range_m, motion);
+    return of.two_way(0, samples, 1.0, motion.abeam, range_m, motion);
   };
   const double at_rest = width(middle_);
   motion.steady = false;

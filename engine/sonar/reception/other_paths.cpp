@@ -62,11 +62,17 @@ double farthest_earlier_m(const Sonar& sonar, double ping_m) {
   return sonar.range_m + max_pings_back * ping_m;
 }
 
-VerticalSum::VerticalSum(const SonarEquation& law, Side side) : sums_{0.0} {
+std::vector<VerticalSum> VerticalSum::of(const SonarEquation& law, std::size_t sectors) {
+  std::vector<VerticalSum> sums;
+  for (std::size_t sector = 0; sector < sectors; ++sector) sums.emplace_back(law, sector);
+  return sums;
+}
+
+VerticalSum::VerticalSum(const SonarEquation& law, std::size_t sector) : sums_{0.0} {
   constexpr double step = 2.0 * pi / directions;
   for (std::size_t i = 0; i < directions; ++i) {
     const double depression = (static_cast<double>(i) + 0.5) * step;
-    const double pattern = law.vertical(side, std::cos(depression), std::sin(depression));
+    const double pattern = law.vertical(sector, std::cos(depression), std::sin(depression));
     sums_.push_back(sums_.back() + step * pattern * pattern);
   }
 }
@@ -96,7 +102,7 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
                      std::sqrt(0.5 * scatter::facet_slope2(surface_))),
       bed_slope_(sediment_ ? scatter::rms_slope(*sediment_, k_per_cm_) : 0.0),
       seed_(seed.value_or(0)),
-      vertical_sums_{VerticalSum(law, Side::port), VerticalSum(law, Side::starboard)} {
+      vertical_sums_(VerticalSum::of(law, sonar.sectors().size())) {
   // A leg is shorter than both together, which are twice the echo's range.
   if (options.multiples || options.double_bounce)
     beams_.emplace(sonar, law.wavelength_m(), 2.0 * sonar.range_m);
@@ -130,11 +136,12 @@ void OtherPaths::add(const PingContext& context, const EchoLine& line,
   // In ranges by travel time: volume and multiples are computed in water of one sound speed.
   const double depth_m = context.range_per_m_up * context.depth_m(),
                altitude_m = context.range_per_m_down * context.altitude_m;
-  const BeamPlane plane(context, line.side);
-  if (options_.second_time_around) add_earlier_pings(context, line.side, plane, power);
-  if (options_.surface) add_surface(context, line.side, plane, power);
-  if (options_.volume) add_volume(context, depth_m, altitude_m, line.side, plane, power, sums);
-  if (options_.multiples) add_multiples(depth_m, altitude_m, line.side, plane, direct, power, sums);
+  const BeamPlane plane(context, line.sector);
+  if (options_.second_time_around) add_earlier_pings(context, line.sector, plane, power);
+  if (options_.surface) add_surface(context, line.sector, plane, power);
+  if (options_.volume) add_volume(context, depth_m, altitude_m, line.sector, plane, power, sums);
+  if (options_.multiples)
+    add_multiples(depth_m, altitude_m, line.sector, plane, direct, power, sums);
   if (options_.double_bounce) add_double_bounce(context, line, plane, direct, power, sums);
 }
 
@@ -144,8 +151,8 @@ double OtherPaths::received_m() const { return std::max(law_.cell_m(), law_.bin_
 
 // The ping before adds at r the echo from r + c P / 2, the one before that from r + c P, and so on:
 // of one strip of the bed, on the side that the array looks to.
-void OtherPaths::add_earlier_pings(const PingContext& context, Side side, const BeamPlane& plane,
-                                   std::span<float> power) const {
+void OtherPaths::add_earlier_pings(const PingContext& context, std::size_t sector,
+                                   const BeamPlane& plane, std::span<float> power) const {
   const double altitude_m = context.altitude_m, per_m = context.range_per_m_down;
   const double slant_m = plane.slant_m(altitude_m), noise = power.front();
   const double length_m = received_m() / per_m;
@@ -163,7 +170,8 @@ void OtherPaths::add_earlier_pings(const PingContext& context, Side side, const 
     };
     const auto intensity = [&](std::size_t n) {
       const double sum = strip(n).sum([&](double over_m, double range_m) {
-        return strength_at(range_m) * law_.two_way(side, plane, range_m, over_m, slant_m, before_m);
+        return strength_at(range_m) *
+               law_.two_way(sector, plane, range_m, over_m, slant_m, before_m);
       });
       return context.beam_share(n + static_cast<std::size_t>(before_m / law_.bin_m())) *
              received(sum);
@@ -225,7 +233,7 @@ std::span<const OtherPaths::BeamPart> OtherPaths::beam_parts(const BeamPlane& pl
 }
 
 // A bin receives two strips of the sea surface: one to port and one to starboard.
-void OtherPaths::add_surface(const PingContext& context, Side side, const BeamPlane& plane,
+void OtherPaths::add_surface(const PingContext& context, std::size_t sector, const BeamPlane& plane,
                              std::span<float> power) const {
   const double depth_m = context.depth_m(), per_m = context.range_per_m_up;
   const double length_m = received_m() / per_m;
@@ -241,8 +249,8 @@ void OtherPaths::add_surface(const PingContext& context, Side side, const BeamPl
       sum += part.share * strip(n, part.slant_m).sum([&](double over_m, double range_m) {
         return law_.per_m2_at(range_m) * law_.width_m_at(range_m) *
                at_sine(surface_strength_, depth_m / range_m) *
-               (law_.two_way(side, plane, range_m, over_m, -part.slant_m) +
-                law_.two_way(side, plane, range_m, -over_m, -part.slant_m));
+               (law_.two_way(sector, plane, range_m, over_m, -part.slant_m) +
+                law_.two_way(sector, plane, range_m, -over_m, -part.slant_m));
       });
     return context.beam_share(n) * plane.slant_m(sum) * law_.cell_m() / (per_m * length_m);
   };
@@ -259,9 +267,9 @@ void OtherPaths::add_surface(const PingContext& context, Side side, const BeamPl
 // vertical patterns of a sonar that rolls are taken at the mean of their angles, and what is left
 // of its beam along the track, in some directions.
 void OtherPaths::add_volume(const PingContext& context, double depth_m, double altitude_m,
-                            Side side, const BeamPlane& plane, std::span<float> power,
+                            std::size_t sector, const BeamPlane& plane, std::span<float> power,
                             std::vector<double>& random) const {
-  const VerticalSum& sum = vertical_sums_[static_cast<std::size_t>(side)];
+  const VerticalSum& sum = vertical_sums_[sector];
   const double roll_tilt = std::atan2(plane.sin_roll_tilt, plane.cos_roll_tilt);
   const double surface_m = plane.slant_m(depth_m), bed_m = plane.slant_m(altitude_m);
   const auto width_rad = [&](std::size_t n) {
@@ -294,7 +302,7 @@ void OtherPaths::add_volume(const PingContext& context, double depth_m, double a
     random.resize(received_at(power.size() - 1) + 1);
     RandomStream(
         seed_, Purpose::water_scatterers,
-        {context.ping, static_cast<std::uint64_t>(context.beam), static_cast<std::uint64_t>(side)})
+        {context.ping, static_cast<std::uint64_t>(context.beam), context.sectors[sector].number})
         .uniform(random);
   }
   const auto share_of_mean = [&](std::size_t n, double width) {

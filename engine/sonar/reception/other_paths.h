@@ -25,7 +25,9 @@ double farthest_earlier_m(const Sonar& sonar, double ping_m);
 /// Integrals of the two-way vertical pattern over parts of the plane abeam.
 class VerticalSum {
  public:
-  VerticalSum(const SonarEquation& law, Side side);
+  /// Of each sector of a sonar.
+  static std::vector<VerticalSum> of(const SonarEquation& law, std::size_t sectors);
+  VerticalSum(const SonarEquation& law, std::size_t sector);
   /// From one depression to another in the sonar's frame; any angles.
   double between(double from_rad, double to_rad) const { return up_to(to_rad) - up_to(from_rad); }
 
@@ -61,22 +63,22 @@ class OtherPaths {
   struct BeamPart;
   std::span<const BeamPart> beam_parts(const BeamPlane& plane, double depth_m,
                                        std::span<BeamPart> room) const;
-  void add_surface(const PingContext& context, Side side, const BeamPlane& plane,
+  void add_surface(const PingContext& context, std::size_t sector, const BeamPlane& plane,
                    std::span<float> power) const;
-  void add_volume(const PingContext& context, double depth_m, double altitude_m, Side side,
+  void add_volume(const PingContext& context, double depth_m, double altitude_m, std::size_t sector,
                   const BeamPlane& plane, std::span<float> power,
                   std::vector<double>& random) const;
-  void sum_bed(double slant_m, Side side, const BeamPlane& plane, std::span<const float> direct,
-               std::vector<double>& sums) const;
-  void add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
+  void sum_bed(double slant_m, std::size_t sector, const BeamPlane& plane,
+               std::span<const float> direct, std::vector<double>& sums) const;
+  void add_multiples(double depth_m, double altitude_m, std::size_t sector, const BeamPlane& plane,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const;
   struct MultiplePath;
   struct MultipleSource;
   MultipleSource source_of_multiple(const MultiplePath& path, double apparent_m, double bed_m,
-                                    Side side, const BeamPlane& plane) const;
+                                    std::size_t sector, const BeamPlane& plane) const;
   double received_m() const;
-  void add_earlier_pings(const PingContext& context, Side side, const BeamPlane& plane,
+  void add_earlier_pings(const PingContext& context, std::size_t sector, const BeamPlane& plane,
                          std::span<float> power) const;
   void add_double_bounce(const PingContext& context, const EchoLine& line, const BeamPlane& plane,
                          std::span<const float> direct, std::span<float> power,
@@ -114,10 +116,10 @@ class OtherPaths {
   /// Number of scatterers in the water per bin, for one radian of the vertical beam and one metre
   /// of range; empty: very many, or their mean.
   std::vector<double> scatterers_;
-  std::uint64_t seed_;  // of these
-  std::array<VerticalSum, 2> vertical_sums_;
-  std::optional<OneWayBeams> beams_;  // if multiples or walls are received
-  PulseKernel pulse_;                 // if walls are received
+  std::uint64_t seed_;                      // of these
+  std::vector<VerticalSum> vertical_sums_;  // by sector
+  std::optional<OneWayBeams> beams_;        // if multiples or walls are received
+  PulseKernel pulse_;                       // if walls are received
 };
 
 }  // namespace ensonify::engine

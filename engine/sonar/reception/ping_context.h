@@ -17,11 +17,12 @@ struct PingContext {
   int beam = 0;
   double t_s = 0.0;
   ArrayFrame array;
-  double altitude_m = 10.0;                ///< above the bed below
-  double speed_mps = 0.0;                  ///< of the vehicle
-  std::array<ReceiverMotion, 2> motion{};  ///< by side
+  double altitude_m = 10.0;                           ///< above the bed below
+  double speed_mps = 0.0;                             ///< of the vehicle
+  std::array<ReceiverMotion, most_sectors> motion{};  ///< by sector
   // Set by the signal chain:
-  double sea_height_m = 0.0;  ///< of the waves
+  std::span<const Sector> sectors = sidescan_sectors;  ///< of the sonar
+  double sea_height_m = 0.0;                           ///< of the waves
   /// Range, which is travel time at the sound speed of the ranges, per metre of the way up to the
   /// sea surface and down to the bed. Rays are straight, so it is the same on oblique ways.
   double range_per_m_up = 1.0, range_per_m_down = 1.0;
@@ -35,19 +36,19 @@ struct PingContext {
   double depth_m() const { return std::max(sea_height_m - array.origin.z(), 0.0); }
 };
 
-/// The plane abeam of an array, in which it transmits and receives, and the rotation of one side's
-/// pattern in it; and how the receiver has moved when an echo comes back. Horizontal planes, the
-/// surface and the bed, cut it in horizontal lines.
+/// The plane abeam of an array, in which it transmits and receives, and the rotation of one
+/// sector's pattern in it; and how the receiver has moved when an echo comes back. Horizontal
+/// planes, the surface and the bed, cut it in horizontal lines.
 struct BeamPlane {
   double cos_pitch = 1.0, sin_pitch = 0.0;          ///< of the pitch
   double cos_roll_tilt = 1.0, sin_roll_tilt = 0.0;  ///< the pattern's rotation down, by the roll
   // The receiver's motion, per metre of the echo's range:
   double roll_tilt_per_m = 0.0;                          ///< of that rotation
-  double turn_level_per_m = 0.0, turn_down_per_m = 0.0;  ///< of the axis, to the side and down
+  double turn_level_per_m = 0.0, turn_down_per_m = 0.0;  ///< of the axis, outwards and down
   double drift_along = 0.0;                              ///< along the axis
 
   BeamPlane() = default;  ///< of a level array at rest
-  BeamPlane(const PingContext& context, Side side);
+  BeamPlane(const PingContext& context, std::size_t sector);
   bool turns() const { return turn_level_per_m != 0.0 || turn_down_per_m != 0.0; }
   bool at_rest() const { return roll_tilt_per_m == 0.0 && drift_along == 0.0 && !turns(); }
   /// By how much the sine of the direction to a place in the plane (along the array) has grown, as

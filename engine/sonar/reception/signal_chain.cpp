@@ -84,6 +84,26 @@ double median_of_mean(int n) {
   return mean_amplitude * (1.0 - (pi - 3.0) / (3.0 * (4.0 - pi) * n));
 }
 
+std::vector<double> sea_noise_by_sector(const Sonar& sonar, const SonarEquation& law,
+                                        const SeaState& sea) {
+  std::vector<double> powers;
+  for (std::size_t sector = 0; sector < sonar.sectors().size(); ++sector)
+    powers.push_back(sea_noise_power(sonar, law, sea, sector));
+  return powers;
+}
+
+/// The noise of a look of a line. A sonar's first two sectors have the numbers that belong to it;
+/// further ones have numbers beyond those of all sonars.
+RandomStream noise_stream(const ChainOptions& options, const Sector& sector,
+                          const PingContext& context, int look) {
+  const std::uint64_t receiver =
+      options.sonar_number * 2 + sector.number % 2 + (std::uint64_t{sector.number / 2} << 32);
+  return {
+      options.seed,
+      Purpose::noise,
+      {receiver, context.ping, static_cast<std::uint64_t>(looks_of_beam * context.beam + look)}};
+}
+
 /// A filter as the kernels take it.
 FilterTaps taps_of(const SpeckleFilter& filter) {
   return {.taps = filter.taps.data(), .reach = filter.taps.size() - 1, .even = filter.even};
@@ -92,19 +112,19 @@ FilterTaps taps_of(const SpeckleFilter& filter) {
 }  // namespace
 
 /// The echo of the level bed of unit strength at the nominal altitude and speed, uPa^2.
-double SignalChain::unit_bed(Side side, std::size_t bin) const {
+double SignalChain::unit_bed(std::size_t sector, std::size_t bin) const {
   const double range_m = law_.cell_middle_m(bin);
   return moved_shares_[bin] *
-         law_.level_bed(side, {}, range_m, options_.nominal_altitude_m / range_m);
+         law_.level_bed(sector, {}, range_m, options_.nominal_altitude_m / range_m);
 }
 
 /// The gain at 1 m that records a level bed at half the range at the receiver's bed_level_db.
 double SignalChain::automatic_gain_db() const {
   const auto bin = static_cast<std::size_t>(sonar_.bins / 2);
   const double r = law_.range_m(bin);
-  const double level_db = scatter::to_db(unit_bed(sides_of(sonar_).front(), bin)) +
-                          scatter::to_db(options_.nominal_strength(options_.nominal_altitude_m /
-                                                                   (0.5 * sonar_.range_m)));
+  const double level_db =
+      scatter::to_db(unit_bed(0, bin)) + scatter::to_db(options_.nominal_strength(
+                                             options_.nominal_altitude_m / (0.5 * sonar_.range_m)));
   const ReceiverOptions& receiver = sonar_.receiver;
   return receiver.bed_level_db - level_db - receiver.spreading * std::log10(r) -
          (receiver.absorption ? 2.0 * options_.absorption_db_per_m * r : 0.0);
@@ -120,8 +140,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
           options.stop_check),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
       moved_shares_(by_bin(law_, beam_share(options, law_))),
-      sea_noise_{sea_noise_power(sonar, law_, options.sea, Side::port),
-                 sea_noise_power(sonar, law_, options.sea, Side::starboard)},
+      sea_noise_(sea_noise_by_sector(sonar, law_, options.sea)),
       waves_(meets_sea_surface(options) ? waves_under(options.sea.wind_mps) : Oscillation{},
              options.seed, wave_oscillator),
       output_noise_wander_({.wander_rms = sonar.receiver.output_noise_wander_db,
@@ -134,7 +153,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
           options.artefacts, law_,
           [this](double speed_mps) { return sea_noise_[0] + self_noise(speed_mps); }, options.seed),
       recorder_(sonar.receiver, sonar.bin_m(), sonar.bins, options.absorption_db_per_m,
-                automatic_gain_db(), std::max(noise(Side::port), noise(Side::starboard))),
+                automatic_gain_db(), loudest_noise()),
       filter_(speckle_filter(sonar.pulse, options.sound_speed_mps, sonar.bin_m())),
       leak_(options.arrivals.crosstalk_db
                 ? static_cast<float>(std::sqrt(scatter::from_db(*options.arrivals.crosstalk_db)))
@@ -185,28 +204,35 @@ double SignalChain::self_noise(double speed_mps) const {
   return sonar_.pulse.noise_bandwidth_hz() * sonar_.receiver.self_noise_density(speed_mps);
 }
 
-double SignalChain::noise(Side side, double speed_mps) const {
-  if (!sonar_.receiver.noise) return 0.0;
-  return sea_noise_[static_cast<std::size_t>(side)] + self_noise(speed_mps);
+double SignalChain::loudest_noise() const {
+  double loudest = 0.0;
+  for (std::size_t sector = 0; sector < sonar_.sectors().size(); ++sector)
+    loudest = std::max(loudest, noise(sector));
+  return loudest;
 }
 
-std::vector<double> SignalChain::level_bed(Side side) const {
+double SignalChain::noise(std::size_t sector, double speed_mps) const {
+  if (!sonar_.receiver.noise) return 0.0;
+  return sea_noise_[sector] + self_noise(speed_mps);
+}
+
+std::vector<double> SignalChain::level_bed(std::size_t sector) const {
   std::vector<double> bed(law_.bins());
   for (std::size_t bin = 0; bin < bed.size(); ++bin)
     if (options_.nominal_altitude_m < law_.range_m(bin)) {
       const double sine = std::min(options_.nominal_altitude_m / law_.cell_middle_m(bin), 1.0);
-      bed[bin] = unit_bed(side, bin) * options_.nominal_strength(sine) + noise(side);
+      bed[bin] = unit_bed(sector, bin) * options_.nominal_strength(sine) + noise(sector);
     }
   return bed;
 }
 
 double SignalChain::noise_exceeds_bed_m() const {
   const auto stronger = [&](std::size_t bin) {
-    return std::ranges::any_of(sides_of(sonar_), [&](Side side) {
-      const double range_m = law_.range_m(bin);
-      const double sine = std::min(options_.nominal_altitude_m / range_m, 1.0);
-      return unit_bed(side, bin) * options_.nominal_strength(sine) >= noise(side);
-    });
+    const double range_m = law_.range_m(bin);
+    const double sine = std::min(options_.nominal_altitude_m / range_m, 1.0);
+    for (std::size_t sector = 0; sector < sonar_.sectors().size(); ++sector)
+      if (unit_bed(sector, bin) * options_.nominal_strength(sine) >= noise(sector)) return true;
+    return false;
   };
   std::size_t end = law_.bins();
   while (end > 0 && !stronger(end - 1)) --end;
@@ -219,8 +245,8 @@ double SignalChain::median_share() const {
   return options_.speckle ? std::pow(1.0 - 1.0 / (9.0 * sonar_.receiver.looks), 3.0) : 1.0;
 }
 
-std::vector<double> SignalChain::automatic_gain(Side side) const {
-  const std::vector<double> bed = level_bed(side);
+std::vector<double> SignalChain::automatic_gain(std::size_t sector) const {
+  const std::vector<double> bed = level_bed(sector);
   const ReceiverOptions& receiver = sonar_.receiver;
   const double behind =
       receiver.output_noise_db ? scatter::from_db(*receiver.output_noise_db) : 0.0;
@@ -240,7 +266,7 @@ std::vector<double> SignalChain::automatic_gain(Side side) const {
   for (std::size_t n = 0; n < bed.size(); ++n) {
     const double gain = recorder_.gain(n);
     channel.detected[n] = static_cast<float>(
-        speckle * std::sqrt(std::max(bed[n], noise(side)) * gain * gain + behind));
+        speckle * std::sqrt(std::max(bed[n], noise(sector)) * gain * gain + behind));
   }
   const std::vector<float> before = channel.detected;
   if (options_.artefacts.automatic_gain > 0.0) follow_level(channel);
@@ -254,9 +280,11 @@ std::vector<double> SignalChain::automatic_gain(Side side) const {
 void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
                           Scratch& scratch) const {
   const auto channel = [&](const EchoLine& line) -> Channel& {
-    return scratch.channels[static_cast<std::size_t>(line.side)];
+    return scratch.channels[line.sector];
   };
   const PingContext in_ranges = in_water(context);
+  if (const std::size_t sectors = sonar_.sectors().size(); scratch.channels.size() < sectors)
+    scratch.channels.resize(sectors);  // kept for a sonar with fewer
   for (EchoLine& line : lines) {
     compute_expected(in_ranges, line, channel(line));
     if (options_.speckle) scatterers_.place(context.array, line.bins, channel(line).cells);
@@ -267,13 +295,12 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
   for (int look = 0; look < sonar_.receiver.looks; ++look) {
     for (const EchoLine& line : lines) {
       sum_scatterers(look, channel(line));
-      if (options_.speckle) draw_noise(context, line.side, look, channel(line));
+      if (options_.speckle) draw_noise(context, line.sector, look, channel(line));
     }
     for (const EchoLine& line : lines) {
-      const Side opposite = line.side == Side::port ? Side::starboard : Side::port;
       const bool heard = leak_ > 0.0f && lines.size() == 2;
-      detect_look(context, heard ? &scratch.channels[static_cast<std::size_t>(opposite)] : nullptr,
-                  look, gain, behind_rms, channel(line));
+      detect_look(context, heard ? &scratch.channels[1 - line.sector] : nullptr, look, gain,
+                  behind_rms, channel(line));
     }
   }
   for (EchoLine& line : lines) {
@@ -290,6 +317,7 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
 
 /// The context of a ping with the waves, and with the travel times up and down.
 PingContext SignalChain::in_water(PingContext context) const {
+  context.sectors = sonar_.sectors();
   context.sea_height_m = waves_.at(context.t_s);
   context.beam_shares = shares_[static_cast<std::size_t>(context.beam)];
   if (options_.profile) {
@@ -310,12 +338,12 @@ void SignalChain::compute_expected(const PingContext& context, EchoLine& line,
   channel.direct.assign(room + 2 * reach, 0.0f);
   const std::span<float> direct = std::span(channel.direct).subspan(reach, bins);
   std::ranges::copy(line.bins.intensity_mean, direct.begin());
-  channel.power.assign(room, static_cast<float>(noise(line.side, context.speed_mps)));
+  channel.power.assign(room, static_cast<float>(noise(line.sector, context.speed_mps)));
   const std::span<float> power = std::span(channel.power).first(bins);
   other_paths_.add(context, line, direct, power, channel.sums);
   if (!disturbances_.empty()) {
     channel.gain.assign(bins, 1.0f);
-    disturbances_.apply(context, line.side, channel.gain, power, line.artefacts);
+    disturbances_.apply(context, line.sector, channel.gain, power, line.artefacts);
     for (std::size_t n = 0; n < bins; ++n) direct[n] *= channel.gain[n];
   }
   take_out_glints(line, direct, channel);
@@ -331,7 +359,7 @@ void SignalChain::compute_expected(const PingContext& context, EchoLine& line,
     line.artefacts.add(Artefact::transmit_leakage);
   }
   for (float& loud : power) loud = std::min(loud, loudest);
-  if (leak_ > 0.0f && sides_of(sonar_).size() == 2) line.artefacts.add(Artefact::crosstalk);
+  if (leak_ > 0.0f && sonar_.sectors().size() == 2) line.artefacts.add(Artefact::crosstalk);
 }
 
 /// Cross-talk of what is received in addition to the direct echo: surface, fish, earlier pings and
@@ -339,11 +367,11 @@ void SignalChain::compute_expected(const PingContext& context, EchoLine& line,
 void SignalChain::leak_power(const PingContext& context, std::span<const EchoLine> lines,
                              Scratch& scratch) const {
   const auto of = [&](std::size_t line) -> std::vector<float>& {
-    return scratch.channels[static_cast<std::size_t>(lines[line].side)].power;
+    return scratch.channels[lines[line].sector].power;
   };
   std::vector<float>&one = of(0), &other = of(1);
-  const auto own_one = static_cast<float>(noise(lines[0].side, context.speed_mps)),
-             own_other = static_cast<float>(noise(lines[1].side, context.speed_mps));
+  const auto own_one = static_cast<float>(noise(lines[0].sector, context.speed_mps)),
+             own_other = static_cast<float>(noise(lines[1].sector, context.speed_mps));
   for (std::size_t n = 0; n < one.size(); ++n) {
     const float from_one = leak_ * leak_ * std::max(one[n] - own_one, 0.0f),
                 from_other = leak_ * leak_ * std::max(other[n] - own_other, 0.0f);
@@ -413,26 +441,24 @@ void SignalChain::spread_scatterers(int look, std::span<const float> direct,
 }
 
 /// White complex noise of a look.
-void SignalChain::draw_white(const PingContext& context, Side side, int look, std::size_t count,
-                             std::vector<float>& re, std::vector<float>& im) const {
+void SignalChain::draw_white(const PingContext& context, std::size_t sector, int look,
+                             std::size_t count, std::vector<float>& re,
+                             std::vector<float>& im) const {
   std::array<double, 1> random;
-  RandomStream(options_.seed, Purpose::noise,
-               {options_.sonar_number * 2 + static_cast<std::uint64_t>(side), context.ping,
-                static_cast<std::uint64_t>(looks_of_beam * context.beam + look)})
-      .uniform(random);
+  noise_stream(options_, sonar_.sectors()[sector], context, look).uniform(random);
   re.resize(whole_groups(count));
   im.resize(whole_groups(count));
   draw_complex_normal(static_cast<std::uint32_t>(random[0] * 0x1p32 - 1.0), count, re.data(),
                       im.data());
 }
 
-void SignalChain::draw_noise(const PingContext& context, Side side, int look,
+void SignalChain::draw_noise(const PingContext& context, std::size_t sector, int look,
                              Channel& channel) const {
   const std::size_t room = gains_[0].size();
-  draw_white(context, side, look, room + 2 * taps_of(filter_).reach, channel.white_re,
+  draw_white(context, sector, look, room + 2 * taps_of(filter_).reach, channel.white_re,
              channel.white_im);
   if (sonar_.receiver.output_noise_db)
-    draw_white(context, side, behind_gain + look, room, channel.behind_re, channel.behind_im);
+    draw_white(context, sector, behind_gain + look, room, channel.behind_re, channel.behind_im);
 }
 
 /// Adds all noise before and after the gain to the echo and detects it; `other` leaks into it

@@ -47,7 +47,7 @@ struct ChainOptions {
   std::function<void()> stop_check = {};  ///< called often in the constructor; may throw to end it
 };
 
-/// From the expected echo to the recorded samples, for both sides of a sonar together.
+/// From the expected echo to the recorded samples, for all sectors of a sonar together.
 ///
 /// The stages: echoes of complex scatterers, summed over beam and pulse and scaled so that each
 /// bin's mean intensity is the expected one; plus complex noise of the sea, of the receiver and of
@@ -72,10 +72,10 @@ class SignalChain {
       std::vector<double> sums;
       Scatterers::Scratch cells;
     };
-    std::array<Channel, 2> channels;
+    std::vector<Channel> channels;  ///< by sector
   };
 
-  /// Fills the intensity and sample of a ping's lines (one or two sides) from their
+  /// Fills the intensity and sample of a ping's lines (one for each sector) from their
   /// intensity_mean and places, and sets their artefacts.
   void receive(const PingContext& context, std::span<EchoLine> lines, Scratch& scratch) const;
 
@@ -85,15 +85,15 @@ class SignalChain {
     return FullScale::of(std::span(gains_[static_cast<std::size_t>(beam)])
                              .first(static_cast<std::size_t>(sonar_.bins)));
   }
-  /// Mean noise power of a side, uPa^2, at a speed of the vehicle; without one, at the nominal
+  /// Mean noise power of a sector, uPa^2, at a speed of the vehicle; without one, at the nominal
   /// speed.
-  double noise(Side side, double speed_mps) const;
-  double noise(Side side) const { return noise(side, options_.nominal_speed_mps); }
-  /// The mean intensity in each bin of a side, uPa^2, noise included, over a level bed of the
+  double noise(std::size_t sector, double speed_mps) const;
+  double noise(std::size_t sector) const { return noise(sector, options_.nominal_speed_mps); }
+  /// The mean intensity in each bin of a sector, uPa^2, noise included, over a level bed of the
   /// nominal strength at the nominal altitude and speed; 0 before the first echo.
-  std::vector<double> level_bed(Side side) const;
-  /// The range from which on the noise exceeds that bed's echo on all sides; 0: within the range it
-  /// does not.
+  std::vector<double> level_bed(std::size_t sector) const;
+  /// The range from which on the noise exceeds that bed's echo in all sectors; 0: within the range
+  /// it does not.
   double noise_exceeds_bed_m() const;
   /// What the receiver gets of an echo from the end of the range, at the nominal speed: its share
   /// of what it would get at rest, at least least_beam_share.
@@ -103,15 +103,16 @@ class SignalChain {
   /// The factors on the amplitude in each bin of such a ping after the recorder's gain: automatic
   /// gain, scale to the ping's mean, and the median of what the detector makes of several looks
   /// over the root of the median of their mean intensity.
-  std::vector<double> automatic_gain(Side side) const;
+  std::vector<double> automatic_gain(std::size_t sector) const;
 
  private:
   using Channel = Scratch::Channel;
-  double unit_bed(Side side, std::size_t bin) const;
+  double unit_bed(std::size_t sector, std::size_t bin) const;
   double automatic_gain_db() const;
   std::vector<double> shares_of_beam(int beam) const;
   std::vector<float> gains_of_beam(int beam) const;
   double self_noise(double speed_mps) const;
+  double loudest_noise() const;
   PingContext in_water(PingContext context) const;
   void compute_expected(const PingContext& context, EchoLine& line, Channel& channel) const;
   void leak_power(const PingContext& context, std::span<const EchoLine> lines,
@@ -119,8 +120,8 @@ class SignalChain {
   void take_out_glints(const EchoLine& line, std::span<float> direct, Channel& channel) const;
   void sum_scatterers(int look, Channel& channel) const;
   void spread_scatterers(int look, std::span<const float> direct, Channel& channel) const;
-  void draw_noise(const PingContext& context, Side side, int look, Channel& channel) const;
-  void draw_white(const PingContext& context, Side side, int look, std::size_t count,
+  void draw_noise(const PingContext& context, std::size_t sector, int look, Channel& channel) const;
+  void draw_white(const PingContext& context, std::size_t sector, int look, std::size_t count,
                   std::vector<float>& re, std::vector<float>& im) const;
   void detect_look(const PingContext& context, const Channel* other, int look, float step,
                    float behind_rms, Channel& channel) const;
@@ -136,9 +137,9 @@ class SignalChain {
   Scatterers scatterers_;
   SonarEquation law_;
   std::vector<double> moved_shares_;  // of the two-way beam, at the nominal speed, by bin
-  std::array<double, 2> sea_noise_{};
-  Oscillator waves_;                // 0 if nothing meets the sea surface
-  Oscillator output_noise_wander_;  // dB
+  std::vector<double> sea_noise_;     // by sector
+  Oscillator waves_;                  // 0 if nothing meets the sea surface
+  Oscillator output_noise_wander_;    // dB
   OtherPaths other_paths_;
   Disturbances disturbances_;
   Recorder recorder_;
@@ -146,7 +147,7 @@ class SignalChain {
   std::vector<float> energy_taps_;
   std::vector<std::vector<double>> shares_;  // by beam, as PingContext has them
   std::vector<std::vector<float>> gains_;    // by beam
-  float leak_;                               // amplitude of cross-talk from the other side
+  float leak_;                               // amplitude of cross-talk from the other sector
 };
 
 }  // namespace ensonify::engine

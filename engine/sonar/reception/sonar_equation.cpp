@@ -18,19 +18,19 @@ using std::numbers::pi;
 
 // In the plane abeam, `level` is the horizontal direction to starboard and `up` is upwards. A
 // positive roll turns the sonar's downward axis to port.
-BeamPlane::BeamPlane(const PingContext& context, Side side)
+BeamPlane::BeamPlane(const PingContext& context, std::size_t sector)
     : cos_pitch(std::sqrt(std::max(1.0 - context.array.axis.z() * context.array.axis.z(), 0.0))),
       sin_pitch(context.array.axis.z()) {
   if (cos_pitch < 1e-6) return;
   const ArrayFrame& array = context.array;
-  const double to_side = side == Side::starboard ? 1.0 : -1.0;
+  const double out = context.sectors[sector].out;
   const Eigen::Vector3d level = array.axis.cross(Eigen::Vector3d::UnitZ()) / cos_pitch;
   const Eigen::Vector3d up = level.cross(array.axis);
   cos_roll_tilt = -array.down.dot(up);
-  sin_roll_tilt = -to_side * array.down.dot(level);
-  const ReceiverMotion& motion = context.motion[static_cast<std::size_t>(side)];
+  sin_roll_tilt = -out * array.down.dot(level);
+  const ReceiverMotion& motion = context.motion[sector];
   roll_tilt_per_m = motion.abeam_turn.dot(array.down);
-  turn_level_per_m = to_side * motion.array_turn.dot(level);
+  turn_level_per_m = out * motion.array_turn.dot(level);
   turn_down_per_m = -motion.array_turn.dot(up);
   drift_along = motion.drift_along;
 }
@@ -44,8 +44,7 @@ SonarEquation::SonarEquation(const Sonar& sonar, double sound_speed_mps, double 
       frequency_hz_(sonar.frequency_hz),
       source_level_db_(sonar.source_level_db),
       absorption_db_per_m_(absorption_db_per_m),
-      vertical_{VerticalTable(sonar.vertical, Side::port),
-                VerticalTable(sonar.vertical, Side::starboard)},
+      vertical_(VerticalTable::of(sonar)),
       moved_beam_(sonar, wavelength_m_),
       scatterers_(&scatterers) {
   for (std::size_t bin = 0; bin < static_cast<std::size_t>(sonar.bins); ++bin)
@@ -71,30 +70,30 @@ double SonarEquation::width_m_at(double range_m) const {
   return width_m(static_cast<std::size_t>(range_m / bin_m_));
 }
 
-double SonarEquation::level_bed(Side side, const BeamPlane& plane, double range_m,
+double SonarEquation::level_bed(std::size_t sector, const BeamPlane& plane, double range_m,
                                 double sine) const {
   const double down = std::min(sine, 0.9), level = std::sqrt(1.0 - down * down);
   return per_m2_at(range_m) * plane.slant_m(width_m_at(range_m)) * cell_m_ / level *
-         two_way(side, plane, range_m, level * range_m, down * range_m);
+         two_way(sector, plane, range_m, level * range_m, down * range_m);
 }
 
-double SonarEquation::vertical_width_rad(Side side, int power) const {
+double SonarEquation::vertical_width_rad(std::size_t sector, int power) const {
   constexpr int steps = 3600;
   double sum = 0.0;
   for (int i = 0; i < steps; ++i) {
     const double depression = 2.0 * pi * (i + 0.5) / steps;
-    sum += std::pow(vertical(side, std::cos(depression), std::sin(depression)), power);
+    sum += std::pow(vertical(sector, std::cos(depression), std::sin(depression)), power);
   }
   return sum * 2.0 * pi / steps;
 }
 
 double sea_noise_power(const Sonar& sonar, const SonarEquation& law, const SeaState& sea,
-                       Side side) {
+                       std::size_t sector) {
   // The array receives isotropic noise in a beam that is lambda / L wide at all depressions, wider
   // by its shading.
   const LineArray array = sonar.receive_array(law.wavelength_m());
   const double width = array.wavelength_m / array.length_m * array.shading.noise_width_x();
-  const double solid_angle_sr = std::min(width, 2.0) * law.vertical_width_rad(side, 1);
+  const double solid_angle_sr = std::min(width, 2.0) * law.vertical_width_rad(sector, 1);
   const double ambient =
       scatter::from_db(scatter::ambient_noise_db(sonar.frequency_hz, sea.wind_mps, sea.shipping)) *
       solid_angle_sr / (4.0 * pi);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -45,45 +44,45 @@ class SonarEquation {
   double wavelength_m() const { return wavelength_m_; }
   double frequency_hz() const { return frequency_hz_; }
   double sound_speed_mps() const { return wavelength_m_ * frequency_hz_; }
-  /// One-way power of a side's vertical pattern, for a direction's components abeam and down in
+  /// One-way power of a sector's vertical pattern, for a direction's components abeam and down in
   /// the sonar's frame.
-  double vertical(Side side, double abeam, double down) const {
-    return vertical_[static_cast<std::size_t>(side)].power(abeam, down);
+  double vertical(std::size_t sector, double abeam, double down) const {
+    return vertical_[sector].power(abeam, down);
   }
-  /// The same, for a direction's components in the plane abeam: horizontally to the side, and down
+  /// The same, for a direction's components in the plane abeam: horizontally outwards, and down
   /// within the plane.
-  double vertical(Side side, const BeamPlane& plane, double level, double down) const {
-    return vertical(side, level * plane.cos_roll_tilt + down * plane.sin_roll_tilt,
+  double vertical(std::size_t sector, const BeamPlane& plane, double level, double down) const {
+    return vertical(sector, level * plane.cos_roll_tilt + down * plane.sin_roll_tilt,
                     down * plane.cos_roll_tilt - level * plane.sin_roll_tilt);
   }
   /// The same when an echo from a range comes back; from a negative range: that long before the
   /// ping.
-  double vertical_at(Side side, const BeamPlane& plane, double range_m, double level,
+  double vertical_at(std::size_t sector, const BeamPlane& plane, double range_m, double level,
                      double down) const {
     const double turned_rad = range_m * plane.roll_tilt_per_m;
-    return vertical(side, plane, level + turned_rad * down, down - turned_rad * level);
+    return vertical(sector, plane, level + turned_rad * down, down - turned_rad * level);
   }
   /// Two-way power of the vertical pattern towards a place in the plane, at a range, times what is
   /// left of the beam along the track. before_m: how long before this ping the sound was
   /// transmitted, as a range.
-  double two_way(Side side, const BeamPlane& plane, double range_m, double level_m, double down_m,
-                 double before_m = 0.0) const {
-    const double sent = vertical_at(side, plane, -before_m, level_m, down_m);
+  double two_way(std::size_t sector, const BeamPlane& plane, double range_m, double level_m,
+                 double down_m, double before_m = 0.0) const {
+    const double sent = vertical_at(sector, plane, -before_m, level_m, down_m);
     if (plane.at_rest()) return sent * sent;
-    return sent * vertical_at(side, plane, range_m - before_m, level_m, down_m) *
+    return sent * vertical_at(sector, plane, range_m - before_m, level_m, down_m) *
            moved_share(plane, range_m, level_m, down_m);
   }
   double moved_share(const BeamPlane& plane, double range_m, double level_m, double down_m) const {
     return plane.at_rest() ? 1.0 : moved_beam_.share(range_m, plane.shift(level_m, down_m));
   }
   const MovedBeam& moved_beam() const { return moved_beam_; }
-  /// Intensity, uPa^2, of the echo of a level bed of unit strength on one side of the plane, from
+  /// Intensity, uPa^2, of the echo of a level bed of unit strength in a sector, from
   /// cells about a range. `sine`: of their depression in the plane; at most 0.9 counts, since cells
   /// near the vertical do not grow without limit.
-  double level_bed(Side side, const BeamPlane& plane, double range_m, double sine) const;
+  double level_bed(std::size_t sector, const BeamPlane& plane, double range_m, double sine) const;
   /// Integral over depression of the one-way vertical pattern raised to `power`: 1: one-way, 2:
   /// two-way.
-  double vertical_width_rad(Side side, int power) const;
+  double vertical_width_rad(std::size_t sector, int power) const;
 
  private:
   double on_axis(double range_m) const;
@@ -91,7 +90,7 @@ class SonarEquation {
   double bin_m_, cell_m_, lead_m_, wavelength_m_, frequency_hz_;
   double source_level_db_, absorption_db_per_m_;
   std::vector<double> per_m2_;
-  std::array<VerticalTable, 2> vertical_;
+  std::vector<VerticalTable> vertical_;  // by sector
   MovedBeam moved_beam_;
   const Scatterers* scatterers_;
 };
@@ -100,6 +99,6 @@ class SonarEquation {
 /// (scatter/ambient_noise.h) in the band of the pulse, reduced by the directivity of the receiving
 /// array.
 double sea_noise_power(const Sonar& sonar, const SonarEquation& law, const SeaState& sea,
-                       Side side);
+                       std::size_t sector);
 
 }  // namespace ensonify::engine

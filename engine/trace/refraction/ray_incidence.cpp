@@ -39,8 +39,8 @@ RayIncidence::Step RayIncidence::in_sea(const Eigen::Vector3d& step,
   const Across across(launch, direction);
   const double on = step.dot(launch), up = step.dot(across.up_at_launch),
                aside = step.dot(across.aside);
-  return {.way = (along * on + upturn * step.z()) * direction + upwards * up * across.up_at_hit +
-                 sideways * aside * across.aside,
+  return {.displacement = (along * on + upturn * step.z()) * direction +
+                          upwards * up * across.up_at_hit + sideways * aside * across.aside,
           .turn = (turn_along * on + turn_upwards * up) * across.up_at_hit +
                   turn_sideways * aside * across.aside};
 }

@@ -33,12 +33,13 @@ struct RayIncidence {
   /// The unit normal that a facet at the hit has in straightened space, from its unit normal in the
   /// sea and the ray's launch direction.
   Eigen::Vector3d straightened(const Eigen::Vector3d& normal, const Eigen::Vector3d& launch) const;
-  /// What a small step (m) from the hit in straightened space is in the sea. A step along a facet
-  /// there is one along the facet here.
+  /// A small step from the hit, in the sea.
   struct Step {
-    Eigen::Vector3d way;   ///< m
-    Eigen::Vector3d turn;  ///< change of `direction`
+    Eigen::Vector3d displacement;  ///< m
+    Eigen::Vector3d turn;          ///< change of `direction`
   };
+  /// Converts a small step (m) at the hit from straightened space to the sea. A step along a facet
+  /// in straightened space becomes a step along the facet in the sea.
   Step in_sea(const Eigen::Vector3d& step, const Eigen::Vector3d& launch) const;
 };
 

@@ -31,14 +31,14 @@ Waterfall bed_of_levels(std::size_t pings, Level&& level) {
   for (std::size_t ping = 0; ping < pings; ++ping) {
     const double height_m = 8.0 + 8.0 * static_cast<double>(ping) / static_cast<double>(pings);
     std::array<EchoLine, 2> sides;
-    for (const Side side : {Side::port, Side::starboard}) {
-      EchoLine& line = sides[static_cast<std::size_t>(side)];
-      line.side = side;
+    for (const Sector& sector : sidescan_sectors) {
+      EchoLine& line = sides[sector.number];
+      line.sector = sector.number;
       line.bins.assign(bins);
       for (std::size_t i = 0; i < bins; ++i) {
         const double r = (static_cast<double>(i) + 0.5) * sonar.bin_m();
         if (r <= height_m) continue;
-        const std::size_t column = side == Side::port ? bins - 1 - i : bins + i;
+        const std::size_t column = sector.number == 0 ? bins - 1 - i : bins + i;
         line.bins.region[i] = static_cast<std::uint32_t>(Region::seabed);
         line.bins.intensity[i] = static_cast<float>(
             1e9 * level(ping, column, std::asin(height_m / r)) * std::pow(r, -3.0));

@@ -22,7 +22,7 @@ Waterfall flat_bed(std::size_t pings, int bins) {
   Waterfall waterfall(sonar, pings);
   for (std::size_t ping = 0; ping < pings; ++ping) {
     EchoLine sides[2];
-    sides[1].side = Side::starboard;
+    sides[1].sector = 1;
     for (EchoLine& line : sides) {
       line.bins.assign(static_cast<std::size_t>(bins));
       for (int i = 0; i < bins; ++i) {

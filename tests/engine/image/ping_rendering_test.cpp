@@ -47,8 +47,8 @@ struct Stage {
     sonar.elevations = 400;
     const RayLayout layout = make_ray_layout(sonar, 0.00375, 4.0);
     std::vector<refine::FanVolume> volumes;
-    for (const Side side : {Side::port, Side::starboard}) {
-      fans.push_back(place_fan(layout, track[10], side, 25.0));
+    for (const Sector& sector : sidescan_sectors) {
+      fans.push_back(place_fan(layout, track[10], sector, 25.0));
       volumes.push_back(fan_volume_of(fans.back()));
     }
     mesh.refine(volumes);

@@ -77,8 +77,8 @@ TEST_CASE("the side and the aspect are those of the sonar, however it is mounted
     image.sonar.sides = sides;
     image.sonar.bins = 8;  // all columns are of one side
     const bool port = sides == Sides::port;
-    CHECK(target_records(image, labelled_bed()).front().target.sight.side() ==
-          (port ? Side::port : Side::starboard));
+    CHECK(target_records(image, labelled_bed()).front().target.sight.sector() ==
+          (port ? "port" : "starboard"));
     // North, or south, less the object's heading.
     CHECK(aspect_rad(image) == Approx(port ? -0.25 * pi : 0.75 * pi));
     image.sonar.mounting.azimuth_rad = -0.5 * pi;  // starboard looks ahead, to the east

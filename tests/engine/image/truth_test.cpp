@@ -74,7 +74,7 @@ TEST_CASE("A target has box, area and border in the picture's pixels, the newest
   CHECK(target.shadow.area_px == 2);
   CHECK(target.shadow.low == Corner{2, 3});
   CHECK(target.shadow.polygons[0] == std::vector<Corner>{{2, 3}, {4, 3}, {4, 4}, {2, 4}});
-  CHECK(target.sight.side() == Side::starboard);
+  CHECK(target.sight.sector() == "starboard");
   CHECK(target.ping == Approx((2.0 + 2.0 + 1.0) / 3.0));  // row 1 of 4 is ping 2
   CHECK(target.range_m == Approx((7.0 + 8.0 + 7.0) / 3.0));
   CHECK(target.contrast_db.value() == Approx(10.0));

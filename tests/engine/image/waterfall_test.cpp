@@ -12,9 +12,9 @@ using namespace ensonify::engine;
 
 namespace {
 
-EchoLine line(Side side, std::size_t bins, float first) {
+EchoLine line(std::size_t sector, std::size_t bins, float first) {
   EchoLine line;
-  line.side = side;
+  line.sector = sector;
   line.bins.assign(bins);
   for (std::size_t i = 0; i < bins; ++i) {
     line.bins.intensity[i] = first + static_cast<float>(i);
@@ -34,17 +34,17 @@ TEST_CASE("A row has port from far to near, then starboard from near to far") {
   PingRow record;
   record.block = 9;
   // For either order of the sides.
-  std::vector sides = {line(Side::starboard, 3, 20), line(Side::port, 3, 10)};
+  std::vector sides = {line(1, 3, 20), line(0, 3, 10)};
   sides[0].first_return = 2;
   sides[1].starved = 7;
   waterfall.set_row(1, sides, record);
   CHECK(waterfall.pixels.intensity == std::vector<float>{0, 0, 0, 0, 0, 0, 12, 11, 10, 20, 21, 22});
   CHECK(waterfall.pixels.region == std::vector<std::uint32_t>{0, 0, 0, 0, 0, 0, 2, 1, 0, 0, 1, 2});
   CHECK(waterfall.pings[1].block == 9);
-  CHECK(waterfall.pings[1].first_return_starboard == 2);
-  CHECK(waterfall.pings[1].first_return_port == -1);
-  CHECK(waterfall.pings[1].starved_port == 7);
-  CHECK(waterfall.pings[1].starved_starboard == 0);
+  CHECK(waterfall.pings[1].lines[1].first_return == 2);
+  CHECK(waterfall.pings[1].lines[0].first_return == -1);
+  CHECK(waterfall.pings[1].lines[0].starved == 7);
+  CHECK(waterfall.pings[1].lines[1].starved == 0);
   CHECK(waterfall.pings[0].block == 0);
 }
 
@@ -54,14 +54,13 @@ TEST_CASE("A sonar with one side has only that side's columns and lines") {
   sonar.sides = Sides::port;
   Waterfall port(sonar, 1);
   CHECK(port.columns() == 3);
-  port.set_row(0, std::vector{line(Side::port, 3, 10)}, {});
+  port.set_row(0, std::vector{line(0, 3, 10)}, {});
   CHECK(port.pixels.intensity == std::vector<float>{12, 11, 10});
-  CHECK(port.pings[0].first_return_starboard == -1);
-  CHECK_THROWS_AS(port.set_row(0, std::vector{line(Side::starboard, 3, 0)}, {}),
-                  std::invalid_argument);
+  CHECK(port.pings[0].lines[1].first_return == -1);
+  CHECK_THROWS_AS(port.set_row(0, std::vector{line(1, 3, 0)}, {}), std::invalid_argument);
   sonar.sides = Sides::starboard;
   Waterfall starboard(sonar, 1);
-  starboard.set_row(0, std::vector{line(Side::starboard, 3, 20)}, {});
+  starboard.set_row(0, std::vector{line(0, 3, 20)}, {});
   CHECK(starboard.pixels.intensity == std::vector<float>{20, 21, 22});
 }
 
@@ -70,20 +69,15 @@ TEST_CASE("A row that does not fit the waterfall is refused") {
   sonar.bins = 3;
   Waterfall waterfall(sonar, 2);
   CHECK_THROWS_AS(waterfall.set_row(2, {}, {}), std::invalid_argument);
-  CHECK_THROWS_AS(waterfall.set_row(0, std::vector{line(Side::port, 4, 0)}, {}),
-                  std::invalid_argument);
-  CHECK_THROWS_AS(waterfall.set_row(0, std::vector{line(Side::port, 2, 0)}, {}),
-                  std::invalid_argument);
+  CHECK_THROWS_AS(waterfall.set_row(0, std::vector{line(0, 4, 0)}, {}), std::invalid_argument);
+  CHECK_THROWS_AS(waterfall.set_row(0, std::vector{line(0, 2, 0)}, {}), std::invalid_argument);
 }
 
 TEST_CASE("Rows set from several threads equal rows set from one") {
   Sonar sonar;
   sonar.bins = 50;
   const auto set = [](Waterfall& waterfall, std::size_t row) {
-    waterfall.set_row(
-        row,
-        std::vector{line(Side::port, 50, static_cast<float>(row)), line(Side::starboard, 50, 1)},
-        {});
+    waterfall.set_row(row, std::vector{line(0, 50, static_cast<float>(row)), line(1, 50, 1)}, {});
   };
   Waterfall one(sonar, 64), several(sonar, 64);
   for (std::size_t row = 0; row < 64; ++row) set(one, row);

@@ -55,9 +55,9 @@ GroundLayers with_shadows() {
 
 TEST_CASE("over a level bed the truth and the navigation give the same places, also of shadow") {
   const PlacedSide truth =
-      place(ping(), sonar_of_20_bins(), Side::starboard, Positions::truth, with_shadows());
+      place(ping(), sonar_of_20_bins(), starboard_sector, Positions::truth, with_shadows());
   const PlacedSide reported =
-      place(ping(), sonar_of_20_bins(), Side::starboard, Positions::navigation, with_shadows());
+      place(ping(), sonar_of_20_bins(), starboard_sector, Positions::navigation, with_shadows());
   REQUIRE(truth.places_m.size() == 41);
   REQUIRE(reported.places_m.size() == 41);
   for (std::size_t bin = 6; bin < 20; ++bin) {
@@ -79,9 +79,9 @@ TEST_CASE("over a level bed the truth and the navigation give the same places, a
 TEST_CASE("port lies opposite to starboard") {
   const GroundLayers layers = with_shadows();
   const PlacedSide port =
-      place(ping(), sonar_of_20_bins(), Side::port, Positions::navigation, layers);
+      place(ping(), sonar_of_20_bins(), port_sector, Positions::navigation, layers);
   const PlacedSide starboard =
-      place(ping(), sonar_of_20_bins(), Side::starboard, Positions::navigation, layers);
+      place(ping(), sonar_of_20_bins(), starboard_sector, Positions::navigation, layers);
   for (std::size_t i = 0; i < port.places_m.size(); ++i)
     CHECK((port.places_m[i] + starboard.places_m[i] - Vector2d(200.0, 400.0)).norm() < 1e-9);
 }
@@ -91,12 +91,12 @@ TEST_CASE("a side without data has no places, and damaged places are not used") 
   layers.x_m[8] = std::nanf("");
   layers.y_m[15] = 1e30f;
   const PlacedSide placed =
-      place(ping(), sonar_of_20_bins(), Side::starboard, Positions::truth, layers);
+      place(ping(), sonar_of_20_bins(), starboard_sector, Positions::truth, layers);
   for (const Vector2d& at : placed.places_m) CHECK((at - Vector2d(100.0, 200.0)).norm() < 25.0);
 
   layers.region.assign(20, static_cast<float>(Region::no_data));
   for (const Positions positions : {Positions::truth, Positions::navigation})
-    CHECK(place(ping(), sonar_of_20_bins(), Side::starboard, positions, layers).empty());
+    CHECK(place(ping(), sonar_of_20_bins(), starboard_sector, positions, layers).empty());
 }
 
 TEST_CASE("mean levels follow a smooth law over range, and fill what was not seen") {

@@ -33,8 +33,8 @@ std::vector<std::vector<std::string>> table(const std::string& csv) {
 TEST_CASE("There is one row per ping with the documented columns, and numbers read back exactly") {
   Waterfall waterfall = sample_waterfall(3);
   waterfall.pings[1].altitude_m = std::numeric_limits<double>::quiet_NaN();
-  waterfall.pings[1].first_return_port = -1;
-  waterfall.pings[2].first_return_starboard = 0;
+  waterfall.pings[1].lines[0].first_return = -1;
+  waterfall.pings[2].lines[1].first_return = 0;
   const std::string csv = pings_csv(waterfall);
   CHECK(
       csv.find("ping,t_s,x_m,y_m,z_m,roll_deg,pitch_deg,heading_deg,reported_x_m,reported_y_m,"

@@ -40,9 +40,9 @@ Waterfall sample_line(std::size_t pings, int bins = 50) {
   Waterfall line(sonar, pings);
   for (std::size_t ping = 0; ping < pings; ++ping) {
     EchoLine sides[2];
-    for (const Side side : {Side::port, Side::starboard}) {
-      EchoLine& echo = sides[side == Side::starboard];
-      echo.side = side;
+    for (const Sector& sector : sidescan_sectors) {
+      EchoLine& echo = sides[sector.number == 1];
+      echo.sector = sector.number;
       echo.bins.assign(static_cast<std::size_t>(bins));
       for (int bin = 0; bin < bins; ++bin) {
         const auto b = static_cast<std::size_t>(bin);
@@ -50,7 +50,7 @@ Waterfall sample_line(std::size_t pings, int bins = 50) {
         echo.bins.range_m[b] = range_m;
         echo.bins.region[b] = static_cast<std::uint32_t>(Region::seabed);
         const float amplitude =
-            static_cast<float>(1 + bin + (side == Side::starboard ? 100 : 0) + ping % 7);
+            static_cast<float>(1 + bin + (sector.number == 1 ? 100 : 0) + ping % 7);
         echo.bins.sample[b] = static_cast<std::uint32_t>(100.0f * amplitude);
       }
     }
@@ -102,7 +102,7 @@ TEST_CASE("each beam of a ping is a ping of a recording, with its place and, in 
   Waterfall line(sonar, 2, 4);
   std::vector<EchoLine> lines(6);
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    lines[i].side = i % 2 == 0 ? Side::port : Side::starboard;
+    lines[i].sector = i % 2;
     lines[i].bins.assign(10);
   }
   PingRow record;
@@ -247,7 +247,8 @@ TEST_CASE("an XTF follows its format description byte by byte") {
 
 TEST_CASE("the level at full scale falls by what each ping's gain is over the usual one") {
   Waterfall line = sample_line(2);
-  line.pings[1].gain = {10.0, 0.1};  // port, starboard: 20 dB either way
+  line.pings[1].lines[0].gain = 10.0;  // port, starboard: 20 dB either way
+  line.pings[1].lines[1].gain = 0.1;
   const std::vector<Recording> recording{make_recording(line, sample_levels(), sample_frame())};
   const std::vector<std::byte> xtf = encode_xtf(recording), jsf = encode_jsf(recording);
   const int near_db = static_cast<int>(std::lround(160.0 - 40.0 * std::log10(0.8)));
@@ -526,7 +527,6 @@ TEST_CASE("a sonar with one side is silent on the other, and north is 360 degree
   sonar.bins = 8;
   Waterfall line(sonar, 1);
   EchoLine echo;
-  echo.side = Side::starboard;
   echo.bins.assign(8);
   echo.bins.sample.assign(8, 70u);
   echo.bins.region.assign(8, static_cast<std::uint32_t>(Region::seabed));

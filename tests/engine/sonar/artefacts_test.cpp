@@ -39,7 +39,7 @@ struct Receiver {
   EchoLine receive(std::uint64_t ping = 0, double t_s = 0.0, double north_m = 0.0,
                    double strength = 1.0) {
     const Eigen::Vector3d here = array_place + north_m * Eigen::Vector3d::UnitY();
-    EchoLine line = level_line(sonar, Side::starboard, here, altitude_m);
+    EchoLine line = level_line(sonar, starboard_sector, here, altitude_m);
     for (float& mean : line.bins.intensity_mean) mean *= static_cast<float>(strength);
     chain.receive({.ping = ping, .t_s = t_s, .array = {here, {0, 1, 0}}, .altitude_m = altitude_m},
                   std::span(&line, 1), scratch);
@@ -140,7 +140,7 @@ TEST_CASE("another sonar has its level over the noise at the vehicle's speed") {
       {.speckle = false, .artefacts = {.interference_db = 20.0, .interference_range_m = 20.0}});
   SignalChain::Scratch scratch;
   for (const double speed_mps : {0.0, 6.0}) {
-    EchoLine line = level_line(sonar, Side::starboard, array_place, altitude_m);
+    EchoLine line = level_line(sonar, starboard_sector, array_place, altitude_m);
     std::ranges::fill(line.bins.intensity_mean, 0.0f);
     chain.receive(
         {.array = {array_place, {0, 1, 0}}, .altitude_m = altitude_m, .speed_mps = speed_mps},
@@ -159,8 +159,8 @@ TEST_CASE("a gain from ping to ping is the same on both sides and in all bins of
   double squares = 0.0, products = 0.0, before_db = 0.0;
   constexpr int pings = 1000;
   for (int ping = 0; ping < pings; ++ping) {
-    std::array<EchoLine, 2> lines{level_line(sonar, Side::port, array_place, altitude_m),
-                                  level_line(sonar, Side::starboard, array_place, altitude_m)};
+    std::array<EchoLine, 2> lines{level_line(sonar, port_sector, array_place, altitude_m),
+                                  level_line(sonar, starboard_sector, array_place, altitude_m)};
     for (EchoLine& line : lines)
       for (float& mean : line.bins.intensity_mean) mean *= 1e9f;
     std::array<EchoLine, 2> usual = lines;
@@ -378,7 +378,7 @@ TEST_CASE("fish swim below the sea surface") {
     std::vector<float> all;
     for (double north_m = 0.0; north_m < 100.0; north_m += 1.0) {
       const Eigen::Vector3d here = shallow + north_m * Eigen::Vector3d::UnitY();
-      EchoLine line = level_line(sonar, Side::starboard, here, 2.0);
+      EchoLine line = level_line(sonar, starboard_sector, here, 2.0);
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
       chain.receive({.array = {here, {0, 1, 0}}, .altitude_m = 2.0}, std::span(&line, 1), scratch);
       all.insert(all.end(), line.bins.intensity.begin(), line.bins.intensity.end());
@@ -404,7 +404,7 @@ TEST_CASE("a pitched array meets as many fish, and a wake where its beam meets t
     int pings = 0;
     for (double north_m = 0.0; north_m < 400.0; north_m += 1.0) {
       const Eigen::Vector3d here = array_place + north_m * Eigen::Vector3d::UnitY();
-      EchoLine line = level_line(receiver.sonar, Side::starboard, here, 60.0);
+      EchoLine line = level_line(receiver.sonar, starboard_sector, here, 60.0);
       receiver.chain.receive({.array = pitched(here, bow_up_rad), .altitude_m = 60.0},
                              std::span(&line, 1), receiver.scratch);
       pings += line.artefacts.has(Artefact::fish);
@@ -422,7 +422,7 @@ TEST_CASE("a pitched array meets as many fish, and a wake where its beam meets t
                        .wake_heading_rad = 90.0 * degree,
                        .wake_width_m = 2.0,
                        .wake_offset_m = offset_m});
-    EchoLine line = level_line(receiver.sonar, Side::starboard, array_place, altitude_m);
+    EchoLine line = level_line(receiver.sonar, starboard_sector, array_place, altitude_m);
     std::ranges::fill(line.bins.intensity_mean, 0.0f);
     receiver.chain.receive({.array = pitched(array_place, bow_up_rad), .altitude_m = altitude_m},
                            std::span(&line, 1), receiver.scratch);
@@ -463,7 +463,7 @@ TEST_CASE("a wake's echo is as long as the pulse, and has the energy of its stre
                                                     .wake_width_m = width_m,
                                                     .wake_offset_m = 40.0}});
       SignalChain::Scratch scratch;
-      EchoLine line = level_line(sonar, Side::starboard, array_place, altitude_m);
+      EchoLine line = level_line(sonar, starboard_sector, array_place, altitude_m);
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
       chain.receive({.array = {array_place, {0, 1, 0}}, .altitude_m = altitude_m},
                     std::span(&line, 1), scratch);
@@ -500,7 +500,7 @@ TEST_CASE("a wake floats on the waves from which the surface's return comes") {
   double lowest_m = 100.0, highest_m = 0.0;
   for (int ping = 0; ping < 20; ++ping) {
     const auto first_m = [&](const SignalChain& chain) {
-      EchoLine line = level_line(sonar, Side::starboard, array_place, altitude_m);
+      EchoLine line = level_line(sonar, starboard_sector, array_place, altitude_m);
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
       chain.receive(
           {.t_s = 0.9 * ping, .array = {array_place, {0, 1, 0}}, .altitude_m = altitude_m},
@@ -541,13 +541,13 @@ TEST_CASE("shimmer's bands bend, and those of one side are not those of the othe
   constexpr std::size_t rows = 80, later = 10;     // 0.6 s each, a tenth of the period
   std::array<std::vector<std::vector<double>>, 2> db;
   for (std::size_t row = 0; row < rows; ++row)
-    for (const Side side : {Side::port, Side::starboard}) {
-      EchoLine line = level_line(sonar, side, array_place, altitude_m);
+    for (const Sector& sector : sidescan_sectors) {
+      EchoLine line = level_line(sonar, sector, array_place, altitude_m);
       chain.receive({.t_s = 0.6 * static_cast<double>(row),
                      .array = {array_place, {0, 1, 0}},
                      .altitude_m = altitude_m},
                     std::span(&line, 1), scratch);
-      std::vector<double>& values = db[static_cast<std::size_t>(side)].emplace_back();
+      std::vector<double>& values = db[sector.number].emplace_back();
       for (const float intensity : line.bins.intensity) values.push_back(scatter::to_db(intensity));
     }
   // Between rows of two sides, the later one shifted by some bins.

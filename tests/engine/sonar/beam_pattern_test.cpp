@@ -53,7 +53,7 @@ TEST_CASE("a ray layout's weights sum over planes to the beam's width at every e
       sonar.side_lobes = side_lobes;
       const RayLayout layout = make_ray_layout(sonar, 0.00375, 7.5);
       const Beam beam(sonar, 0.00375);
-      const ReceiverMotion fixed = receiver_motion({}, Side::port, 80.0, 1500.0);
+      const ReceiverMotion fixed = receiver_motion({}, port_sector, 80.0, 1500.0);
       const std::size_t elevations = layout.grid->elevation_rad.size();
       // The integral of sinc^2(a s) sinc^2(b s) is the overlap of two triangles, (1 - a / 3
       // b) / b for b >= a.
@@ -66,7 +66,7 @@ TEST_CASE("a ray layout's weights sum over planes to the beam's width at every e
         double sum = 0.0;
         for (std::size_t k = 0; k < layout.grid->planes.size(); ++k)
           if (layout.grid->within_beam(k, j))
-            sum += beam.two_way(Side::port, layout.samples_of(k), layout.grid->cos_elevation[j],
+            sum += beam.two_way(0, layout.samples_of(k), layout.grid->cos_elevation[j],
                                 -fixed.abeam, 50.0, fixed);
         REQUIRE(std::abs(to_db(sum / width_rad)) < beyond_db);
       }
@@ -80,7 +80,7 @@ TEST_CASE("in the near field too, a plane's samples sum to the beam's integral a
     const RayLayout layout = make_ray_layout(sonar, 0.00375, sonar.range_m / height_m);
     const Beam beam(sonar, 0.00375);
     const LineArray its_array{sonar.array_length_m, 0.00375};
-    const ReceiverMotion fixed = receiver_motion({}, Side::port, 80.0, 1500.0);
+    const ReceiverMotion fixed = receiver_motion({}, port_sector, 80.0, 1500.0);
     CHECK(layout.grid->planes.size() <= 14);
     for (const double range_m : {1.0, 1.1, 1.5, 2.3, 4.0, 9.0}) {
       const double r = range_m * height_m;
@@ -91,7 +91,7 @@ TEST_CASE("in the near field too, a plane's samples sum to the beam's integral a
       double sum = 0.0;
       for (std::size_t k = 0; k < layout.grid->planes.size(); ++k)
         if (std::abs(layout.grid->planes[k].sin_azimuth) <= layout.grid->sin_truncation)
-          sum += beam.two_way(Side::port, layout.samples_of(k), 1.0, fixed.down, r, fixed);
+          sum += beam.two_way(0, layout.samples_of(k), 1.0, fixed.down, r, fixed);
       CAPTURE(height_m, r);
       CHECK(to_db(sum / width_rad) == Approx(0.0).margin(0.05));
     }
@@ -111,11 +111,11 @@ TEST_CASE(
   const LineArray its_array{sonar.array_length_m, wavelength_m};
   const Beam beam(sonar, wavelength_m);
   const std::array<BeamSample, 1> sample{{{0.0021f, 1.0f}}};
-  for (const Side side : {Side::port, Side::starboard}) {
-    const ReceiverMotion motion = receiver_motion(pose, side, 80.0, sound_speed_mps);
+  for (const Sector& sector : sidescan_sectors) {
+    const ReceiverMotion motion = receiver_motion(pose, sector, 80.0, sound_speed_mps);
     CHECK_FALSE(motion.steady);
     const Eigen::Matrix3d body = body_to_world(pose);
-    const double sign = side == Side::port ? -1.0 : 1.0;
+    const double sign = sector.number == 0 ? -1.0 : 1.0;
     const Eigen::Vector3d direction =
         (0.0021 * body.col(0) + sign * body.col(1) * 0.8 + body.col(2) * 0.6).normalized();
     for (const double r : {9.0, 40.0, 79.0}) {
@@ -123,25 +123,25 @@ TEST_CASE(
       const Eigen::Vector3d way = (pose.position + r * direction - then.position).normalized();
       const Eigen::Matrix3d its_body = body_to_world(then);
       const double received_power = sonar.vertical.power(
-          std::atan2(way.dot(its_body.col(2)), sign * way.dot(its_body.col(1))), side);
-      const double sent_power = sonar.vertical.power(std::atan2(0.6, 0.8), side);
+          std::atan2(way.dot(its_body.col(2)), sign * way.dot(its_body.col(1))), sector);
+      const double sent_power = sonar.vertical.power(std::atan2(0.6, 0.8), sector);
       const double expected = its_array.power(direction.dot(body.col(0))) *
                               its_array.power(way.dot(its_body.col(0))) * sent_power *
                               received_power;
-      CAPTURE(r, static_cast<int>(side));
-      CHECK(beam.two_way(side, sample, 1.0, direction, r, motion) ==
+      CAPTURE(r, sector.name);
+      CHECK(beam.two_way(sector.number, sample, 1.0, direction, r, motion) ==
             Approx(expected).epsilon(0.01));
     }
   }
-  CHECK(receiver_motion(Pose{}, Side::port, 80.0, sound_speed_mps).steady);
+  CHECK(receiver_motion(Pose{}, port_sector, 80.0, sound_speed_mps).steady);
 }
 
 TEST_CASE(
     "the vertical pattern peaks at its tilt, is 3 dB down at half its width, and has a floor") {
   const VerticalPattern pattern;
-  for (const Side side : {Side::port, Side::starboard}) {
+  for (const Sector& sector : sidescan_sectors) {
     const auto level_db = [&](double depression_rad) {
-      return to_db(pattern.power(depression_rad, side));
+      return to_db(pattern.power(depression_rad, sector));
     };
     CHECK(level_db(pattern.tilt_rad) == Approx(0.0).margin(1e-9));
     for (const double sign : {-1.0, 1.0})
@@ -157,8 +157,8 @@ TEST_CASE(
   VerticalPattern pattern;
   pattern.measured = {std::vector<VerticalLevel>{{-0.5, -12.0}, {0.5, -2.0}, {1.0, -7.0}},
                       std::vector<VerticalLevel>{{0.0, 0.0}, {1.5, -30.0}}};
-  const auto port_db = [&](double d) { return to_db(pattern.power(d, Side::port)); };
-  const auto starboard_db = [&](double d) { return to_db(pattern.power(d, Side::starboard)); };
+  const auto port_db = [&](double d) { return to_db(pattern.power(d, port_sector)); };
+  const auto starboard_db = [&](double d) { return to_db(pattern.power(d, starboard_sector)); };
   CHECK(port_db(-0.5) == Approx(-12.0));
   CHECK(port_db(0.25) == Approx(-4.5));
   CHECK(port_db(0.75) == Approx(-4.5));
@@ -181,7 +181,7 @@ TEST_CASE("a floor below fills nulls from the axis to the element's back, and no
   VerticalPattern without = with;
   with.floor_below_db = -15.0;
   const auto db = [](const VerticalPattern& pattern, double depression_deg) {
-    return to_db(pattern.power(depression_deg * degree, Side::port));
+    return to_db(pattern.power(depression_deg * degree, port_sector));
   };
   CHECK(db(without, 65.5) < -40.0);  // the null of sinc^2
   CHECK(db(with, 65.5) == Approx(-15.0));
@@ -215,14 +215,14 @@ TEST_CASE("what lies beyond the fan adds less than 0.1 dB over a bed turned by u
     CAPTURE(beamwidth_deg, tilt_deg, end_rad / degree);
     CHECK(end_rad >= 100.0 * degree);
     CHECK(end_rad < 135.0 * degree);
-    for (const Side side : {Side::port, Side::starboard})
+    for (const Sector& sector : sidescan_sectors)
       for (double turned_deg = -10.0; turned_deg <= 10.0; turned_deg += 1.0)
         for (double off_deg = 0.1; off_deg < 60.0; off_deg += 0.1) {
           const double far_rad = (90.0 + turned_deg + off_deg) * degree;
           if (far_rad < end_rad) continue;
-          const double here =
-                           sonar.vertical.power(2.0 * (90.0 + turned_deg) * degree - far_rad, side),
-                       there = sonar.vertical.power(far_rad, side);
+          const double here = sonar.vertical.power(2.0 * (90.0 + turned_deg) * degree - far_rad,
+                                                   sector),
+                       there = sonar.vertical.power(far_rad, sector);
           CAPTURE(turned_deg, off_deg);
           REQUIRE(to_db(1.0 + there * there / (here * here)) < 0.1);
         }
@@ -249,20 +249,20 @@ TEST_CASE(
   pattern.ripple_period_rad = 0.4;
   pattern.starboard_mount_rad = 0.05;
   for (int i = -2; i <= 2; ++i) {
-    CHECK(to_db(pattern.power(0.5 + 0.4 * i, Side::port)) == Approx(-8.0));
-    CHECK(to_db(pattern.power(0.7 + 0.4 * i, Side::port)) == Approx(0.0).margin(1e-9));
-    CHECK(to_db(pattern.power(0.6 + 0.4 * i, Side::port)) == Approx(-4.0));
-    CHECK(to_db(pattern.power(0.55 + 0.4 * i, Side::starboard)) == Approx(-8.0));
+    CHECK(to_db(pattern.power(0.5 + 0.4 * i, port_sector)) == Approx(-8.0));
+    CHECK(to_db(pattern.power(0.7 + 0.4 * i, port_sector)) == Approx(0.0).margin(1e-9));
+    CHECK(to_db(pattern.power(0.6 + 0.4 * i, port_sector)) == Approx(-4.0));
+    CHECK(to_db(pattern.power(0.55 + 0.4 * i, starboard_sector)) == Approx(-8.0));
   }
 }
 
 TEST_CASE("the table of a vertical pattern over direction agrees with the pattern") {
   VerticalPattern pattern;
   pattern.ripple_db = 6.0;
-  const VerticalTable table(pattern, Side::port);
+  const VerticalTable table(pattern, port_sector);
   for (double d = -3.1; d < 3.1; d += 0.0137)
     CHECK(to_db(table.power(3.0 * std::cos(d), 3.0 * std::sin(d))) ==
-          Approx(to_db(pattern.power(d, Side::port))).margin(0.01));
+          Approx(to_db(pattern.power(d, port_sector))).margin(0.01));
 }
 
 TEST_CASE("an unfocused array's beam changes from the array's length nearby to sinc^2 far away") {
@@ -311,7 +311,7 @@ TEST_CASE(
     for (const Pose& pose : {Pose{}, moving}) {
       sonar.vertical.beamwidth_rad = 0.0;
       const Beam beam(sonar, 0.00375, sonar.beam_offset_m(sonar.beams - 1));
-      const ReceiverMotion motion = receiver_motion(pose, Side::starboard, 75.0, 1500.0);
+      const ReceiverMotion motion = receiver_motion(pose, starboard_sector, 75.0, 1500.0);
       const Eigen::Matrix3d body = body_to_world(pose);
       for (const double range_m : {10.0, 20.0, 60.0}) {
         const Eigen::Vector3d abeam = body.col(1);
@@ -322,7 +322,7 @@ TEST_CASE(
           const double sine = middle + share * half;
           const std::array<BeamSample, 1> sample{{{static_cast<float>(sine), 1.0f}}};
           CAPTURE(sonar.beams, motion.steady, range_m, share);
-          const double power = beam.two_way(Side::starboard, sample, 1.0, abeam, range_m, motion);
+          const double power = beam.two_way(1, sample, 1.0, abeam, range_m, motion);
           if (std::abs(share) > 1.001) {
             CHECK(power == 0.0);
           } else if (std::abs(share) < 0.999) {

@@ -19,7 +19,7 @@ TEST_CASE("turned to port, a sonar's starboard side looks ahead from where it is
       east, {.forward_m = 0.8, .starboard_m = 0.3, .down_m = 0.2, .azimuth_rad = -right_angle});
   CHECK((sonar.position - Vector3d(1.8, 1.7, -5.2)).norm() < 1e-12);
   const RayFan fan = place_fan(make_ray_layout({.sector_high_rad = right_angle}, 0.00375, 7.5),
-                               sonar, Side::starboard, 75.0);
+                               sonar, starboard_sector, 75.0);
   CHECK(fan.middle.x() > 0.5);
   CHECK(std::abs(fan.middle.y()) < 1e-12);
   CHECK(fan.middle.z() < -0.5);

@@ -33,12 +33,12 @@ class SandEcho {
         law_(sonar, sound_speed_mps_,
              scatter::absorption_db_per_m({}, altitude_m_, sonar.frequency_hz), scatterers_),
         sand_(scatter::sediment_named("medium sand"), sonar.frequency_hz, sound_speed_mps_),
-        noise_(SignalChain(sonar, {.sound_speed_mps = sound_speed_mps_}).noise(Side::starboard)) {}
+        noise_(SignalChain(sonar, {.sound_speed_mps = sound_speed_mps_}).noise(1)) {}
 
   double over_noise_db(double range_m) const {
     const double sine = altitude_m_ / range_m;
-    return to_db(law_.level_bed(Side::starboard, {}, range_m, sine) *
-                 sand_.cross_section(std::asin(sine)) / noise_);
+    return to_db(law_.level_bed(1, {}, range_m, sine) * sand_.cross_section(std::asin(sine)) /
+                 noise_);
   }
   /// The farthest range at which it is as strong as the noise.
   double reach_m() const {

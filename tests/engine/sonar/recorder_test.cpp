@@ -81,7 +81,7 @@ TEST_CASE("a detector records the mean or the largest of its looks' amplitudes")
     int count = 0;
     for (int ping = 0; ping < 60; ++ping) {
       const Eigen::Vector3d array{0.0, 5.0 * ping, -10.0};
-      EchoLine line = level_line(sonar, Side::starboard, array, 10.0);
+      EchoLine line = level_line(sonar, starboard_sector, array, 10.0);
       for (float& mean : line.bins.intensity_mean) mean *= 100.0f;
       chain.receive({.array = {array, {0, 1, 0}}}, std::span(&line, 1), scratch);
       for (std::size_t i = 300; i < line.bins.sample.size(); ++i, ++count)
@@ -110,7 +110,7 @@ TEST_CASE("the automatic gain records the nominal bed at half the range at bed_l
   const double level_db =
       sonar.source_level_db - 40.0 * std::log10(r) - 2.0 * 0.08 * r + strength_db +
       10.0 * std::log10(scatterers.width_m(750) * sonar.pulse.cell_m(1500.0) / cosine *
-                        std::pow(sonar.vertical.power(std::asin(sine), Side::starboard), 2));
+                        std::pow(sonar.vertical.power(std::asin(sine), starboard_sector), 2));
   CHECK(level_db + 20.0 * std::log10(double(chain.recorder().gain(750))) ==
         Approx(bed_level_db).margin(0.02));
 }
@@ -147,11 +147,11 @@ TEST_CASE("noise after the gain changes slowly along the line, equally on both s
   sonar.receiver.output_noise_db = -40.0;
   sonar.receiver.output_noise_wander_db = rms_db;
   sonar.receiver.output_noise_wander_s = correlation_s;
-  const auto levels_of = [&](Side side, std::uint64_t sonar_number) {
+  const auto levels_of = [&](const Sector& sector, std::uint64_t sonar_number) {
     const SignalChain chain(sonar, {.sonar_number = sonar_number});
     SignalChain::Scratch scratch;
     EchoLine line;
-    line.side = side;
+    line.sector = sector.number;
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
     std::vector<double> levels_db;
     for (std::uint64_t ping = 0; ping < pings; ++ping) {
@@ -165,9 +165,9 @@ TEST_CASE("noise after the gain changes slowly along the line, equally on both s
     }
     return levels_db;
   };
-  const std::vector<double> port = levels_of(Side::port, 0),
-                            starboard = levels_of(Side::starboard, 0),
-                            other = levels_of(Side::port, 1);
+  const std::vector<double> port = levels_of(port_sector, 0),
+                            starboard = levels_of(starboard_sector, 0),
+                            other = levels_of(port_sector, 1);
   const auto mean_product = [](const std::vector<double>& a, const std::vector<double>& b,
                                std::size_t lag) {
     double sum = 0.0;
@@ -194,7 +194,7 @@ TEST_CASE(
   const SignalChain scaled(sonar, {.arrivals = {.burst_m = 0.3}});
   SignalChain::Scratch scratch;
   for (const float strength : {1e4f, 1e7f, 1e9f}) {
-    EchoLine line = level_line(sonar, Side::starboard, {0, 0, -10}, 10.0);
+    EchoLine line = level_line(sonar, starboard_sector, {0, 0, -10}, 10.0);
     for (float& mean : line.bins.intensity_mean) mean *= strength;
     EchoLine without = line;
     scaled.receive({}, std::span(&line, 1), scratch);

@@ -176,7 +176,7 @@ TEST_CASE("focused in zones: the far field at a zone's range, elsewhere the defo
   const double wavelength_m = 0.00375;
   const LineArray array = sonar.transmit_array(wavelength_m);
   const Beam beam(sonar, wavelength_m);
-  const ReceiverMotion fixed = receiver_motion({}, Side::port, 80.0, 1500.0);
+  const ReceiverMotion fixed = receiver_motion({}, port_sector, 80.0, 1500.0);
   for (const auto& [range_m, zone_m] : {std::pair{6.0, 10.0},
                                         {10.0, 10.0},
                                         {13.0, 10.0},
@@ -199,7 +199,7 @@ TEST_CASE("focused in zones: the far field at a zone's range, elsewhere the defo
         CHECK(array.power(sin_psi, range_m, 0.0) == Approx(array.power(sin_psi)));
       if (sin_psi > 0.9 * array.null_rad(1)) continue;  // beyond the table at a zone's range
       const std::array<BeamSample, 1> sample{{{static_cast<float>(sin_psi), 1.0f}}};
-      CHECK(beam.two_way(Side::port, sample, 1.0, fixed.abeam, range_m, fixed) ==
+      CHECK(beam.two_way(0, sample, 1.0, fixed.abeam, range_m, fixed) ==
             Approx(summed * summed).epsilon(0.005).margin(0.01 * scale * scale));
     }
   }

@@ -38,8 +38,8 @@ std::vector<float> everything(const Sonar& sonar) {
   std::vector<float> all;
   for (std::uint64_t ping = 0; ping < 3; ++ping) {
     const Eigen::Vector3d array{0.4, 0.2 * static_cast<double>(ping), -10.0};
-    EchoLine lines[] = {level_line(sonar, Side::port, array, 10.0),
-                        level_line(sonar, Side::starboard, array, 10.0)};
+    EchoLine lines[] = {level_line(sonar, port_sector, array, 10.0),
+                        level_line(sonar, starboard_sector, array, 10.0)};
     for (EchoLine& line : lines) {
       for (std::size_t i = 0; i < 7; ++i)  // side lobes: energy without a place
         line.bins.intensity_mean[150 + 3 * i] = 1e-3f;

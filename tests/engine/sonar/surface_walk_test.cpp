@@ -31,8 +31,8 @@ class Plane {
   explicit Plane(double sector_low_rad = -0.1, int elevations = tests::plain_sonar().elevations)
       : layout_(layout_with(sector_low_rad, elevations)) {
     pose_.position = {0.0, 0.0, -10.0};
-    fan_ = place_fan(layout_, pose_, Side::starboard, range_m);
-    motion_ = receiver_motion(pose_, Side::starboard, range_m, 1500.0);
+    fan_ = place_fan(layout_, pose_, starboard_sector, range_m);
+    motion_ = receiver_motion(pose_, starboard_sector, range_m, 1500.0);
     number_ = fan_.planes() / 2;
     layout_.within[number_] = {{0, fan_.elevations()}};
     for (int i = 0; i < 10; ++i) {
@@ -102,8 +102,7 @@ class Plane {
   std::vector<Shadow> walk(double east_m = 100.0) {
     SurfaceWalk walk({-100.0, -100.0}, {east_m, 100.0}, bin_m);
     const FaceLabels labels(seafloor_);
-    walk.walk({Side::starboard, &beam_, &fan_, &layout_, &motion_, mesh_, &labels}, number_,
-              pieces);
+    walk.walk({1, &beam_, &fan_, &layout_, &motion_, mesh_, &labels}, number_, pieces);
     return {walk.shadows().begin(), walk.shadows().end()};
   }
   std::vector<Shadow> walk(const std::vector<Hand>& hands) {

@@ -40,8 +40,8 @@ TEST_CASE("a fan looks to its side, and its pole points upwards") {
   const Sonar sonar{.sector_high_rad = 0.5 * std::numbers::pi};
   const RayLayout layout = make_ray_layout(sonar, 0.00375, 7.5);
   const Pose north{};
-  const RayFan starboard = place_fan(layout, north, Side::starboard, 75.0);
-  const RayFan port = place_fan(layout, north, Side::port, 75.0);
+  const RayFan starboard = place_fan(layout, north, starboard_sector, 75.0);
+  const RayFan port = place_fan(layout, north, port_sector, 75.0);
   CHECK(starboard.middle.x() > 0.5);
   CHECK(port.middle.x() < -0.5);
   CHECK(starboard.pole.z() > 0.0);
