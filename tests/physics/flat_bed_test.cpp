@@ -432,7 +432,8 @@ TEST_CASE("32 elevations light a level bed, 64 give its energy at 37 heights") {
   constexpr float cell_m = 0.2f;
   for (int j = 0; j <= rows; ++j)
     for (int i = 0; i <= columns; ++i)
-      bed.mesh.positions.emplace_back((i - columns / 2) * cell_m, (j - rows / 2) * cell_m, -20.0f);
+      bed.mesh.positions.emplace_back((i - 0.5f * columns) * cell_m, (j - 0.5f * rows) * cell_m,
+                                      -20.0f);
   for (std::uint32_t j = 0; j < rows; ++j)
     for (std::uint32_t i = 0; i < columns; ++i) {
       const std::uint32_t a = j * (columns + 1) + i, b = a + columns + 1;

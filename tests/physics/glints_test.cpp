@@ -237,7 +237,7 @@ TEST_CASE("the round end of a cylinder glints as Kirchhoff's integral over its d
     for (int i = 0; i < rings; ++i)
       for (int k = 0; k < spokes; ++k) {
         const double from_axis_m = radius_m * (i + 0.5) / rings,
-                     angle_rad = k * 360 / spokes * degree;
+                     angle_rad = k * 360.0 / spokes * degree;
         const double across_m = from_axis_m * std::cos(angle_rad);
         const double d =
             std::hypot(range_m - 0.5 * length_m * c + across_m * s,

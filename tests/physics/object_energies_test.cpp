@@ -339,7 +339,7 @@ TEST_CASE(
   for (int i = 0; i < 5000; ++i) line.push_back({.position = {0.0, 0.01 * i - 25.0, -10.0}});
   const auto told = [&] { return coarse_planes_warning({&sonar, 1}, 1500.0, seafloor, line); };
   CHECK_FALSE(told());
-  const auto add = [&](double east_m, Eigen::Vector3d size_m) {
+  const auto add = [&](double east_m, const Eigen::Vector3d& size_m) {
     seafloor.features.push_back(
         {.layer = "boulders.1", .middle_m = {east_m, 0.0, -20.0}, .size_m = size_m});
     seafloor.features.back().label = {

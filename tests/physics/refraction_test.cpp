@@ -258,8 +258,9 @@ TEST_CASE("under a cast a bin's place is on the bed, and its angle that of the r
     constexpr int columns = 40, rows = 12;
     constexpr double cell_m = 8.0;
     for (int i = 0; i < rows * columns; ++i) {
-      const double x_m = (i % columns - 0.5 * (columns - 1)) * cell_m;
-      const double y_m = (i / columns - 0.5 * (rows - 1)) * cell_m;
+      const int column = i % columns, row = i / columns;
+      const double x_m = (column - 0.5 * (columns - 1)) * cell_m;
+      const double y_m = (row - 0.5 * (rows - 1)) * cell_m;
       bed << "v " << x_m << ' ' << y_m << ' ' << -20.0 - upwards.x() * x_m - upwards.y() * y_m
           << '\n';
     }

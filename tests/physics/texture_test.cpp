@@ -443,7 +443,8 @@ TEST_CASE("the slow variation has the mean 1 and the rms of its key, which falls
     std::ranges::fill(bins.grazing_rad, grazing_deg * std::numbers::pi_v<float> / 180.0f);
     for (int row = 0; row < 200; ++row) {
       for (std::size_t n = 0; n < bins.x_m.size(); ++n) {
-        bins.x_m[n] = static_cast<float>(7.3 * static_cast<double>(n / 16));
+        const std::size_t patch = n / 16;
+        bins.x_m[n] = static_cast<float>(7.3 * static_cast<double>(patch));
         bins.y_m[n] = static_cast<float>(9.1 * row);
       }
       std::vector<float> direct(bins.x_m.size(), 1.0f);

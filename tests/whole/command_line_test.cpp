@@ -253,7 +253,7 @@ TEST_CASE("Extrapolated levels give one line per run on stderr, and none with --
   write_text(folder / "poses", "{\"x_m\": 0, \"y_m\": 0, \"z_m\": -12}\n");
   for (const bool silent : {false, true}) {
     std::vector<std::string> arguments{"stream", "high.toml", "--json"};
-    if (silent) arguments.push_back("--quiet");
+    if (silent) arguments.emplace_back("--quiet");
     const Outcome streamed = run_program(folder.path(), arguments, {}, {}, {}, folder / "poses");
     CHECK(streamed.code == 0);
     CHECK(lines_with(streamed.err, "extrapolated") == 1);

@@ -205,8 +205,9 @@ void turn_over(const std::vector<double>& xy, std::size_t columns, std::size_t r
   const std::size_t corners = xy.size() / 2;
   for (std::size_t i = 0; i < corners; ++i) {
     const auto corner = [&](std::size_t k) {
-      return std::array{static_cast<int>(fine * xy[2 * (k % corners)] + 0.5),
-                        static_cast<int>(fine * xy[2 * (k % corners) + 1] + 0.5)};
+      const auto rounded = [](double x) { return static_cast<int>(std::lround(x)); };
+      return std::array{rounded(fine * xy[2 * (k % corners)]),
+                        rounded(fine * xy[2 * (k % corners) + 1])};
     };
     const auto from = corner(i), to = corner(i + 1);
     REQUIRE((from[0] == to[0] || from[1] == to[1]));  // our outlines have no slanted edges
@@ -350,7 +351,8 @@ TEST_CASE("WebDataset groups the records of each kind and split, from folders an
           const std::string key = member.substr(0, dot);
           if (key != last) CHECK_FALSE(found.contains(key));
           last = key;
-          CHECK(found[key].emplace(member.substr(dot + 1), std::move(content)).second);
+          const bool is_new = found[key].emplace(member.substr(dot + 1), std::move(content)).second;
+          CHECK(is_new);
         });
     CHECK(2 * found.size() == coco.at("images").size());  // two displays in each record
     for (const auto& [key, files] : found) {

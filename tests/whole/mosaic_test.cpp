@@ -271,7 +271,7 @@ TEST_CASE("Classes of several runs have one number by name in a mosaic, which ha
                "\"{}\"\neast_m = {}\nnorth_m = {}\n",
                name, place.x(), place.y());
   };
-  const Vector2d to_starboard = balls_m[0], to_port = balls_m[2];
+  const Vector2d &to_starboard = balls_m[0], &to_port = balls_m[2];
   run_into(folder, with_object("a", to_starboard), "one", {"sonar.sidescan.sides=starboard"});
   run_into(folder, with_object("b", to_port), "two", {"sonar.sidescan.sides=port"});
   const MosaicPicture picture =
