@@ -129,9 +129,7 @@ void split_concave_polygons(FileMesh& mesh, std::string_view name) {
   }
 }
 
-std::string quoted(std::string_view text) {
-  return '"' + printable(shortened(text, 60)) + '"';
-}
+std::string quoted(std::string_view text) { return '"' + printable(shortened(text, 60)) + '"'; }
 
 void fail_at_byte(std::string_view name, std::size_t byte, const std::string& what) {
   throw MeshError(fmt::format("{}: byte {}: {}", name, byte, what));
