@@ -7,8 +7,8 @@
 namespace ensonify::engine {
 
 /// Whether port and starboard of one sonar can have these frequencies; 0: not stated. They may
-/// differ by some percent, so that the sides do not receive each other. Two frequencies of one sonar
-/// differ much more.
+/// differ by some percent, so that the sides do not receive each other. Two frequencies of one
+/// sonar differ much more.
 bool may_be_of_one_sonar(double port_hz, double starboard_hz);
 
 /// Whether one line is the port and the other the starboard of one sonar, as some recorders write

@@ -75,8 +75,7 @@ std::string fault_of_reference(GDALDataset& dataset, GDALRasterBand& band,
   if (reference && reference->IsGeographic()) return fmt::format("is in degrees; {}", remedy);
   if (std::string_view(dataset.GetDriverName()) == "netCDF")
     if (const char* const variable = band.GetMetadataItem("NETCDF_VARNAME"))
-      if (std::string fault = fault_of_netcdf_axes(file, variable); !fault.empty())
-        return fault;
+      if (std::string fault = fault_of_netcdf_axes(file, variable); !fault.empty()) return fault;
   if (reference && std::abs(reference->GetLinearUnits() - 1.0) > 1e-9)
     return fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), remedy);
   constexpr double max_off = 0.05;  // of a length; that of maps of a continent is smaller

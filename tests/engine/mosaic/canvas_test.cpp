@@ -36,7 +36,7 @@ std::vector<Corners> sheet() {
   for (int row = 0; row <= quads; ++row)
     for (int column = 0; column <= quads; ++column)
       corners.emplace_back(Vector2d(column, row) * (cells + 10.0) / quads - Vector2d(5.0, 5.0) +
-                        Vector2d(move(random), move(random)));
+                           Vector2d(move(random), move(random)));
   // Sides that run exactly through centres.
   corners[5 * (quads + 1) + 5] = {30.5, 28.5};
   corners[5 * (quads + 1) + 6] = {35.5, 28.5};

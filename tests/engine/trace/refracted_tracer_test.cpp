@@ -434,7 +434,8 @@ TEST_CASE("A step in straightened space leads to where, and as, the neighbouring
         continue;
       const RayIncidence::Step a = at.in_sea(step, here), b = next.in_sea(step, there);
       const Eigen::Vector3d way = next.place - at.place, turn = next.direction - at.direction;
-      worst_way = std::max(worst_way, (0.5 * (a.displacement + b.displacement) - way).norm() / way.norm());
+      worst_way =
+          std::max(worst_way, (0.5 * (a.displacement + b.displacement) - way).norm() / way.norm());
       worst_turn = std::max(worst_turn, (0.5 * (a.turn + b.turn) - turn).norm() /
                                             (turn.norm() + step.norm() / hit.t));
       ++looked;
