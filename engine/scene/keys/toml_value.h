@@ -8,10 +8,12 @@
 
 #include <ensonify/engine/scene/keys/key.h>
 
-namespace toml::inline v3 {
+namespace toml {
+inline namespace v3 {
 class node;
 class table;
-}  // namespace toml::inline v3
+}  // namespace v3
+}  // namespace toml
 
 namespace ensonify::engine {
 
