@@ -59,7 +59,7 @@ fs::path cache_of(const std::optional<fs::path>& cache);
 /// A line that Python owns.
 struct Line {
   std::string sonar;
-  std::string_view sector;
+  std::string_view sector_name;
   EchoLine line;
 };
 

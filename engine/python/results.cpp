@@ -133,7 +133,8 @@ line["intensity"] is a layer of it: a NumPy array of (bins,), from near to far, 
 memory, float32 or uint32. `ensonify.layers` lists the names.)");
   refuse_pickle(line, "use its layers, as line[\"intensity\"]");
   line.def_readonly("sonar", &Line::sonar, "The sonar's name.")
-      .def_readonly("side", &Line::sector, "The name of its sector: \"port\" or \"starboard\".")
+      .def_readonly("side", &Line::sector_name,
+                    "The name of its sector: \"port\" or \"starboard\".")
       .def_property_readonly(
           "sector", [](const Line& self) { return self.line.sector; },
           "The number of its sector, from 0, among those that the sonar has.")
@@ -151,7 +152,7 @@ memory, float32 or uint32. `ensonify.layers` lists the names.)");
 
 A layer, (bins,). Raises KeyError for a name that is no layer's.)")
       .def("__repr__", [](const Line& self) {
-        return fmt::format("<EchoLine of {}, {}, {} bins>", self.sonar, self.sector,
+        return fmt::format("<EchoLine of {}, {}, {} bins>", self.sonar, self.sector_name,
                            self.line.bins.range_m.size());
       });
 

@@ -414,6 +414,7 @@ class Sessions(unittest.TestCase):
         simulator = ensonify.Simulator(scene)
         lines = simulator.ping(self.pose)
         self.assertEqual([line.side for line in lines], ["port", "starboard"])
+        self.assertEqual([line.sector for line in lines], [0, 1])
         kept = {name: lines[0][name] for name in ensonify.layers}
         before = {name: values.copy() for name, values in kept.items()}
         self.assertIs(kept["intensity"].base, lines[0])

@@ -76,6 +76,7 @@ TEST_CASE("a stream's lines equal the simulator's, as a block of floats and as J
       CHECK(header["ping"] == ping);
       CHECK(header["t_s"] == 0.5);
       CHECK(header["side"] == (side == 0 ? "port" : "starboard"));
+      CHECK(header["sector"] == side);
       CHECK(header["first_return"] == lines[side].first_return);
       REQUIRE(header["bytes"] == 2 * 100 * sizeof(float));
       std::vector<float> values(200);
