@@ -71,9 +71,10 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
   sonar.range_m = 180.0;
   sonar.bins = 1800;
   const auto tracer = make_intersector("embree", labelled.mesh);
-  const std::vector<scatter::BackscatterTable> lambert(
-      labelled.materials.size(), scatter::BackscatterTable(scatter::Lambert(-27.0)));
+  const std::vector<MaterialInSonar> lambert(labelled.materials.size(),
+                                             {scatter::BackscatterTable(scatter::Lambert(-27.0))});
   PingTracer with(sonar, {}, labelled, lambert), without(sonar, {}, bare, lambert);
+  TracedFaces faces = Faces{tracer.get(), labelled.mesh};
   VisibilityCounter views(labelled);
   EchoLine line;
   line.bins.assign(static_cast<std::size_t>(sonar.bins));
@@ -81,13 +82,13 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
     for (int i = 0; i < pings; ++i) {
       const Pose pose{.position = {-30.0 + 60.0 * i / pings, -20.0, -45.0},
                       .heading_rad = 1.5707963};
-      const BeamAim aim = pinger.aim(pose, 45.0);
-      for (std::size_t sector = 0; sector < sonar.sectors().size(); ++sector) {
-        (void)pinger.trace(aim, {tracer.get(), labelled.mesh}, sector);
+      const std::vector<FanAim> aims = pinger.aim(pose, 45.0);
+      for (const LinePlan& plan : pinger.lines()) {
+        const FanAim& aim = aims[plan.fan];
+        const FanHits& hits = pinger.tracer().trace(aim.fan, plan.fan, faces);
         if (looking)
-          looking->look(aim.fans[sector], labelled.mesh, pinger.runs(aim, sector),
-                        static_cast<std::uint64_t>(i));
-        pinger.echo(aim, sector, line);
+          looking->look(aim.fan, labelled.mesh, *hits.runs, static_cast<std::uint64_t>(i));
+        pinger.echo(plan, aim, hits, line);
       }
     }
   };
@@ -193,10 +194,10 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
       }
     }
     const auto receive = [&](const SignalChain& chain, int i) {
-      chain.receive({.ping = static_cast<std::uint64_t>(i),
-                     .t_s = 0.1 * i,
-                     .array = {{0.0, 0.2 * i, -10.0}, {0.0, 1.0, 0.0}}},
-                    lines, scratch);
+      const LineContext context{.ping = static_cast<std::uint64_t>(i),
+                                .t_s = 0.1 * i,
+                                .array = {{0.0, 0.2 * i, -10.0}, {0.0, 1.0, 0.0}}};
+      chain.receive(std::array{context, context}, lines, scratch);
     };
     const auto turn = [&](const SignalChain& chain) {
       for (int i = 0; i < pings; ++i) receive(chain, i);

@@ -53,34 +53,33 @@ Simulator Simulator::clone_for_thread() const {
 void Simulator::aim(const Pose& pose, Aim& aim) {
   check_pose(pose);
   own_->follow_objects(*shared_);
-  aim.beams.clear();
   aim.fans.clear();
-  for (ThreadState::BeamTracer& beam : own_->beams) {
-    const Sonar& sonar = own_->sonars[beam.sonar];
-    const Pose sonar_pose = mounted(pose, beam.mounting);
-    const double bed_m = own_->bed.height_m(sonar_pose.position.x(), sonar_pose.position.y());
-    if (const auto fault = out_of_water(sonar_pose.position, bed_m))
-      throw std::invalid_argument(fmt::format(
-          "Simulator: the pose puts sonar {} {}; z is up and 0 at the sea surface, so that a depth "
-          "is negative{}",
-          sonar.name, *fault,
-          sonar.mounting == Mounting{} ? "" : "; check the mounting of the sonar"));
-    if (const auto fault = as_fast_as_sound(sonar_pose.velocity_mps, sound_speed_mps()))
-      throw std::invalid_argument(
-          fmt::format("Simulator: the pose's rates move sonar {} at {}; check the rates and the "
-                      "mounting of the sonar",
-                      sonar.name, *fault));
-    const double height_m = height_m_over(
-        sonar_pose.position.z(),
-        {bed_m, shared_->seafloor.mean_bed_m, double(shared_->bounds.lowest.z())}, sonar.range_m);
-    const BedAbeam abeam =
-        look_abeam(sonar_pose, sonar, height_m, shared_->seafloor_heights.highest_m, own_->bed);
-    const BeamAim& of_beam = aim.beams.emplace_back(
-        beam.tracer.aim(sonar_pose, height_m, abeam.nearest_m, abeam.rise_rad));
-    aim.fans.insert(aim.fans.end(), of_beam.fans.begin(),
-                    of_beam.fans.begin() + std::ssize(sonar.sectors()));
-    shared_->stop_check();
-  }
+  for (std::size_t i = 0; i < own_->sonars.size(); ++i)
+    for (int beam = 0; beam < own_->sonars[i].beams; ++beam) {
+      const Sonar& sonar = own_->sonars[i];
+      const Pose sonar_pose = mounted(pose, sonar.mounting.ahead(sonar.beam_offset_m(beam)));
+      const double bed_m = own_->bed.height_m(sonar_pose.position.x(), sonar_pose.position.y());
+      if (const auto fault = out_of_water(sonar_pose.position, bed_m))
+        throw std::invalid_argument(fmt::format(
+            "Simulator: the pose puts sonar {} {}; z is up and 0 at the sea surface, so that a "
+            "depth is negative{}",
+            sonar.name, *fault,
+            sonar.mounting == Mounting{} ? "" : "; check the mounting of the sonar"));
+      if (const auto fault = as_fast_as_sound(sonar_pose.velocity_mps, sound_speed_mps()))
+        throw std::invalid_argument(
+            fmt::format("Simulator: the pose's rates move sonar {} at {}; check the rates and the "
+                        "mounting of the sonar",
+                        sonar.name, *fault));
+      const double height_m = height_m_over(
+          sonar_pose.position.z(),
+          {bed_m, shared_->seafloor.mean_bed_m, double(shared_->bounds.lowest.z())}, sonar.range_m);
+      const BedAbeam abeam =
+          look_abeam(sonar_pose, sonar, height_m, shared_->seafloor_heights.highest_m, own_->bed);
+      own_->tracers[i].aim(sonar_pose, height_m, abeam.nearest_m, abeam.rise_rad, aim.fans);
+      shared_->stop_check();
+    }
+  aim.fans_only.clear();
+  for (const FanAim& fan : aim.fans) aim.fans_only.push_back(fan.fan);
 }
 
 /// A pose in the wrong units or axes gives lines without an echo, which look like a fault.
@@ -117,38 +116,33 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
   TracedFaces faces = own.prepare_faces();
   if (spare && spare->any()) look_ahead(*spare);
   warn_of_distance(pose);
-  end_stage(faces.runs_only ? own.times.trace_s : own.times.surface_s);
+  const bool found = std::holds_alternative<FoundRuns>(faces);
+  end_stage(found ? own.times.trace_s : own.times.surface_s);
   if (own.lines.empty()) own.make_lines();
-  std::size_t first_line = 0;
-  for (std::size_t i = 0; i < own.beams.size(); ++i) {
-    auto& [sonar, mounting, tracer] = own.beams[i];
-    const BeamAim& aim = own.aim.beams[i];
-    const std::size_t sectors = own.sonars[sonar].sectors().size();
-    const std::span<EchoLine> lines = std::span(own.lines).subspan(first_line, sectors);
-    for (EchoLine& line : lines) {
-      if (!tracer.trace(aim, faces, line.sector)) {
-        faces = own.face_source.prepare(own.aim.fans);
-        (void)tracer.trace(aim, faces, line.sector);
+  std::span<EchoLine> lines = own.lines;
+  std::size_t first_fan = 0;
+  for (std::size_t sonar = 0; sonar < own.tracers.size(); ++sonar) {
+    PingTracer& pinger = own.tracers[sonar];
+    const std::span<const LinePlan> plans = pinger.lines();
+    const std::span<const FanAim> fans = std::span(own.aim.fans).subspan(first_fan, pinger.fans());
+    const FanHits* hits = nullptr;
+    for (std::size_t i = 0; i < plans.size(); ++i) {
+      const std::size_t fan = plans[i].fan;
+      const FanAim& aim = fans[fan];
+      if (i == 0 || fan != plans[i - 1].fan) {
+        hits = &pinger.tracer().trace(aim.fan, first_fan + fan, faces);
+        if (!own.visibility_counters.empty())
+          own.visibility_counters[sonar].look(aim.fan, hits->triangles,
+                                              pinger.tracer().runs(aim.fan), number);
+        end_stage(own.times.trace_s);
       }
-      if (!own.visibility_counters.empty())
-        own.visibility_counters[sonar].look(aim.fans[line.sector], tracer.triangles(),
-                                            tracer.runs(aim, line.sector), number);
-      end_stage(own.times.trace_s);
-      tracer.echo(aim, line.sector, line);
+      pinger.echo(plans[i], aim, *hits, lines[i]);
       end_stage(own.times.echo_s);
     }
-    const RayFan& fan = own.aim.fans[first_line];
-    const Eigen::Vector3d down = body_to_world(mounted(pose, mounting)).col(2);
-    own.prepared[sonar]->chain->receive({.ping = number,
-                                         .beam = lines.front().beam,
-                                         .t_s = pose.t_s,
-                                         .array = {fan.origin, fan.array_axis, down},
-                                         .altitude_m = aim.altitude_m,
-                                         .speed_mps = pose.velocity_mps.norm(),
-                                         .motion = aim.motions},
-                                        lines, own.chain_scratch);
+    own.receive(sonar, pose, number, fans, lines.first(plans.size()));
     end_stage(own.times.receive_s);
-    first_line += sectors;
+    first_fan += fans.size();
+    lines = lines.subspan(plans.size());
   }
   return own.lines;
 }
@@ -160,7 +154,7 @@ void Simulator::look_ahead(refine::SpareThreads& spare) {
     for (const std::size_t ping : pings) {
       if (ping >= poses.size()) continue;
       aim(poses[ping], own_->aim_ahead);
-      if (!own_->face_source.announce(own_->aim_ahead.fans, spare)) return;
+      if (!own_->face_source.announce(own_->aim_ahead.fans_only, spare)) return;
     }
   } catch (const std::exception&) {
     // Ignore the error: the ping may never be requested, and if it is, it throws the same error.

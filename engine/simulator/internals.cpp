@@ -64,7 +64,7 @@ void SimulatorInternals::reset(Simulator& simulator) { simulator.own_->face_sour
 
 std::span<const RayFan> SimulatorInternals::aim(Simulator& simulator, const Pose& pose) {
   simulator.aim(pose, simulator.own_->aim);
-  return simulator.own_->aim.fans;
+  return simulator.own_->aim.fans_only;
 }
 
 std::vector<std::vector<Hit>> SimulatorInternals::hits(Simulator& simulator, const Pose& pose) {
@@ -148,7 +148,7 @@ Refraction SimulatorInternals::refraction(const Simulator& simulator) {
 
 RefractionCounts SimulatorInternals::refraction_counts(const Simulator& simulator) {
   RefractionCounts sum;
-  for (const auto& beam : simulator.own_->beams) sum += beam.tracer.refraction_counts();
+  for (const PingTracer& sonar : simulator.own_->tracers) sum += sonar.tracer().refraction_counts();
   return sum;
 }
 

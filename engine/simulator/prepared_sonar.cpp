@@ -51,15 +51,15 @@ scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, 
 /// same median. The intensity of each material's echo is taken as exponential.
 class MixedBed final : public scatter::Backscatter {
  public:
-  MixedBed(std::span<const scatter::BackscatterTable> tables, std::span<const double> shares)
-      : tables_(tables), shares_(shares) {}
+  MixedBed(std::span<const MaterialInSonar> materials, std::span<const double> shares)
+      : materials_(materials), shares_(shares) {}
 
   double cross_section(double grazing_rad) const override {
     const double sine = std::sin(grazing_rad);
     std::vector<double> means(shares_.size());
     double low = std::numeric_limits<double>::infinity(), high = 0.0;
     for (std::size_t i = 0; i < means.size(); ++i) {
-      means[i] = tables_[i].sigma_over_sine(sine) * sine;
+      means[i] = materials_[i].table.sigma_over_sine(sine) * sine;
       if (shares_[i] == 0.0) continue;
       low = std::min(low, means[i]);
       high = std::max(high, means[i]);
@@ -76,17 +76,18 @@ class MixedBed final : public scatter::Backscatter {
   }
 
  private:
-  std::span<const scatter::BackscatterTable> tables_;
+  std::span<const MaterialInSonar> materials_;
   std::span<const double> shares_;
 };
 
 /// For the gains, which go by the median of the bed. Without a bed, the first material's.
-scatter::BackscatterTable bed_table(std::span<const scatter::BackscatterTable> tables,
+scatter::BackscatterTable bed_table(std::span<const MaterialInSonar> materials,
                                     std::span<const double> shares) {
   const auto there = [](double share) { return share > 0.0; };
   if (std::ranges::count_if(shares, there) > 1)
-    return scatter::BackscatterTable(MixedBed(tables, shares));
-  return tables[static_cast<std::size_t>(std::ranges::find_if(shares, there) - shares.begin())];
+    return scatter::BackscatterTable(MixedBed(materials, shares));
+  return materials[static_cast<std::size_t>(std::ranges::find_if(shares, there) - shares.begin())]
+      .table;
 }
 
 std::vector<scatter::GroundTexture> textures_of(const Scene& scene,
@@ -249,21 +250,17 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
   made->profile = water.profile(sonar.frequency_hz);
   made->medium = water.medium(sonar.frequency_hz, nominal_altitude_m(usual, sonar),
                               made->profile ? &*made->profile : nullptr);
-  made->material_tables.emplace_back(scatter::Lambert());  // of none: no face has it
-  made->smooth_specular.push_back(0.0);
-  made->sediments.emplace_back();
-  if (scene.arrivals.double_bounce) made->mirrors.push_back({});
+  made->materials.push_back({scatter::BackscatterTable(scatter::Lambert())});  // no face has it
   for (std::size_t i = 1; i < materials.size(); ++i) {
     if (stop_check) stop_check();
-    made->material_tables.push_back(
-        table_of(materials[i], scene, sonar, water.bed_sound_speed_mps(), warnings));
     const Material material = material_named(materials[i], scene.materials);
-    made->smooth_specular.push_back(smooth_specular(material));
-    made->sediments.push_back(sediment_of(material));
+    MaterialInSonar& its = made->materials.emplace_back(
+        table_of(materials[i], scene, sonar, water.bed_sound_speed_mps(), warnings),
+        smooth_specular(material), sediment_of(material));
     if (scene.arrivals.double_bounce)
-      made->mirrors.push_back(wall_mirror_of(material, scene.arrivals.wall_loss_db));
+      its.wall = wall_mirror_of(material, scene.arrivals.wall_loss_db);
   }
-  made->bed_table = bed_table(made->material_tables, bed_shares);
+  made->bed_table = bed_table(made->materials, bed_shares);
   ChainOptions options = chain_options(scene, usual, number, *made, materials);
   options.stop_check = stop_check;
   made->chain = std::make_unique<const SignalChain>(sonar, options);

@@ -27,11 +27,7 @@ struct PreparedSonar {
   std::optional<scatter::SoundSpeedProfile> profile;
   Medium medium;                                       ///< may refer to the profile
   std::optional<scatter::BackscatterTable> bed_table;  ///< of the median of the bed
-  // By the number of the material:
-  std::vector<scatter::BackscatterTable> material_tables;
-  std::vector<double> smooth_specular;                      ///< smooth_specular(Material)
-  std::vector<std::optional<scatter::Sediment>> sediments;  ///< sediment_of(Material)
-  std::vector<WallMirror> mirrors;  ///< of walls of the material; empty without double bounces
+  std::vector<MaterialInSonar> materials;              ///< by the number of the material
   std::unique_ptr<const SignalChain> chain;
   Calibration calibration;  ///< refers to the chain's recorder
 };

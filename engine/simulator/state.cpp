@@ -129,8 +129,9 @@ void Simulator::SharedState::take_recorded_track() {
 }
 
 void Simulator::SharedState::find_buried() {
-  if (std::ranges::none_of(sonars.front()->sediments,
-                           [](const auto& sediment) { return sediment.has_value(); }))
+  if (std::ranges::none_of(sonars.front()->materials, [](const MaterialInSonar& material) {
+        return material.sediment.has_value();
+      }))
     warnings.emplace_back(
         "seafloor.penetration_m: no sound enters this bed, because nothing of it is a sediment; "
         "give it a material that `ensonify sediments` lists");
@@ -171,38 +172,28 @@ Simulator::ThreadState::ThreadState(const SharedState& shared)
   use(shared.sonars, shared);
 }
 
-std::vector<Simulator::ThreadState::BeamTracer> Simulator::ThreadState::beams_of(
-    const PreparedSonars& of, const HeightRange& range, const SharedState& shared) {
-  std::vector<BeamTracer> all;
-  for (std::size_t i = 0; i < of.size(); ++i) {
-    const PreparedSonar& its = *of[i];
-    for (int beam = 0; beam < its.sonar.beams; ++beam) {
-      shared.stop_check();  // a beam's tables may take a quarter of a second
-      all.push_back(
-          {.sonar = i,
-           .mounting = its.sonar.mounting.ahead(its.sonar.beam_offset_m(beam)),
-           .tracer = {its.sonar, its.medium, shared.seafloor, its.material_tables,
-                      shared.refraction(its, range), &objects.labels(),
-                      ObjectSurfaces{.fixed = &shared.objects,
-                                     .moving = &objects.surfaces(),
-                                     .smooth_specular = its.smooth_specular,
-                                     .buried = &shared.buried,
-                                     .sediments = its.sediments,
-                                     .mirrors = its.mirrors,
-                                     .bed_height_m = std::bind_front(&BedHeight::height_m, &bed)},
-                      beam}});
-    }
-  }
+std::vector<PingTracer> Simulator::ThreadState::tracers_of(const PreparedSonars& of,
+                                                           const HeightRange& range,
+                                                           const SharedState& shared) {
+  std::vector<PingTracer> all;
+  for (const auto& its : of)
+    all.emplace_back(its->sonar, its->medium, shared.seafloor, its->materials,
+                     shared.refraction(*its, range), &objects.labels(),
+                     ObjectSurfaces{.fixed = &shared.objects,
+                                    .moving = &objects.surfaces(),
+                                    .buried = &shared.buried,
+                                    .bed_height_m = std::bind_front(&BedHeight::height_m, &bed)},
+                     shared.parts.options.stop_check);
   return all;
 }
 
 void Simulator::ThreadState::use(PreparedSonars others, const SharedState& shared) {
   const HeightRange range = shared.heights(objects);
-  std::vector<BeamTracer> its_beams = beams_of(others, range, shared);
+  std::vector<PingTracer> its_tracers = tracers_of(others, range, shared);
   std::vector<Sonar> its_sonars;
   for (const auto& its : others) its_sonars.push_back(its->sonar);
   // From here on nothing throws, except that a run's counters, which change no ping, begin again.
-  beams = std::move(its_beams);
+  tracers = std::move(its_tracers);
   sonars = std::move(its_sonars);
   prepared = std::move(others);
   heights = range;
@@ -214,7 +205,7 @@ void Simulator::ThreadState::follow_objects(const SharedState& shared) {
   if (shared.scene.sea.refraction != RefractionMode::full) return;
   const HeightRange range = shared.heights(objects);
   if (heights == range) return;
-  beams = beams_of(prepared, range, shared);
+  tracers = tracers_of(prepared, range, shared);
   heights = range;
 }
 
@@ -225,21 +216,41 @@ void Simulator::ThreadState::count_object_visibility(const SharedState& shared) 
 }
 
 TracedFaces Simulator::ThreadState::prepare_faces() {
-  const auto any = [&](bool (PingTracer::*what)() const) {
-    return std::ranges::any_of(beams,
-                               [&](const BeamTracer& beam) { return (beam.tracer.*what)(); });
+  const auto any = [&](bool (FanTracer::*what)() const) {
+    return std::ranges::any_of(tracers,
+                               [&](const PingTracer& its) { return (its.tracer().*what)(); });
   };
-  if (any(&PingTracer::bends)) return face_source.prepare_bed(aim.fans);
-  return any(&PingTracer::needs_hits) ? face_source.prepare(aim.fans)
-                                      : face_source.prepare_runs(aim.fans);
+  if (any(&FanTracer::bends)) return face_source.prepare_bed(aim.fans_only);
+  if (any(&FanTracer::needs_hits)) return face_source.prepare(aim.fans_only);
+  return face_source.prepare_runs(aim.fans_only);
+}
+
+// The sectors of one beam are received together: each hears the cross-talk of the other.
+void Simulator::ThreadState::receive(std::size_t sonar, const Pose& pose, std::uint64_t ping,
+                                     std::span<const FanAim> fans, std::span<EchoLine> of_sonar) {
+  const std::span<const LinePlan> plans = tracers[sonar].lines();
+  const std::size_t sectors = sonars[sonar].sectors().size();
+  for (std::size_t first = 0; first < plans.size(); first += sectors) {
+    contexts.clear();
+    for (const LinePlan& plan : plans.subspan(first, sectors)) {
+      const FanAim& aim = fans[plan.fan];
+      contexts.push_back({.ping = ping,
+                          .t_s = pose.t_s,
+                          .array = {aim.fan.origin, aim.fan.array_axis, aim.motion.down},
+                          .altitude_m = aim.altitude_m,
+                          .speed_mps = pose.velocity_mps.norm(),
+                          .motion = aim.motion});
+    }
+    prepared[sonar]->chain->receive(contexts, of_sonar.subspan(first, sectors), chain_scratch);
+  }
 }
 
 void Simulator::ThreadState::make_lines() {
-  for (const BeamTracer& beam : beams)
-    for (std::size_t sector = 0; sector < sonars[beam.sonar].sectors().size(); ++sector) {
+  for (std::size_t i = 0; i < sonars.size(); ++i)
+    for (const LinePlan& plan : tracers[i].lines()) {
       EchoLine& line = lines.emplace_back();
-      line.sector = sector;
-      line.bins.assign(static_cast<std::size_t>(sonars[beam.sonar].bins));
+      line.sector = plan.sector;
+      line.bins.assign(static_cast<std::size_t>(sonars[i].bins));
     }
 }
 

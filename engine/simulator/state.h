@@ -79,10 +79,10 @@ struct Simulator::Entry {
   CallsAtFork::Call call;
 };
 
-/// Where all beams look at a ping.
+/// Where all sonars look at a ping.
 struct Simulator::Aim {
-  std::vector<BeamAim> beams;
-  std::vector<RayFan> fans;  // of these beams, in the order of the lines
+  std::vector<FanAim> fans;       // of each sonar in turn
+  std::vector<RayFan> fans_only;  // the same, for face sources
 };
 
 /// What one thread owns.
@@ -95,8 +95,11 @@ struct Simulator::ThreadState {
   void follow_objects(const SharedState& shared);
   void count_object_visibility(const SharedState& shared);
   void make_lines();
-  /// The faces of the fans that `aim` has, as its beams need them.
+  /// The faces of the fans that `aim` has, as the tracers need them.
   TracedFaces prepare_faces();
+  /// Makes the samples of a sonar's lines from their expected echoes.
+  void receive(std::size_t sonar, const Pose& pose, std::uint64_t ping,
+               std::span<const FanAim> fans, std::span<EchoLine> of_sonar);
 
   FacesWithBodies face_source;
   BedHeight bed;
@@ -107,17 +110,13 @@ struct Simulator::ThreadState {
   HeightRange heights;
   PreparedSonars prepared;
   std::vector<Sonar> sonars;  // of `prepared`
-  struct BeamTracer {
-    std::size_t sonar;
-    Mounting mounting;
-    PingTracer tracer;
-  };
-  std::vector<BeamTracer> beams_of(const PreparedSonars& of, const HeightRange& range,
-                                   const SharedState& shared);
-  std::vector<BeamTracer> beams;                       // of each sonar in turn
+  std::vector<PingTracer> tracers_of(const PreparedSonars& of, const HeightRange& range,
+                                     const SharedState& shared);
+  std::vector<PingTracer> tracers;                     // by sonar
   std::vector<VisibilityCounter> visibility_counters;  // one per sonar, or none
-  std::vector<EchoLine> lines;                         // of each beam in turn
+  std::vector<EchoLine> lines;                         // of each sonar in turn
   Aim aim, aim_ahead;                                  // of the ping; of an announced one
+  std::vector<LineContext> contexts;                   // of the lines that are received together
   SignalChain::Scratch chain_scratch;
   std::uint64_t next_ping = 0;
   struct Announced {

@@ -9,6 +9,7 @@
 
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/engine/trace/traced_faces.h>
 #include <ensonify/refine/progressive_mesh.h>
 #include <ensonify/refine/spare_threads.h>
 #include <ensonify/refine/triangle_mesh.h>
@@ -27,11 +28,10 @@ class FaceSource {
  public:
   virtual ~FaceSource() = default;
   /// The faces that these fans can touch; valid until the next call.
-  virtual TracedFaces prepare(std::span<const RayFan> fans) = 0;
-  /// The same, or only the runs of these fans (TracedFaces::runs_only): cheaper where the echo
-  /// needs no hits.
+  virtual Faces prepare(std::span<const RayFan> fans) = 0;
+  /// The same, or FoundRuns, which are cheaper where the echo needs no hits.
   virtual TracedFaces prepare_runs(std::span<const RayFan> fans) { return prepare(fans); }
-  /// The same, or the bed as a grid of heights (TracedFaces::bed): for rays that are bent.
+  /// The same, or BedAndObjects, for rays that are bent; the fans must stay as long as these.
   virtual TracedFaces prepare_bed(std::span<const RayFan> fans) { return prepare(fans); }
   /// Announces the fans of a later ping: what they need is prepared on a spare thread, if there is
   /// one, while the current faces are in use. Returns whether the current faces are enough for

@@ -13,10 +13,6 @@
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/refine/triangle_mesh.h>
 
-namespace ensonify::refine {
-class HeightGrid;
-}
-
 namespace ensonify::engine {
 
 /// The largest allowed component of a ray or a vertex. (Embree's own limit is a little higher.)
@@ -56,17 +52,6 @@ class Intersector {
   virtual bool list_runs(const RayFan&, FanRuns&) const { return false; }
   /// hits[i] belongs to rays[i]; there are as many hits as rays.
   virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
-};
-
-/// The faces that a ping is traced over.
-struct TracedFaces {
-  const Intersector* intersector = nullptr;
-  refine::Triangles triangles;  ///< that it was built over; Hit::index counts in them
-  std::uint64_t version = 0;    ///< changes whenever the triangles do
-  bool runs_only = false;       ///< only list_runs() may be called, once for each prepared fan
-  /// If not null, the triangles are only those in front of this bed, and the intersector, null if
-  /// there are none, is over these.
-  const refine::HeightGrid* bed = nullptr;
 };
 
 /// The precision of an intersector, which limits how far off a sound answer may be.

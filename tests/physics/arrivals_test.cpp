@@ -56,9 +56,9 @@ TEST_CASE("the range of the surface's return varies with the waves, within their
   double sum = 0.0, squares = 0.0;
   constexpr int pings = 2000;
   for (int ping = 0; ping < pings; ++ping) {
-    PingContext now = context;
+    LineContext now = context;
     now.t_s = 0.37 * ping;
-    chain.receive(now, std::span(&line, 1), scratch);
+    receive_lines(chain, now, std::span(&line, 1), scratch);
     const auto first = std::ranges::find_if(line.bins.intensity, [](float i) { return i > 0.0f; });
     const double r = double(first - line.bins.intensity.begin()) * sonar.bin_m();
     sum += r;
@@ -107,9 +107,9 @@ TEST_CASE("few scatterers in the water make a K distributed echo of the same mea
     double sum = 0.0, squares = 0.0;
     for (int ping = 0; ping < pings; ++ping) {
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
-      PingContext now = context;
+      LineContext now = context;
       now.ping = static_cast<std::uint64_t>(ping);
-      chain.receive(now, std::span(&line, 1), scratch);
+      receive_lines(chain, now, std::span(&line, 1), scratch);
       for (std::size_t n = first; n < first + near; ++n) {
         const double share = line.bins.intensity[n] / mean[n];
         sum += share / (pings * near);
@@ -449,7 +449,7 @@ TEST_CASE("in water of another sound speed all other paths are at the ranges of 
               ? 1e9f
               : 0.0f;
     SignalChain::Scratch scratch;
-    chain.receive(context, std::span(&line, 1), scratch);
+    receive_lines(chain, context, std::span(&line, 1), scratch);
     std::vector<double> added;
     for (std::size_t n = 0; n < line.bins.intensity.size(); ++n)
       added.push_back(double(line.bins.intensity[n]) - double(line.bins.intensity_mean[n]));
@@ -517,7 +517,7 @@ TEST_CASE("transmit leakage blinds the first samples and no others") {
   const SignalChain chain(sonar, {.arrivals = {.burst_m = 0.4}});
   EchoLine line = level_line(sonar, port_sector, array, altitude_m);
   SignalChain::Scratch scratch;
-  chain.receive(context, std::span(&line, 1), scratch);
+  receive_lines(chain, context, std::span(&line, 1), scratch);
   CHECK(line.artefacts.has(Artefact::transmit_leakage));
   const std::uint32_t full = chain.recorder().full_scale();
   for (std::size_t i = 0; i < 8; ++i) CHECK(line.bins.sample[i] == full);  // 0.4 m
@@ -531,14 +531,14 @@ TEST_CASE("cross-talk from one side to the other has its level") {
                       level_line(sonar, starboard_sector, array, altitude_m)};
   std::fill(lines[1].bins.intensity_mean.begin(), lines[1].bins.intensity_mean.end(), 0.0f);
   SignalChain::Scratch scratch;
-  chain.receive(context, lines, scratch);
+  receive_lines(chain, context, lines, scratch);
   CHECK(lines[1].artefacts.has(Artefact::crosstalk));
   CHECK(lines[1].bins.intensity[600] == Approx(1e-3 * lines[0].bins.intensity[600]));
   CHECK(lines[0].bins.intensity[600] == Approx(1.0));
 
   // Without speckle the two sides' energies add, not their amplitudes.
   lines[1] = level_line(sonar, starboard_sector, array, altitude_m);
-  chain.receive(context, lines, scratch);
+  receive_lines(chain, context, lines, scratch);
   CHECK(lines[1].bins.intensity[600] == Approx(1.0 + 1e-3));
 }
 
@@ -548,7 +548,7 @@ TEST_CASE("a sonar with one side has no cross-talk") {
   const SignalChain chain(sonar, {.speckle = false, .arrivals = {.crosstalk_db = -30.0}});
   EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
   SignalChain::Scratch scratch;
-  chain.receive(context, std::span(&line, 1), scratch);
+  receive_lines(chain, context, std::span(&line, 1), scratch);
   CHECK_FALSE(line.artefacts.has(Artefact::crosstalk));
 }
 
@@ -561,7 +561,7 @@ TEST_CASE("cross-talk brings the other side's surface return, too") {
                         level_line(sonar, starboard_sector, array, altitude_m)};
     for (EchoLine& line : lines) std::ranges::fill(line.bins.intensity_mean, 0.0f);
     SignalChain::Scratch scratch;
-    chain.receive(context, lines, scratch);
+    receive_lines(chain, context, lines, scratch);
     return std::ranges::max(lines[1].bins.intensity);
   };
   CHECK(from_surface(-10.0) == Approx(1.1 * from_surface({})));

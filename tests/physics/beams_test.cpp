@@ -41,27 +41,23 @@ double one_way_delayed(double length_m, double along_m, double abeam_m, F&& dela
   return std::norm(sum);
 }
 
+LinePlan starboard_line(int beam) { return {.sector = 1, .beam = beam}; }
+
 /// Starboard lines of a sonar's beams over a level bed that scatters by Lambert's law.
 class LambertBed {
  public:
   explicit LambertBed(double altitude_m) : altitude_m_(altitude_m), bed_(level_bed(altitude_m)) {}
 
   EchoLine line(const Sonar& sonar, int beam, const Pose& pose = {}) const {
-    EchoLine line;
-    line.bins.assign(static_cast<std::size_t>(sonar.bins));
-    PingTracer pinger(sonar, Medium{1500.0, 0.0}, bed_, lambert_, Refraction{}, nullptr,
-                      ObjectSurfaces{}, beam);
-    const BeamAim aim = pinger.aim(pose, altitude_m_);
-    REQUIRE(pinger.trace(aim, {tracer_.get(), bed_.mesh}, 1));
-    pinger.echo(aim, 1, line);
-    return line;
+    PingTracer pinger(sonar, Medium{1500.0, 0.0}, bed_, lambert_);
+    return echo_line(pinger, starboard_line(beam), pose, altitude_m_, {tracer_.get(), bed_.mesh},
+                     sonar.bins);
   }
 
  private:
   double altitude_m_;
   Seafloor bed_;
-  std::vector<scatter::BackscatterTable> lambert_{
-      2, scatter::BackscatterTable(scatter::Lambert(-27.0))};
+  std::vector<MaterialInSonar> lambert_ = materials_of(2, scatter::Lambert(-27.0));
   std::unique_ptr<Intersector> tracer_ = make_intersector("embree", bed_.mesh);
 };
 
@@ -82,33 +78,28 @@ class PlateInBeam {
         bed_(level_bed(0.6 * range_m, 0.5 * side_m)),
         altitude_m_(0.6 * range_m) {
     for (Eigen::Vector3f& p : bed_.mesh.positions) p.x() += static_cast<float>(0.8 * range_m);
-    pinger_ = std::make_unique<PingTracer>(sonar_, Medium{}, bed_, lambert_, Refraction{}, nullptr,
-                                           ObjectSurfaces{}, beam);
+    pinger_ = std::make_unique<PingTracer>(sonar_, Medium{}, bed_, lambert_);
     tracer_ = make_intersector("embree", bed_.mesh);
-    line_.bins.assign(static_cast<std::size_t>(sonar.bins));
   }
   /// With the array's middle at a place along the track.
   double energy(double array_m) {
-    const BeamAim aim =
-        pinger_->aim({.position = {0.0, array_m + sonar_.beam_offset_m(beam_), 0.0}}, altitude_m_);
-    REQUIRE(pinger_->trace(aim, {tracer_.get(), bed_.mesh}, 1));
-    pinger_->echo(aim, 1, line_);
-    CHECK(line_.beam == beam_);
+    const Pose pose{.position = {0.0, array_m + sonar_.beam_offset_m(beam_), 0.0}};
+    const EchoLine line = echo_line(*pinger_, starboard_line(beam_), pose, altitude_m_,
+                                    {tracer_.get(), bed_.mesh}, sonar_.bins);
+    CHECK(line.beam == beam_);
     double sum = 0.0;
-    for (const float i : line_.bins.intensity_mean) sum += i;
+    for (const float i : line.bins.intensity_mean) sum += i;
     return sum;
   }
 
  private:
-  const std::vector<scatter::BackscatterTable> lambert_{
-      2, scatter::BackscatterTable(scatter::Lambert(-27.0))};
+  const std::vector<MaterialInSonar> lambert_ = materials_of(2, scatter::Lambert(-27.0));
   Sonar sonar_;
   int beam_;
   Seafloor bed_;
   std::unique_ptr<PingTracer> pinger_;
   std::unique_ptr<Intersector> tracer_;
   double altitude_m_;
-  EchoLine line_;
 };
 
 Scene flat_scene() {

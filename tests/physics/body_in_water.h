@@ -86,23 +86,18 @@ inline EchoLine echo_of(const Body& body, const Sonar& sonar, double range_m) {
     alone.labels.push_back({2, 1, 2, true});
     alone.face_label.resize(alone.mesh.faces.size(), 1);
   }
-  const std::vector<scatter::BackscatterTable> tables{
-      scatter::BackscatterTable(scatter::SolidTarget(body.rough)),
-      scatter::BackscatterTable(scatter::SolidTarget(body.rough)),
-      scatter::BackscatterTable(scatter::SolidTarget({.diffuse_db = -100.0, .specular = 0.0}))};
-  const std::vector<double> smooth(2, body.smooth_specular);
-  const std::vector<WallMirror> mirrors(2, body.mirror);
-  ObjectSurfaces surfaces{&objects, nullptr, smooth};
-  surfaces.mirrors = mirrors;
-  PingTracer pinger(sonar, {}, alone, tables, {}, nullptr, surfaces);
-  const BeamAim aim = pinger.aim({.position = {-range_m, 0.0, -20.0}}, 10.0);
-  EchoLine line;
-  line.sector = 1;
-  line.bins.assign(static_cast<std::size_t>(sonar.bins));
+  const auto material_of = [](const scatter::Solid& rough) -> MaterialInSonar {
+    return {scatter::BackscatterTable(scatter::SolidTarget(rough))};
+  };
+  MaterialInSonar own = material_of(body.rough);
+  own.smooth_specular = body.smooth_specular;
+  own.wall = body.mirror;
+  const std::vector<MaterialInSonar> materials{
+      own, own, material_of({.diffuse_db = -100.0, .specular = 0.0})};
+  PingTracer pinger(sonar, {}, alone, materials, {}, nullptr, {.fixed = &objects});
   const auto tracer = make_intersector("embree", alone.mesh);
-  REQUIRE(pinger.trace(aim, {tracer.get(), alone.mesh}, line.sector));
-  pinger.echo(aim, line.sector, line);
-  return line;
+  return echo_line(pinger, {.sector = 1}, {.position = {-range_m, 0.0, -20.0}}, 10.0,
+                   {tracer.get(), alone.mesh}, sonar.bins);
 }
 
 inline double target_strength_db(const EchoLine& line, const Sonar& sonar) {

@@ -180,9 +180,9 @@ TEST_CASE("the ping before is heard by an outer beam with that beam's width beyo
     EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
     std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 0.0f);
     SignalChain::Scratch scratch;
-    PingContext now = context;
+    LineContext now = context;
     now.beam = line.beam = beam;
-    chain.receive(now, std::span(&line, 1), scratch);
+    receive_lines(chain, now, std::span(&line, 1), scratch);
     return std::vector<double>(line.bins.intensity.begin(), line.bins.intensity.end());
   };
   // The integral of both patterns along the track, with the receiver aside.

@@ -69,15 +69,15 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         sonar.source_level_db = 0.0;
         const Seafloor bed = rough_bed(height_at_1m_m);
         const Medium medium{1500.0, 0.0};
-        const RayLayout layout = make_ray_layout(sonar, 1500.0 / sonar.frequency_hz, 9.0);
-        const RayFan fan = place_fan(layout, pose, starboard_sector, 80.0);
+        const auto layout = std::make_shared<const RayLayout>(
+            make_ray_layout(sonar, 1500.0 / sonar.frequency_hz, 9.0));
+        const RayFan fan = place_fan(*layout, pose, starboard_sector, 80.0);
         std::vector<Hit> hits(fan.grid->rays());
         make_intersector("embree", bed.mesh)->intersect(fan, hits);
 
-        const std::vector<scatter::BackscatterTable> tables(
-            2, scatter::BackscatterTable(scatter::Lambert(-27.0)));
+        const std::vector<MaterialInSonar> materials = materials_of(2, scatter::Lambert(-27.0));
         const Beam beam(sonar, 1500.0 / sonar.frequency_hz);
-        EchoFormer former(sonar, medium, bed, tables);
+        EchoFormer former(sonar, medium, bed, materials);
         EchoLine line;
         line.sector = 1;
         line.bins.assign(static_cast<std::size_t>(sonar.bins));
@@ -85,13 +85,13 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
             receiver_motion(pose, starboard_sector, 80.0, medium.sound_speed_mps);
         FanRuns runs;
         runs.take(fan, bed.mesh, hits);
-        former.form(fan, layout, motion, bed.mesh, runs, line);
+        former.form(beam, {fan, layout, motion}, {.triangles = bed.mesh, .runs = &runs}, line);
         const std::vector<float>& mean = line.bins.intensity_mean;
         const double range_cell_m = sonar.pulse.cell_m(medium.sound_speed_mps);
         const double in_bins =
             std::accumulate(mean.begin(), mean.end(), 0.0) * sonar.bin_m() / range_cell_m;
         CHECK(in_bins ==
-              Approx(energy_of_rays(fan, layout, beam, motion, hits, bed)).epsilon(1e-3));
+              Approx(energy_of_rays(fan, *layout, beam, motion, hits, bed)).epsilon(1e-3));
       }
 }
 

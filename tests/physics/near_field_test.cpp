@@ -71,26 +71,23 @@ class PassingPlate {
       : bed_(plate(range_m, side_m)),
         pinger_(sonar, {}, bed_, lambert_),
         tracer_(make_intersector("embree", bed_.mesh)),
-        altitude_m_(0.6 * range_m) {
-    line_.bins.assign(static_cast<std::size_t>(sonar.bins));
-  }
+        altitude_m_(0.6 * range_m),
+        bins_(sonar.bins) {}
   double energy(double along_m) {
-    const BeamAim aim = pinger_.aim({.position = {0.0, along_m, 0.0}}, altitude_m_);
-    (void)(pinger_.trace(aim, {tracer_.get(), bed_.mesh}, 1));
-    pinger_.echo(aim, 1, line_);
+    const EchoLine line = echo_line(pinger_, {.sector = 1}, {.position = {0.0, along_m, 0.0}},
+                                    altitude_m_, {tracer_.get(), bed_.mesh}, bins_);
     double sum = 0.0;
-    for (const float i : line_.bins.intensity_mean) sum += i;
+    for (const float i : line.bins.intensity_mean) sum += i;
     return sum;
   }
 
  private:
-  const std::vector<scatter::BackscatterTable> lambert_{
-      2, scatter::BackscatterTable(scatter::Lambert(-27.0))};
+  const std::vector<MaterialInSonar> lambert_ = materials_of(2, scatter::Lambert(-27.0));
   Seafloor bed_;
   PingTracer pinger_;
   std::unique_ptr<Intersector> tracer_;
   double altitude_m_;
-  EchoLine line_;
+  int bins_;
 };
 
 /// -3 dB width of an even function, found in steps.

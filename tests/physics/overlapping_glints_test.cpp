@@ -173,7 +173,8 @@ TEST_CASE("with speckle the mean intensity of overlapping glints is the expected
   for (int i = 0; i < pings; ++i) {
     const double north_m = 7.0 * i;
     line = with_glints(line_at(north_m));
-    chain.receive({.ping = static_cast<std::uint64_t>(i),
+    receive_lines(chain,
+                  {.ping = static_cast<std::uint64_t>(i),
                    .array = {{0.0, north_m, -10.0}, {0, 1, 0}},
                    .altitude_m = 10.0},
                   std::span(&line, 1), scratch);

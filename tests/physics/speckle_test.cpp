@@ -42,7 +42,7 @@ struct BedReceiver {
 
   std::vector<double> intensity(EchoLine& line, const Eigen::Vector3d& array,
                                 std::uint64_t ping = 0) {
-    chain.receive({.ping = ping, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m},
+    receive_lines(chain, {.ping = ping, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m},
                   std::span(&line, 1), scratch);
     const auto first = static_cast<std::ptrdiff_t>(std::max(line.first_return, 0));
     return {line.bins.intensity.begin() + first, line.bins.intensity.end()};
@@ -73,7 +73,8 @@ std::vector<double> headed_intensity(BedReceiver& receiver, const Eigen::Vector3
       line.bins.y_m[i] = static_cast<float>(array.y() + over_m * abeam.y());
     }
   const double axis_rad = array_rad.value_or(heading_rad);
-  receiver.chain.receive(
+  receive_lines(
+      receiver.chain,
       {.array = {array, {std::sin(axis_rad), std::cos(axis_rad), 0}}, .altitude_m = altitude_m},
       std::span(&line, 1), receiver.scratch);
   return {line.bins.intensity.begin(), line.bins.intensity.end()};
@@ -337,8 +338,9 @@ TEST_CASE(
   EchoLine line = level_line(receiver.sonar, starboard_sector, array, altitude_m);
   const Eigen::Vector3d opposite{2.0 * 40.0, 3.0, -10.0};
   CHECK(std::abs(correlation(first, receiver.intensity(line, opposite))) < 0.1);
-  receiver.chain.receive({.array = {array, {0.5, std::sqrt(0.75), 0}}, .altitude_m = altitude_m},
-                         std::span(&line, 1), receiver.scratch);
+  receive_lines(receiver.chain,
+                {.array = {array, {0.5, std::sqrt(0.75), 0}}, .altitude_m = altitude_m},
+                std::span(&line, 1), receiver.scratch);
   const std::vector<double> turned(line.bins.intensity.begin() + line.first_return,
                                    line.bins.intensity.end());
   CHECK(std::abs(correlation(first, turned)) < 0.1);
@@ -447,7 +449,7 @@ TEST_CASE(
   EchoLine line;
   line.bins.assign(static_cast<std::size_t>(sonar.bins));
   const auto self_noise_db = [&](double speed_mps) {
-    chain.receive({.speed_mps = speed_mps}, std::span(&line, 1), scratch);
+    receive_lines(chain, {.speed_mps = speed_mps}, std::span(&line, 1), scratch);
     sonar.receiver.self_noise_db.reset();
     const double sea = SignalChain(sonar, {.speckle = false}).noise(0);
     sonar.receiver.self_noise_db = 30.0;

@@ -30,7 +30,8 @@ struct GroundReceiver {
     return line;
   }
   void receive(EchoLine& line, const Eigen::Vector3d& array, const Eigen::Vector3d& axis) {
-    chain.receive({.array = {array, axis}, .altitude_m = altitude_m}, std::span(&line, 1), scratch);
+    receive_lines(chain, {.array = {array, axis}, .altitude_m = altitude_m}, std::span(&line, 1),
+                  scratch);
   }
 
   Sonar sonar;

@@ -49,7 +49,7 @@ double corner_energy(const Sonar& sonar, const Circumstances& under, const Wall&
   EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
   line.walls = {facet_of(wall, reflected)};
   SignalChain::Scratch scratch;
-  with.receive(context, std::span(&line, 1), scratch);
+  receive_lines(with, context, std::span(&line, 1), scratch);
   double added = 0.0;
   for (std::size_t i = 0; i < line.bins.intensity.size(); ++i) {
     const double its = double(line.bins.intensity[i]) - double(line.bins.intensity_mean[i]);
@@ -118,7 +118,7 @@ void receive_over_lambert(const Sonar& sonar, EchoLine& line) {
   const SignalChain chain(
       sonar, {.speckle = false, .nominal_strength = lambert, .arrivals = {.double_bounce = true}});
   SignalChain::Scratch scratch;
-  chain.receive(context, std::span(&line, 1), scratch);
+  receive_lines(chain, context, std::span(&line, 1), scratch);
 }
 
 /// The direct echo of a bin of a level bed by that law. The beam's width grows with the range r,

@@ -50,6 +50,25 @@ inline engine::Sonar plain_sonar() {
   return sonar;
 }
 
+/// That many materials that all scatter by one law.
+inline std::vector<engine::MaterialInSonar> materials_of(std::size_t count,
+                                                         const scatter::Backscatter& law) {
+  return std::vector<engine::MaterialInSonar>(count, {scatter::BackscatterTable(law)});
+}
+
+/// The expected echo of a line over these faces. pose: of its beam.
+inline engine::EchoLine echo_line(engine::PingTracer& pinger, const engine::LinePlan& plan,
+                                  const engine::Pose& pose, double altitude_m,
+                                  const engine::Faces& faces, int bins) {
+  engine::EchoLine line;
+  line.bins.assign(static_cast<std::size_t>(bins));
+  const std::vector<engine::FanAim> aims = pinger.aim(pose, altitude_m);
+  const engine::FanAim& aim = aims[plan.sector];
+  engine::TracedFaces traced = faces;
+  pinger.echo(plan, aim, pinger.tracer().trace(aim.fan, 0, traced), line);
+  return line;
+}
+
 /// The expected echoes of one ping, port and starboard, over a bed with Lambert's law.
 inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
                                                  const engine::Seafloor& bed,
@@ -57,17 +76,12 @@ inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
                                                  const engine::Medium& medium = {},
                                                  std::string_view intersector_name = "embree") {
   const auto intersector = engine::make_intersector(intersector_name, bed.mesh);
-  const std::vector<scatter::BackscatterTable> lambert(
-      3, scatter::BackscatterTable(scatter::Lambert(-27.0)));
-  engine::PingTracer tracer(sonar, medium, bed, lambert);
-  const engine::BeamAim aim = tracer.aim(pose, altitude_m);
+  const std::vector<engine::MaterialInSonar> lambert = materials_of(3, scatter::Lambert(-27.0));
+  engine::PingTracer pinger(sonar, medium, bed, lambert);
   std::array<engine::EchoLine, 2> lines;
-  for (const engine::Sector& sector : engine::sidescan_sectors) {
-    engine::EchoLine& line = lines[sector.number];
-    line.bins.assign(static_cast<std::size_t>(sonar.bins));
-    (void)tracer.trace(aim, {intersector.get(), bed.mesh}, sector.number);
-    tracer.echo(aim, sector.number, line);
-  }
+  for (const engine::LinePlan& plan : pinger.lines())
+    lines[plan.sector] =
+        echo_line(pinger, plan, pose, altitude_m, {intersector.get(), bed.mesh}, sonar.bins);
   return lines;
 }
 

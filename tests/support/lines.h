@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include <ensonify/engine/sonar/reception/signal_chain.h>
 
@@ -28,6 +30,14 @@ inline engine::EchoLine level_line(const engine::Sonar& sonar, const engine::Sec
     line.bins.z_m[i] = static_cast<float>(array.z() - altitude_m);
   }
   return line;
+}
+
+/// Receives lines of one ping together, all with the same context.
+inline void receive_lines(const engine::SignalChain& chain, const engine::LineContext& context,
+                          std::span<engine::EchoLine> lines,
+                          engine::SignalChain::Scratch& scratch) {
+  const std::vector<engine::LineContext> contexts(lines.size(), context);
+  chain.receive(contexts, lines, scratch);
 }
 
 /// A sonar without noise.

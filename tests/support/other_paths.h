@@ -14,7 +14,7 @@ namespace ensonify::tests {
 
 inline constexpr double altitude_m = 10.0, depth_m = 14.0;
 inline const Eigen::Vector3d array{0.0, 0.0, -depth_m};
-inline const engine::PingContext context{
+inline const engine::LineContext context{
     .ping = 3, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m};
 
 inline engine::Sonar open_sonar() {  // has the same gain in all vertical directions
@@ -51,12 +51,10 @@ inline std::vector<double> received(const engine::Sonar& sonar,
   std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 0.0f);
   std::copy(direct.begin(), direct.end(), line.bins.intensity_mean.begin());
   engine::SignalChain::Scratch scratch;
-  engine::PingContext now = context;
+  engine::LineContext now = context;
   now.array = under.array_frame;
-  for (const engine::Sector& sector : engine::sidescan_sectors)
-    now.motion[sector.number] =
-        engine::receiver_motion(under.motion, sector, sonar.range_m, 1500.0);
-  chain.receive(now, std::span(&line, 1), scratch);
+  now.motion = engine::receiver_motion(under.motion, under.sector, sonar.range_m, 1500.0);
+  receive_lines(chain, now, std::span(&line, 1), scratch);
   return {line.bins.intensity.begin(), line.bins.intensity.end()};
 }
 

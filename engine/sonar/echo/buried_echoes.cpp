@@ -20,7 +20,7 @@ constexpr double inaudible = 14.0;     // nepers of energy that sound loses in t
 void ObjectEchoes::look_into_bed(const BuriedGroup& group) {
   if (!may_see(group.middle, group.radius_m)) return;
   const Label& label = (*labels_)[group.label];
-  const double specular = surfaces_.specular_of(label);
+  const double specular = materials_[label.sediment].smooth_specular;
   for (std::size_t i = 0, end; i < group.parts.size(); i = end) {
     const FlatPart& flat_part = *group.parts[i].whole;
     const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
@@ -46,8 +46,8 @@ std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d
                                                                   double depth_m,
                                                                   const BuriedPart& part) const {
   const std::uint16_t material = (*labels_)[labels_->label_of(part.bed_face)].sediment;
-  if (material >= surfaces_.sediments.size() || !surfaces_.sediments[material]) return std::nullopt;
-  const scatter::Sediment& sediment = *surfaces_.sediments[material];
+  if (!materials_[material].sediment) return std::nullopt;
+  const scatter::Sediment& sediment = *materials_[material].sediment;
   const double longest_m = inaudible / scatter::two_way_attenuation_per_m(sediment, wavelength_m_);
   if (!(depth_m > 0.0) || depth_m > longest_m) return std::nullopt;
   Vector3d apparent = away;  // the place, from where the sonar appears to be
@@ -62,10 +62,10 @@ std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d
     const Vector3d apparent_entry =
         path.water_m * path.cos_water * ahead - height_m * part.bed_normal;
     const std::optional<RayToPlace> ray =
-        ray_to(first_.rays ? Vector3d(apparent_entry + (away - apparent)) : apparent_entry);
+        ray_to(first_.incidences ? Vector3d(apparent_entry + (away - apparent)) : apparent_entry);
     if (!ray) return std::nullopt;
     const Vector3d correction = ray->apparent - apparent_entry;
-    if (first_.rays && turn < max_turns && correction.norm() > same_place_m) {
+    if (first_.incidences && turn < max_turns && correction.norm() > same_place_m) {
       apparent += correction;
       continue;
     }
@@ -111,7 +111,7 @@ void ObjectEchoes::add_buried_facets(const BuriedPart& part, const BuriedGroup& 
   const double length_m = double(flat.length_m), width_m = double(flat.width_m);
   const int lengthwise = cells(along, length_m), crosswise = cells(across, width_m);
   const double cell_length_m = length_m / lengthwise, cell_width_m = width_m / crosswise;
-  const scatter::BackscatterTable& table = by_material_[label.sediment];
+  const scatter::BackscatterTable& table = materials_[label.sediment].table;
   for (int i = 0; i < lengthwise * crosswise; ++i) {
     const int column = i % lengthwise, row = i / lengthwise;
     const Vector3d offset = (column + 0.5 - 0.5 * lengthwise) * cell_length_m * along +

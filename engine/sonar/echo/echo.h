@@ -151,7 +151,7 @@ struct EchoLine {
   /// The steady part of the echo: the field of the objects' glints per bin (SteadyField), whose
   /// square is part of intensity_mean. Empty: there is none.
   std::vector<float> glint_re, glint_im;
-  std::vector<WallFacet> walls;  ///< empty unless ObjectSurfaces::mirrors are given
+  std::vector<WallFacet> walls;  ///< empty unless they are looked for, see MaterialInSonar
 };
 
 }  // namespace ensonify::engine

@@ -69,26 +69,25 @@ RayAngles ray_angles(const RayLayout& layout) {
 }  // namespace
 
 EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
-                       std::span<const scatter::BackscatterTable> material_tables,
-                       const std::vector<Label>* moving, const ObjectSurfaces& surfaces,
-                       double beam_offset_m)
+                       std::span<const MaterialInSonar> materials, const std::vector<Label>* moving,
+                       const ObjectSurfaces& surfaces)
     : labels_(seafloor, moving),
-      beam_(sonar, medium.sound_speed_mps / sonar.frequency_hz, beam_offset_m),
-      by_material_(material_tables),
+      materials_(materials),
       absorption_db_per_m_(medium.absorption_db_per_m),
       profile_(medium.profile),
       wavelength_m_(medium.sound_speed_mps / sonar.frequency_hz),
       bins_(sonar.bin_m(), bins_of(sonar, medium)),
       walk_(walk_over(seafloor, sonar.bin_m())),
-      objects_(sonar, medium, material_tables, surfaces),
+      objects_(sonar, medium, materials, surfaces),
       pulse_(pulse_kernel(sonar.pulse, medium.sound_speed_mps, sonar.bin_m())),
       glints_(sonar.pulse, medium.sound_speed_mps, sonar.bin_m(),
               static_cast<std::size_t>(sonar.bins)),
       closing_shift_m_(0.5 * medium.sound_speed_mps *
                        sonar.pulse.closing_shift_s(sonar.frequency_hz)) {
-  for (const scatter::BackscatterTable& table : material_tables) {
+  for (const MaterialInSonar& material : materials) {
+    const std::span<const float> values = material.table.values();
     strengths_from_.push_back(static_cast<std::int32_t>(strengths_.size()));
-    strengths_.insert(strengths_.end(), table.values().begin(), table.values().end());
+    strengths_.insert(strengths_.end(), values.begin(), values.end());
   }
   for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
     const double range_m = (static_cast<double>(bin) + 0.5) * sonar.bin_m();
@@ -99,28 +98,20 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
   sums_.resize(static_cast<std::size_t>(sonar.bins));
 }
 
-void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const ReceiverMotion& motion,
-                      refine::Triangles triangles, const FanRuns& runs, EchoLine& line) {
-  begin({line.sector, &beam_, &fan, &layout, &motion, triangles, &labels_}, line);
-  objects_.find(view_, {.runs = &runs});
-  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
-    cut_runs(runs, plane);
+void EchoFormer::form(const Beam& beam, const FanAim& aim, const FanHits& hits, EchoLine& line) {
+  begin({line.sector, &beam, &aim.fan, aim.layout.get(), &aim.motion, hits.triangles, &labels_},
+        line);
+  objects_.find(view_, hits);
+  for (std::size_t plane = 0; plane < aim.fan.planes(); ++plane) {
+    if (hits.runs)
+      cut_runs(*hits.runs, plane);
+    else
+      cut_hits(hits.hits, *hits.incidences, plane);
     compute(plane, line);
-    absorb_over_depth();
-    lay(plane);
-  }
-  finish(line);
-}
-
-void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const ReceiverMotion& motion,
-                      refine::Triangles triangles, std::span<const Hit> hits,
-                      IncidenceSource& incidences, EchoLine& line) {
-  begin({line.sector, &beam_, &fan, &layout, &motion, triangles, &labels_}, line);
-  objects_.find(view_, {.hits = hits, .rays = &incidences});
-  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
-    cut_hits(hits, incidences, plane);
-    compute(plane, line);
-    correct_bent_rays();
+    if (hits.runs)
+      absorb_over_depth();
+    else
+      correct_bent_rays();
     lay(plane);
   }
   finish(line);
@@ -268,7 +259,7 @@ void EchoFormer::correct_bent_rays() {
     const double facing =
         pieces_.level[i] * grid.cos_elevation[ray] + pieces_.pole[i] * grid.sin_elevation[ray];
     const double range_m = pieces_.distance[i] / facing;
-    const scatter::BackscatterTable& bottom = by_material_[labels_[pieces_.label[i]].sediment];
+    const scatter::BackscatterTable& bottom = materials_[labels_[pieces_.label[i]].sediment].table;
     pieces_.energy[i] *=
         bottom.sigma_over_sine(sine) / bottom.sigma_over_sine(std::min(-facing, 1.0)) * range_m *
         range_m / incidence.spreading_m2 *
@@ -300,7 +291,7 @@ void EchoFormer::leave_out_small_objects() {
 
 /// Moves the places of one of several beams to the middles of their energy.
 void EchoFormer::move_aside() {
-  if (beam_.transmit().offset_m == 0.0f) return;
+  if (view_.beam->transmit().offset_m == 0.0f) return;
   const Eigen::Vector3d& ahead = view_.fan->array_axis;
   for (std::size_t i = 0; i < pieces_.count; ++i)
     Eigen::Map<Eigen::Vector3d>(&pieces_.middles[4 * i]) += double(pieces_.aside_m[i]) * ahead;

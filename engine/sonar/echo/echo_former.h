@@ -9,6 +9,8 @@
 #include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/echo/fan_aim.h>
+#include <ensonify/engine/sonar/echo/material_in_sonar.h>
 #include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/object_echoes.h>
 #include <ensonify/engine/sonar/echo/piece_table.h>
@@ -17,9 +19,8 @@
 #include <ensonify/engine/sonar/echo/steady_field.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>
 #include <ensonify/engine/trace/fan_runs.h>
-#include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/engine/trace/fan_tracer.h>
 #include <ensonify/engine/trace/refraction/ray_incidence.h>
-#include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
@@ -49,21 +50,15 @@ namespace ensonify::engine {
 class EchoFormer {
  public:
   /// The seafloor, the tables and the labels of moving bodies (see FaceLabels) must outlive this;
-  /// material_tables[i] belongs to sediment i of a Label. beam_offset_m: as in Beam.
+  /// materials[i] belongs to sediment i of a Label.
   EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
-             std::span<const scatter::BackscatterTable> material_tables,
-             const std::vector<Label>* moving = nullptr, const ObjectSurfaces& surfaces = {},
-             double beam_offset_m = 0.0);
+             std::span<const MaterialInSonar> materials, const std::vector<Label>* moving = nullptr,
+             const ObjectSurfaces& surfaces = {});
 
-  /// Fills the line of a sector from the runs of straight rays over these triangles. The fan's rays
-  /// are those of the layout. The speckled intensity is left at the expectation.
-  void form(const RayFan& fan, const RayLayout& layout, const ReceiverMotion& motion,
-            refine::Triangles triangles, const FanRuns& runs, EchoLine& line);
-  /// Fills it from rays that are bent or whose time is not their length: `hits` by ray number,
-  /// whose t is the range that their travel time stands for, and how these rays arrived.
-  void form(const RayFan& fan, const RayLayout& layout, const ReceiverMotion& motion,
-            refine::Triangles triangles, std::span<const Hit> hits, IncidenceSource& incidences,
-            EchoLine& line);
+  /// Fills a line, whose sector is set, with what one of the sonar's beams receives of a fan. The
+  /// speckled intensity is left at the expectation. (The t of bent rays' hits is the range that
+  /// their travel time stands for.)
+  void form(const Beam& beam, const FanAim& aim, const FanHits& hits, EchoLine& line);
 
  private:
   void begin(const SectorView& view, EchoLine& line);
@@ -84,8 +79,7 @@ class EchoFormer {
   void finish(EchoLine& line);
 
   FaceLabels labels_;
-  Beam beam_;
-  std::span<const scatter::BackscatterTable> by_material_;
+  std::span<const MaterialInSonar> materials_;
   std::vector<float> strengths_;              // the values of all materials' tables, in a row
   std::vector<std::int32_t> strengths_from_;  // by material: where its values begin
   double absorption_db_per_m_;                // as gain_ has it

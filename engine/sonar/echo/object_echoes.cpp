@@ -32,17 +32,17 @@ auto look_closer(const Look& look) {
 }  // namespace
 
 ObjectEchoes::ObjectEchoes(const Sonar& sonar, const Medium& medium,
-                           std::span<const scatter::BackscatterTable> material_tables,
+                           std::span<const MaterialInSonar> materials,
                            const ObjectSurfaces& surfaces)
     : wavelength_m_(medium.sound_speed_mps / sonar.frequency_hz),
       join_m_(0.5 * std::max(sonar.bin_m(), sonar.pulse.cell_m(medium.sound_speed_mps))),
       join_pieces_m_(0.125 * sonar.pulse.cell_m(medium.sound_speed_mps)),
       tolerance_m_(0.5 * sonar.bin_m()),
       medium_(medium),
-      by_material_(material_tables),
+      materials_(materials),
       surfaces_(surfaces) {}
 
-void ObjectEchoes::find(const SectorView& view, const FirstHits& first) {
+void ObjectEchoes::find(const SectorView& view, const FanHits& first) {
   view_ = &view;
   labels_ = view.labels;
   first_ = first;
@@ -111,7 +111,7 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
     const Vector3d upwards = fan.array_axis.cross(object.middle - fan.origin).normalized();
     small = step_m > apart_m && is_short(object, upwards, few_planes * step_m);
   }
-  const double specular = surfaces_.specular_of(label);
+  const double specular = materials_[label.sediment].smooth_specular;
   const GlintBeam beam = glint_beam();
   const auto reach_of = [&](const FlatPartBlock& block) {
     const double nearest_m = (block.middle - fan.origin).norm() - block.radius_m;
@@ -166,7 +166,7 @@ void ObjectEchoes::add_small_body(const SmallBody& body, double specular,
 void ObjectEchoes::add_facets(const FlatPart& flat_part, const Vector3d& away,
                               const ObjectSurface& object, double small_m, double gain) {
   const Label& label = (*labels_)[object.label];
-  const scatter::BackscatterTable& table = by_material_[label.sediment];
+  const scatter::BackscatterTable& table = materials_[label.sediment].table;
   const Vector3d normal = flat_part.normal.cast<double>();
   const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
   const double length_m = double(flat_part.length_m), width_m = double(flat_part.width_m);
@@ -228,7 +228,7 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
                              const Vector3d& apparent, double specular,
                              const ObjectSurface& object) {
   SonarFrom sonar_from;
-  if (first_.rays)  // bent rays
+  if (first_.incidences)  // bent rays
     sonar_from = [&](const Vector3d& place) -> Vector3d {
       const Vector3d& origin = view_->fan->origin;
       const std::optional<RayToPlace> ray = ray_to(place - origin);
@@ -337,15 +337,15 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
 
 void ObjectEchoes::find_walls(const ObjectSurface& object) {
   const Label& label = (*labels_)[object.label];
-  if (label.sediment >= surfaces_.mirrors.size()) return;
-  const WallMirror& mirror = surfaces_.mirrors[label.sediment];
-  if (!(mirror.smooth + mirror.rough > 0.0) || !may_see(object.middle, object.radius_m)) return;
+  const std::optional<WallMirror>& mirror = materials_[label.sediment].wall;
+  if (!mirror || !(mirror->smooth + mirror->rough > 0.0)) return;
+  if (!may_see(object.middle, object.radius_m)) return;
   const std::span<const FlatPart> flat_parts = object.flat_parts;
   for (const FlatPartBlock& block : object.blocks)
     if (may_be_in_beam(block.middle, block.radius_m))
       for (const FlatPart& flat_part : flat_parts.subspan(block.first, block.count))
         if (std::abs(double(flat_part.normal.z())) < steepest_wall)
-          add_wall(flat_part, mirror, object.label);
+          add_wall(flat_part, *mirror, object.label);
 }
 
 void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,

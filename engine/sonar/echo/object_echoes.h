@@ -16,50 +16,26 @@
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/echo/glint.h>
 #include <ensonify/engine/sonar/echo/glint_in_beam.h>
+#include <ensonify/engine/sonar/echo/material_in_sonar.h>
 #include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/object_echo.h>
 #include <ensonify/engine/sonar/echo/small_body.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>
-#include <ensonify/engine/trace/fan_runs.h>
-#include <ensonify/engine/trace/ray.h>
+#include <ensonify/engine/trace/fan_tracer.h>
 #include <ensonify/engine/trace/refraction/ray_incidence.h>
-#include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/buried_path.h>
 #include <ensonify/scatter/sediment.h>
 
 namespace ensonify::engine {
 
-/// How a wall of a material reflects: shares of the energy that arrives.
-struct WallMirror {
-  double smooth = 0.0;  ///< as a smooth surface would
-  double rough = 0.0;   ///< from facets that are inclined to the surface
-  double slope = 0.0;   ///< rms of that inclination in one direction, as a tangent
-};
-
-/// The surfaces of the objects that a sonar sees. The data that its pointers and spans refer to
-/// must outlive the pings.
+/// The surfaces of the objects that a sonar sees. The data that its pointers refer to must outlive
+/// the pings.
 struct ObjectSurfaces {
   const std::vector<ObjectSurface>* fixed = nullptr;
   const std::vector<ObjectSurface>* moving = nullptr;  ///< may change between pings
-  /// By Label::sediment: scatter::Solid::smooth_specular(), 0 where it is not a solid.
-  std::span<const double> smooth_specular = {};
-  double specular_of(const Label& label) const {
-    return label.sediment < smooth_specular.size() ? smooth_specular[label.sediment] : 0.0;
-  }
-  const std::vector<BuriedGroup>* buried = nullptr;  ///< which the sound reaches through the bed
-  /// By Label::sediment; none where it is not a sediment.
-  std::span<const std::optional<scatter::Sediment>> sediments = {};
-  /// By Label::sediment; empty: walls are not looked for.
-  std::span<const WallMirror> mirrors = {};
+  const std::vector<BuriedGroup>* buried = nullptr;    ///< which the sound reaches through the bed
   /// The height of the bed, as BedGrid::height_m(); none: there is no bed.
   std::function<double(double x_m, double y_m)> bed_height_m = {};
-};
-
-/// What the rays of a fan met first: straight ones as runs, others as hits.
-struct FirstHits {
-  const FanRuns* runs = nullptr;  ///< or else:
-  std::span<const Hit> hits = {};
-  const IncidenceSource* rays = nullptr;  ///< how bent or delayed rays arrive
 };
 
 /// The echoes of objects that rays cannot sample, from the flat parts of their surfaces.
@@ -102,12 +78,11 @@ struct FirstHits {
 class ObjectEchoes {
  public:
   /// All that is given must outlive this.
-  ObjectEchoes(const Sonar& sonar, const Medium& medium,
-               std::span<const scatter::BackscatterTable> material_tables,
+  ObjectEchoes(const Sonar& sonar, const Medium& medium, std::span<const MaterialInSonar> materials,
                const ObjectSurfaces& surfaces);
 
   /// Finds the echoes of one sector of a ping.
-  void find(const SectorView& view, const FirstHits& first);
+  void find(const SectorView& view, const FanHits& first);
   std::span<const ObjectEcho> glints() const { return glints_; }
   std::span<const ObjectEcho> facets() const { return facets_; }
   std::span<const WallFacet> walls() const { return walls_; }
@@ -203,7 +178,7 @@ class ObjectEchoes {
 
   double wavelength_m_, join_m_, join_pieces_m_, tolerance_m_;
   Medium medium_;
-  std::span<const scatter::BackscatterTable> by_material_;
+  std::span<const MaterialInSonar> materials_;
   ObjectSurfaces surfaces_;
   std::vector<ObjectEcho> glints_, facets_;
   std::vector<WallFacet> walls_;
@@ -213,7 +188,7 @@ class ObjectEchoes {
   // Of the sector that is computed:
   const SectorView* view_ = nullptr;
   const FaceLabels* labels_ = nullptr;
-  FirstHits first_;
+  FanHits first_;
 };
 
 }  // namespace ensonify::engine

@@ -47,7 +47,7 @@ std::optional<ShownCells> show(std::size_t columns, std::size_t rows, const Seen
 
 /// The ray to a place; none in a shadow zone of bent rays.
 std::optional<RayToPlace> ObjectEchoes::ray_to(const Eigen::Vector3d& away) const {
-  if (first_.rays) return first_.rays->ray_to(view_->fan->origin, away);
+  if (first_.incidences) return first_.incidences->ray_to(view_->fan->origin, away);
   const double range_m = away.norm(), from_m = -view_->fan->origin.z();
   const double db_per_m = medium_.profile
                               ? medium_.profile->mean_absorption_db_per_m(from_m, from_m - away.z())

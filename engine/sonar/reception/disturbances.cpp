@@ -22,9 +22,9 @@ constexpr double fish_height_share = 0.25;  // height of a fish over its length
 constexpr std::size_t max_fish = 128;       // per cell
 
 /// The horizontal direction from the array into a sector.
-Eigen::Vector2d abeam(const PingContext& context, std::size_t sector) {
+Eigen::Vector2d abeam(const LineContext& context) {
   const Eigen::Vector2d ahead = context.array.axis.head<2>().normalized();
-  return context.sectors[sector].out * Eigen::Vector2d(ahead.y(), -ahead.x());
+  return context.facing.out * Eigen::Vector2d(ahead.y(), -ahead.x());
 }
 
 /// From the array, horizontally, to the line in which the beam's plane cuts a level some metres
@@ -52,26 +52,26 @@ Disturbances::Disturbances(const ArtefactOptions& options, const SonarEquation& 
   if (options.interference_db) effects_.push_back(&Disturbances::add_interference);
 }
 
-void Disturbances::apply(const PingContext& context, std::size_t sector, std::span<float> gain,
-                         std::span<float> power, Artefacts& artefacts) const {
-  for (const Effect effect : effects_) (this->*effect)(context, sector, gain, power, artefacts);
+void Disturbances::apply(const LineContext& context, std::span<float> gain, std::span<float> power,
+                         Artefacts& artefacts) const {
+  for (const Effect effect : effects_) (this->*effect)(context, gain, power, artefacts);
 }
 
 // Three waves that cross the track, port towards the array and starboard away from it. The longer
 // ones are faster, so their sum makes bands that bend, come and go. Each grows and fades over some
 // periods, and each sector has separate phases. The phase advances by a constant from step to step.
-void Disturbances::shimmer(const PingContext& context, std::size_t sector, std::span<float> gain,
-                           std::span<float>, Artefacts& artefacts) const {
+void Disturbances::shimmer(const LineContext& context, std::span<float> gain, std::span<float>,
+                           Artefacts& artefacts) const {
   artefacts.add(Artefact::shimmer);
   // The bins over which it is linear, an eighth of its wave at most.
   const auto coarse =
       static_cast<std::size_t>(std::clamp(options_.shimmer_m / (8.0 * law_.bin_m()), 1.0, 16.0));
   std::array<std::complex<double>, 3> waves, turns;
   const double to_nepers = 0.1 * std::numbers::ln10 * options_.shimmer_db * std::sqrt(4.0 / 3.0);
-  const double periods = -context.sectors[sector].out * context.t_s / options_.shimmer_s;
+  const double periods = -context.facing.out * context.t_s / options_.shimmer_s;
   for (std::size_t i = 0; i < waves.size(); ++i) {
     const auto number = static_cast<double>(i);
-    const double* phases = &shimmer_phases_[2 * i + 6 * context.sectors[sector].number];
+    const double* phases = &shimmer_phases_[2 * i + 6 * context.facing.number];
     const double tune = std::exp2((number - 1.0) / 3.0), pace = std::exp2((1.0 - number) / 2.0);
     const double strength =
         to_nepers * std::cos(2.0 * pi * (periods / (5.0 + 2.0 * number) + phases[1]));
@@ -95,7 +95,7 @@ void Disturbances::shimmer(const PingContext& context, std::size_t sector, std::
   }
 }
 
-void Disturbances::add_interference(const PingContext& context, std::size_t, std::span<float>,
+void Disturbances::add_interference(const LineContext& context, std::span<float>,
                                     std::span<float> power, Artefacts& artefacts) const {
   const double reach_m = law_.bin_m() * static_cast<double>(power.size());
   double begin_m = interference_begin_m_;
@@ -117,9 +117,9 @@ void Disturbances::add_interference(const PingContext& context, std::size_t, std
 // Bubbles at the surface along a ship's track. A bin receives a strip of them, as in
 // OtherPaths::add_surface; their strength falls to both sides as a Gaussian, whose integral over
 // the strip is a difference of error functions.
-void Disturbances::add_wake(const PingContext& context, std::size_t sector, std::span<float>,
-                            std::span<float> power, Artefacts& artefacts) const {
-  const BeamPlane plane(context, sector);
+void Disturbances::add_wake(const LineContext& context, std::span<float>, std::span<float> power,
+                            Artefacts& artefacts) const {
+  const BeamPlane plane(context);
   const double depth_m = plane.slant_m(context.depth_m());
   const double strength = scatter::from_db(*options_.wake_db);
   const double s = std::sin(options_.wake_heading_rad), c = std::cos(options_.wake_heading_rad);
@@ -128,7 +128,7 @@ void Disturbances::add_wake(const PingContext& context, std::size_t sector, std:
   const Eigen::Vector2d below_m =
       context.array.origin.head<2>() + along_of_plane_m(context.array, context.depth_m());
   const double from_line_m = across.dot(below_m) - options_.wake_offset_m;
-  const double per_metre = across.dot(abeam(context, sector));
+  const double per_metre = across.dot(abeam(context));
   // The part of the surface within twice the half width of the track's middle.
   double near_m = 0.0, far_m = std::numeric_limits<double>::infinity();
   if (per_metre != 0.0) {
@@ -164,16 +164,16 @@ void Disturbances::add_wake(const PingContext& context, std::size_t sector, std:
     power[n] += static_cast<float>(
         context.beam_share(n) * law_.per_m2_at(range_m) * strength * gaussian_m(begin_m, end_m) *
         plane.slant_m(law_.width_m_at(range_m)) * law_.cell_m() / (range_per_m * length_m) *
-        law_.two_way(sector, plane, range_m, middle_m, -depth_m));
+        law_.two_way(plane, range_m, middle_m, -depth_m));
     artefacts.add(Artefact::wake);
   }
 }
 
 // Fish stay in their cells of the ground, at heights above the bed's height below the sonar.
-void Disturbances::add_fish(const PingContext& context, std::size_t sector, std::span<float> gain,
+void Disturbances::add_fish(const LineContext& context, std::span<float> gain,
                             std::span<float> power, Artefacts& artefacts) const {
   const double reach_m = law_.bin_m() * static_cast<double>(power.size());
-  const Eigen::Vector2d out = abeam(context, sector), ahead{-out.y(), out.x()};
+  const Eigen::Vector2d out = abeam(context), ahead{-out.y(), out.x()};
   const Eigen::Vector2d here = context.array.origin.head<2>(), there = here + reach_m * out;
   // No fish swims above the mean sea surface.
   const double highest_m =
@@ -219,23 +219,21 @@ void Disturbances::add_fish(const PingContext& context, std::size_t sector, std:
                                     context.array.origin.z() - context.altitude_m + over_bed_m};
         const Eigen::Vector3d from_array = place - context.array.origin;
         if (from_array.head<2>().dot(out) > 0.0)
-          add_one_fish(context, sector, from_array, over_bed_m, gain, power, artefacts);
+          add_one_fish(context, from_array, over_bed_m, gain, power, artefacts);
       }
     }
 }
 
-void Disturbances::add_one_fish(const PingContext& context, std::size_t sector,
-                                const Eigen::Vector3d& from_array, double over_bed_m,
-                                std::span<float> gain, std::span<float> power,
+void Disturbances::add_one_fish(const LineContext& context, const Eigen::Vector3d& from_array,
+                                double over_bed_m, std::span<float> gain, std::span<float> power,
                                 Artefacts& artefacts) const {
   // As in a water of one sound speed; its shadow on the bed is as much farther, or nearer.
   const double per_m = from_array.z() > 0.0 ? context.range_per_m_up : context.range_per_m_down;
   const double range_m = per_m * from_array.norm();
   const auto bin = static_cast<std::size_t>(range_m / law_.bin_m());
   if (bin >= power.size()) return;
-  const BeamPlane plane(context, sector);
-  const Eigen::Vector3d to_side =
-      context.sectors[sector].out * context.array.down.cross(context.array.axis);
+  const BeamPlane plane(context);
+  const Eigen::Vector3d to_side = context.facing.out * context.array.down.cross(context.array.axis);
   const double abeam = from_array.dot(to_side), down = from_array.dot(context.array.down);
   const double level_m = abeam * plane.cos_roll_tilt - down * plane.sin_roll_tilt,
                below_m = down * plane.cos_roll_tilt + abeam * plane.sin_roll_tilt;
@@ -255,9 +253,8 @@ void Disturbances::add_one_fish(const PingContext& context, std::size_t sector,
   const auto bins = static_cast<std::size_t>(std::max(thick_m, law_.cell_m()) / law_.bin_m()) + 1;
   const double echo = context.beam_share(bin) * law_.per_m2(bin) *
                       scatter::from_db(options_.fish_strength_db) * share * law_.width_m(bin) /
-                      options_.fish_length_m *
-                      law_.two_way(sector, plane, range_m, level_m, below_m) * law_.cell_m() /
-                      law_.bin_m() / static_cast<double>(bins);
+                      options_.fish_length_m * law_.two_way(plane, range_m, level_m, below_m) *
+                      law_.cell_m() / law_.bin_m() / static_cast<double>(bins);
   for (std::size_t n = bin; n < std::min(bin + bins, power.size()); ++n)
     power[n] += static_cast<float>(echo);
 

@@ -23,25 +23,24 @@ class Disturbances {
   bool empty() const { return effects_.empty(); }
   /// Multiplies the gain of the direct echo in each bin, adds to the incoherent power in each bin,
   /// and adds to `artefacts` those that the ping has.
-  void apply(const PingContext& context, std::size_t sector, std::span<float> gain,
-             std::span<float> power, Artefacts& artefacts) const;
+  void apply(const LineContext& context, std::span<float> gain, std::span<float> power,
+             Artefacts& artefacts) const;
 
  private:
   /// What apply() does for one artefact.
-  using Effect = void (Disturbances::*)(const PingContext& context, std::size_t sector,
-                                        std::span<float> gain, std::span<float> power,
-                                        Artefacts& artefacts) const;
-  void add_interference(const PingContext& context, std::size_t sector, std::span<float> gain,
-                        std::span<float> power, Artefacts& artefacts) const;
-  void add_wake(const PingContext& context, std::size_t sector, std::span<float> gain,
-                std::span<float> power, Artefacts& artefacts) const;
-  void add_fish(const PingContext& context, std::size_t sector, std::span<float> gain,
-                std::span<float> power, Artefacts& artefacts) const;
-  void add_one_fish(const PingContext& context, std::size_t sector,
-                    const Eigen::Vector3d& from_array, double over_bed_m, std::span<float> gain,
-                    std::span<float> power, Artefacts& artefacts) const;
-  void shimmer(const PingContext& context, std::size_t sector, std::span<float> gain,
-               std::span<float> power, Artefacts& artefacts) const;
+  using Effect = void (Disturbances::*)(const LineContext& context, std::span<float> gain,
+                                        std::span<float> power, Artefacts& artefacts) const;
+  void add_interference(const LineContext& context, std::span<float> gain, std::span<float> power,
+                        Artefacts& artefacts) const;
+  void add_wake(const LineContext& context, std::span<float> gain, std::span<float> power,
+                Artefacts& artefacts) const;
+  void add_fish(const LineContext& context, std::span<float> gain, std::span<float> power,
+                Artefacts& artefacts) const;
+  void add_one_fish(const LineContext& context, const Eigen::Vector3d& from_array,
+                    double over_bed_m, std::span<float> gain, std::span<float> power,
+                    Artefacts& artefacts) const;
+  void shimmer(const LineContext& context, std::span<float> gain, std::span<float> power,
+               Artefacts& artefacts) const;
 
   ArtefactOptions options_;
   const SonarEquation& law_;

@@ -88,11 +88,11 @@ struct OtherPaths::WallOverBed {
 };
 
 /// None if the wall sends the sound away from the array, or has no bed before it.
-std::optional<OtherPaths::WallOverBed> OtherPaths::wall_over_bed(const PingContext& context,
+std::optional<OtherPaths::WallOverBed> OtherPaths::wall_over_bed(const LineContext& context,
                                                                  const EchoLine& line,
                                                                  const WallFacet& wall) const {
-  const Eigen::Vector3d abeam = context.sectors[line.sector].out *
-                                context.array.axis.cross(Eigen::Vector3d::UnitZ()).normalized();
+  const Eigen::Vector3d abeam =
+      context.facing.out * context.array.axis.cross(Eigen::Vector3d::UnitZ()).normalized();
   const Eigen::Vector3d along =
       Eigen::Vector3d(context.array.axis.x(), context.array.axis.y(), 0.0).normalized();
   const double facing = -wall.normal.dot(abeam), aside = wall.normal.dot(along);
@@ -148,7 +148,7 @@ std::optional<OtherPaths::WallOverBed> OtherPaths::wall_over_bed(const PingConte
 //
 // The bed that the wall mirrors must be seen: before a deck house there is the deck, and behind a
 // hull the bed lies in its shadow.
-void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& line,
+void OtherPaths::add_double_bounce(const LineContext& context, const EchoLine& line,
                                    const BeamPlane& plane, std::span<const float> direct,
                                    std::span<float> power, std::vector<double>& energies) const {
   if (line.walls.empty()) return;
@@ -169,7 +169,7 @@ void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& l
 
 /// Whether the array sees the bed at that range, before_m before the wall. The upper parts of the
 /// wall may be as near as the bed and outshine it, but nothing else may.
-bool OtherPaths::sees_bed(const PingContext& context, const BinLayers& bins,
+bool OtherPaths::sees_bed(const LineContext& context, const BinLayers& bins,
                           const WallOverBed& wall, double range_m, double before_m) const {
   const auto bin = static_cast<std::size_t>(range_m / bin_length_m(context));
   if (bin >= bins.region.size()) return false;
@@ -193,7 +193,7 @@ void OtherPaths::spread_over(double from_bin, double to_bin, double energy,
   }
 }
 
-void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, const WallOverBed& wall,
+void OtherPaths::add_wall(const LineContext& context, const EchoLine& line, const WallOverBed& wall,
                           const BeamPlane& plane, std::span<const float> direct,
                           std::span<double> energies) const {
   constexpr int max_steps = 16;
@@ -204,7 +204,7 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
   const double step_m = (wall.high_m - wall.low_m) / steps;
   const auto level_bed = [&](double range_m) {
     const double sine = std::min(height_m / range_m, 1.0);
-    return law_.level_bed(line.sector, plane, range_m, sine) * bed_strength(sine);
+    return law_.level_bed(plane, range_m, sine) * bed_strength(sine);
   };
   for (int i = 0; i < steps && step_m > 0.0; ++i) {
     const double z_m = wall.low_m + (i + 0.5) * step_m;
@@ -237,8 +237,8 @@ void OtherPaths::add_wall(const PingContext& context, const EchoLine& line, cons
          .blur_m = std::hypot(2.0 * wall.facet.slope * before_m,
                               law_.wavelength_m() / (std::sqrt(2.0 * pi) * wall.facet.length_m) *
                                   (image_m - to_wall_m))});
-    const double to_bed = law_.vertical(line.sector, plane, x_m - before_m, height_m);
-    const double to_wall = law_.vertical(line.sector, plane, x_m, height_m - z_m);
+    const double to_bed = law_.vertical(plane, x_m - before_m, height_m);
+    const double to_wall = law_.vertical(plane, x_m, height_m - z_m);
     // Energy of the path over the wall, relative to the direct echo of the same place.
     const double gain = forwards / direct_strength *
                         std::sqrt(law_.per_m2_at(image_m) / law_.per_m2_at(range_m)) * to_wall /

@@ -17,15 +17,15 @@ constexpr double least_direct = 1e-290;
 // Sums of the direct energy up to each bin, for a sonar at rest and without the vertical pattern of
 // the direct path. Where that pattern suppresses the bed, the bins hold little more than side lobes
 // of the pulse; there the bed is taken as level.
-void OtherPaths::sum_bed(double slant_m, std::size_t sector, const BeamPlane& plane,
-                         std::span<const float> direct, std::vector<double>& sums) const {
+void OtherPaths::sum_bed(double slant_m, const BeamPlane& plane, std::span<const float> direct,
+                         std::vector<double>& sums) const {
   constexpr double hidden = 1e-5;  // two-way pattern
   const auto horizontal_m = [&](std::size_t n) {
     const double r = law_.range_m(n);
     return std::sqrt(std::max(r * r - slant_m * slant_m, 0.0));
   };
   const auto two_way = [&](std::size_t n) {
-    return law_.two_way(sector, plane, law_.range_m(n), horizontal_m(n), slant_m);
+    return law_.two_way(plane, law_.range_m(n), horizontal_m(n), slant_m);
   };
   sums.assign(direct.size() + 2, two_way(0));
   const auto first = static_cast<std::size_t>(slant_m / law_.bin_m());
@@ -82,7 +82,6 @@ struct OtherPaths::MultipleSource {
 /// For the range at which the path's echo appears. bed_m: the bed's distance in the plane.
 OtherPaths::MultipleSource OtherPaths::source_of_multiple(const MultiplePath& path,
                                                           double apparent_m, double bed_m,
-                                                          std::size_t sector,
                                                           const BeamPlane& plane) const {
   const double difference =
       path.back_height_m * path.back_height_m - path.out_height_m * path.out_height_m;
@@ -104,8 +103,8 @@ OtherPaths::MultipleSource OtherPaths::source_of_multiple(const MultiplePath& pa
   const auto beams = [&](double leg_m, double down, double other_m, double other_down) {
     const double shift_m = apparent_m * (horizontal * plane.turn_level_per_m +
                                          other_down * plane.turn_down_per_m - plane.drift_along);
-    return law_.vertical(sector, plane, horizontal, down) *
-           law_.vertical_at(sector, plane, apparent_m, horizontal, other_down) *
+    return law_.vertical(plane, horizontal, down) *
+           law_.vertical_at(plane, apparent_m, horizontal, other_down) *
            beams_->spread_overlap_m(
                leg_m, other_m, std::abs(plane.sin_pitch * (other_down - down) - shift_m), spread_m);
   };
@@ -129,12 +128,12 @@ OtherPaths::MultipleSource OtherPaths::source_of_multiple(const MultiplePath& pa
   return {r, gain};
 }
 
-void OtherPaths::add_multiples(double depth_m, double altitude_m, std::size_t sector,
-                               const BeamPlane& plane, std::span<const float> direct,
-                               std::span<float> power, std::vector<double>& sums) const {
+void OtherPaths::add_multiples(double depth_m, double altitude_m, const BeamPlane& plane,
+                               std::span<const float> direct, std::span<float> power,
+                               std::vector<double>& sums) const {
   const double per_m = 1.0 / law_.bin_m(), last = static_cast<double>(direct.size());
   const double h = plane.slant_m(altitude_m), d = plane.slant_m(depth_m);
-  sum_bed(h, sector, plane, direct, sums);
+  sum_bed(h, plane, direct, sums);
   // Sum of the direct energy up to a range, without the direct path's pattern.
   const auto energy = [&](double range_m) {
     const double place = std::min(range_m * per_m, last);
@@ -154,7 +153,7 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, std::size_t se
       {h, by_bed, 2.0, false, false, true, 0.0, bed_spread}};  // surface and bed reflect one leg
   for (const MultiplePath& path : paths) {
     const auto source = [&](double apparent_m) {
-      return source_of_multiple(path, apparent_m, h, sector, plane);
+      return source_of_multiple(path, apparent_m, h, plane);
     };
     const double first_m = 0.5 * (path.out_height_m + path.back_height_m);
     auto n = static_cast<std::size_t>(first_m / law_.bin_m());

@@ -130,18 +130,17 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
     }
 }
 
-void OtherPaths::add(const PingContext& context, const EchoLine& line,
+void OtherPaths::add(const LineContext& context, const EchoLine& line,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const {
   // In ranges by travel time: volume and multiples are computed in water of one sound speed.
   const double depth_m = context.range_per_m_up * context.depth_m(),
                altitude_m = context.range_per_m_down * context.altitude_m;
-  const BeamPlane plane(context, line.sector);
-  if (options_.second_time_around) add_earlier_pings(context, line.sector, plane, power);
-  if (options_.surface) add_surface(context, line.sector, plane, power);
-  if (options_.volume) add_volume(context, depth_m, altitude_m, line.sector, plane, power, sums);
-  if (options_.multiples)
-    add_multiples(depth_m, altitude_m, line.sector, plane, direct, power, sums);
+  const BeamPlane plane(context);
+  if (options_.second_time_around) add_earlier_pings(context, plane, power);
+  if (options_.surface) add_surface(context, plane, power);
+  if (options_.volume) add_volume(context, depth_m, altitude_m, plane, power, sums);
+  if (options_.multiples) add_multiples(depth_m, altitude_m, plane, direct, power, sums);
   if (options_.double_bounce) add_double_bounce(context, line, plane, direct, power, sums);
 }
 
@@ -151,8 +150,8 @@ double OtherPaths::received_m() const { return std::max(law_.cell_m(), law_.bin_
 
 // The ping before adds at r the echo from r + c P / 2, the one before that from r + c P, and so on:
 // of one strip of the bed, on the side that the array looks to.
-void OtherPaths::add_earlier_pings(const PingContext& context, std::size_t sector,
-                                   const BeamPlane& plane, std::span<float> power) const {
+void OtherPaths::add_earlier_pings(const LineContext& context, const BeamPlane& plane,
+                                   std::span<float> power) const {
   const double altitude_m = context.altitude_m, per_m = context.range_per_m_down;
   const double slant_m = plane.slant_m(altitude_m), noise = power.front();
   const double length_m = received_m() / per_m;
@@ -170,8 +169,7 @@ void OtherPaths::add_earlier_pings(const PingContext& context, std::size_t secto
     };
     const auto intensity = [&](std::size_t n) {
       const double sum = strip(n).sum([&](double over_m, double range_m) {
-        return strength_at(range_m) *
-               law_.two_way(sector, plane, range_m, over_m, slant_m, before_m);
+        return strength_at(range_m) * law_.two_way(plane, range_m, over_m, slant_m, before_m);
       });
       return context.beam_share(n + static_cast<std::size_t>(before_m / law_.bin_m())) *
              received(sum);
@@ -233,7 +231,7 @@ std::span<const OtherPaths::BeamPart> OtherPaths::beam_parts(const BeamPlane& pl
 }
 
 // A bin receives two strips of the sea surface: one to port and one to starboard.
-void OtherPaths::add_surface(const PingContext& context, std::size_t sector, const BeamPlane& plane,
+void OtherPaths::add_surface(const LineContext& context, const BeamPlane& plane,
                              std::span<float> power) const {
   const double depth_m = context.depth_m(), per_m = context.range_per_m_up;
   const double length_m = received_m() / per_m;
@@ -249,8 +247,8 @@ void OtherPaths::add_surface(const PingContext& context, std::size_t sector, con
       sum += part.share * strip(n, part.slant_m).sum([&](double over_m, double range_m) {
         return law_.per_m2_at(range_m) * law_.width_m_at(range_m) *
                at_sine(surface_strength_, depth_m / range_m) *
-               (law_.two_way(sector, plane, range_m, over_m, -part.slant_m) +
-                law_.two_way(sector, plane, range_m, -over_m, -part.slant_m));
+               (law_.two_way(plane, range_m, over_m, -part.slant_m) +
+                law_.two_way(plane, range_m, -over_m, -part.slant_m));
       });
     return context.beam_share(n) * plane.slant_m(sum) * law_.cell_m() / (per_m * length_m);
   };
@@ -266,10 +264,10 @@ void OtherPaths::add_surface(const PingContext& context, std::size_t sector, con
 // A bin receives a shell of water. The shell has no parts above the surface or below the bed. Both
 // vertical patterns of a sonar that rolls are taken at the mean of their angles, and what is left
 // of its beam along the track, in some directions.
-void OtherPaths::add_volume(const PingContext& context, double depth_m, double altitude_m,
-                            std::size_t sector, const BeamPlane& plane, std::span<float> power,
+void OtherPaths::add_volume(const LineContext& context, double depth_m, double altitude_m,
+                            const BeamPlane& plane, std::span<float> power,
                             std::vector<double>& random) const {
-  const VerticalSum& sum = vertical_sums_[sector];
+  const VerticalSum& sum = vertical_sums_[context.sector];
   const double roll_tilt = std::atan2(plane.sin_roll_tilt, plane.cos_roll_tilt);
   const double surface_m = plane.slant_m(depth_m), bed_m = plane.slant_m(altitude_m);
   const auto width_rad = [&](std::size_t n) {
@@ -300,9 +298,8 @@ void OtherPaths::add_volume(const PingContext& context, double depth_m, double a
   };
   if (few) {
     random.resize(received_at(power.size() - 1) + 1);
-    RandomStream(
-        seed_, Purpose::water_scatterers,
-        {context.ping, static_cast<std::uint64_t>(context.beam), context.sectors[sector].number})
+    RandomStream(seed_, Purpose::water_scatterers,
+                 {context.ping, static_cast<std::uint64_t>(context.beam), context.facing.number})
         .uniform(random);
   }
   const auto share_of_mean = [&](std::size_t n, double width) {

@@ -10,9 +10,9 @@
 
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/instrument/pulse.h>
+#include <ensonify/engine/sonar/reception/line_context.h>
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
 #include <ensonify/engine/sonar/reception/other_paths_options.h>
-#include <ensonify/engine/sonar/reception/ping_context.h>
 #include <ensonify/engine/sonar/reception/sonar_equation.h>
 #include <ensonify/scatter/sediment.h>
 #include <ensonify/scatter/surface_scatter.h>
@@ -56,48 +56,48 @@ class OtherPaths {
 
   /// Adds to the intensity `power` in each bin, which is the noise before; `direct` is the expected
   /// direct echo, per bin. `sums` is working memory.
-  void add(const PingContext& context, const EchoLine& line, std::span<const float> direct,
+  void add(const LineContext& context, const EchoLine& line, std::span<const float> direct,
            std::span<float> power, std::vector<double>& sums) const;
 
  private:
   struct BeamPart;
   std::span<const BeamPart> beam_parts(const BeamPlane& plane, double depth_m,
                                        std::span<BeamPart> room) const;
-  void add_surface(const PingContext& context, std::size_t sector, const BeamPlane& plane,
+  void add_surface(const LineContext& context, const BeamPlane& plane,
                    std::span<float> power) const;
-  void add_volume(const PingContext& context, double depth_m, double altitude_m, std::size_t sector,
+  void add_volume(const LineContext& context, double depth_m, double altitude_m,
                   const BeamPlane& plane, std::span<float> power,
                   std::vector<double>& random) const;
-  void sum_bed(double slant_m, std::size_t sector, const BeamPlane& plane,
-               std::span<const float> direct, std::vector<double>& sums) const;
-  void add_multiples(double depth_m, double altitude_m, std::size_t sector, const BeamPlane& plane,
+  void sum_bed(double slant_m, const BeamPlane& plane, std::span<const float> direct,
+               std::vector<double>& sums) const;
+  void add_multiples(double depth_m, double altitude_m, const BeamPlane& plane,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const;
   struct MultiplePath;
   struct MultipleSource;
   MultipleSource source_of_multiple(const MultiplePath& path, double apparent_m, double bed_m,
-                                    std::size_t sector, const BeamPlane& plane) const;
+                                    const BeamPlane& plane) const;
   double received_m() const;
-  void add_earlier_pings(const PingContext& context, std::size_t sector, const BeamPlane& plane,
+  void add_earlier_pings(const LineContext& context, const BeamPlane& plane,
                          std::span<float> power) const;
-  void add_double_bounce(const PingContext& context, const EchoLine& line, const BeamPlane& plane,
+  void add_double_bounce(const LineContext& context, const EchoLine& line, const BeamPlane& plane,
                          std::span<const float> direct, std::span<float> power,
                          std::vector<double>& energies) const;
   struct WallOverBed;
-  std::optional<WallOverBed> wall_over_bed(const PingContext& context, const EchoLine& line,
+  std::optional<WallOverBed> wall_over_bed(const LineContext& context, const EchoLine& line,
                                            const WallFacet& wall) const;
-  bool sees_bed(const PingContext& context, const BinLayers& bins, const WallOverBed& wall,
+  bool sees_bed(const LineContext& context, const BinLayers& bins, const WallOverBed& wall,
                 double range_m, double before_m) const;
   static void spread_over(double from_bin, double to_bin, double energy,
                           std::span<double> energies);
-  void add_wall(const PingContext& context, const EchoLine& line, const WallOverBed& wall,
+  void add_wall(const LineContext& context, const EchoLine& line, const WallOverBed& wall,
                 const BeamPlane& plane, std::span<const float> direct,
                 std::span<double> energies) const;
   struct MirroredBeam;
   double mirrored_m(const MirroredBeam& beam) const;
 
   /// Metres of a way down to the bed in one bin.
-  double bin_length_m(const PingContext& context) const {
+  double bin_length_m(const LineContext& context) const {
     return law_.bin_m() / context.range_per_m_down;
   }
   double bed_strength(double sine) const { return bed_strength_(std::clamp(sine, 1e-4, 1.0)); }

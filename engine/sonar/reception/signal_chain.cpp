@@ -92,12 +92,12 @@ std::vector<double> sea_noise_by_sector(const Sonar& sonar, const SonarEquation&
   return powers;
 }
 
-/// The noise of a look of a line. A sonar's first two sectors have the numbers that belong to it;
-/// further ones have numbers beyond those of all sonars.
-RandomStream noise_stream(const ChainOptions& options, const Sector& sector,
-                          const PingContext& context, int look) {
+/// The noise of a look of a line: the only place that knows its key. A sonar's first two sectors
+/// have the numbers that belong to it; further ones have numbers beyond those of all sonars.
+RandomStream noise_stream(const ChainOptions& options, const LineContext& context, int look) {
+  const std::size_t sector = context.facing.number;
   const std::uint64_t receiver =
-      options.sonar_number * 2 + sector.number % 2 + (std::uint64_t{sector.number / 2} << 32);
+      options.sonar_number * 2 + sector % 2 + (std::uint64_t{sector / 2} << 32);
   return {
       options.seed,
       Purpose::noise,
@@ -115,7 +115,7 @@ FilterTaps taps_of(const SpeckleFilter& filter) {
 double SignalChain::unit_bed(std::size_t sector, std::size_t bin) const {
   const double range_m = law_.cell_middle_m(bin);
   return moved_shares_[bin] *
-         law_.level_bed(sector, {}, range_m, options_.nominal_altitude_m / range_m);
+         law_.level_bed(BeamPlane(sector), range_m, options_.nominal_altitude_m / range_m);
 }
 
 /// The gain at 1 m that records a level bed at half the range at the receiver's bed_level_db.
@@ -277,34 +277,31 @@ std::vector<double> SignalChain::automatic_gain(std::size_t sector) const {
   return gain;
 }
 
-void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
+void SignalChain::receive(std::span<const LineContext> contexts, std::span<EchoLine> lines,
                           Scratch& scratch) const {
-  const auto channel = [&](const EchoLine& line) -> Channel& {
-    return scratch.channels[line.sector];
-  };
-  const PingContext in_ranges = in_water(context);
-  if (const std::size_t sectors = sonar_.sectors().size(); scratch.channels.size() < sectors)
-    scratch.channels.resize(sectors);  // kept for a sonar with fewer
-  for (EchoLine& line : lines) {
-    compute_expected(in_ranges, line, channel(line));
-    if (options_.speckle) scatterers_.place(context.array, line.bins, channel(line).cells);
+  if (scratch.channels.size() < lines.size())
+    scratch.channels.resize(lines.size());  // kept for fewer lines
+  const std::span channels = std::span(scratch.channels).first(lines.size());
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    channels[i].context = context_of(lines[i], contexts[i]);
+    compute_expected(lines[i], channels[i]);
+    if (options_.speckle) scatterers_.place(contexts[i].array, lines[i].bins, channels[i].cells);
   }
-  if (leak_ > 0.0f && lines.size() == 2) leak_power(context, lines, scratch);
-  const float step = gain_step(context), gain = step * ping_gain(context),
-              behind_rms = output_noise_rms(context.t_s);
+  const bool leaks = leak_ > 0.0f && lines.size() == 2;
+  if (leaks) leak_power(channels[0], channels[1]);
+  const float step = gain_step(contexts[0]), gain = step * ping_gain(contexts[0]),
+              behind_rms = output_noise_rms(contexts[0].t_s);
   for (int look = 0; look < sonar_.receiver.looks; ++look) {
-    for (const EchoLine& line : lines) {
-      sum_scatterers(look, channel(line));
-      if (options_.speckle) draw_noise(context, line.sector, look, channel(line));
+    for (Channel& channel : channels) {
+      sum_scatterers(look, channel);
+      if (options_.speckle) draw_noise(look, channel);
     }
-    for (const EchoLine& line : lines) {
-      const bool heard = leak_ > 0.0f && lines.size() == 2;
-      detect_look(context, heard ? &scratch.channels[1 - line.sector] : nullptr, look, gain,
-                  behind_rms, channel(line));
-    }
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      detect_look(leaks ? &channels[1 - i] : nullptr, look, gain, behind_rms, channels[i]);
   }
-  for (EchoLine& line : lines) {
-    Channel& received = channel(line);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    EchoLine& line = lines[i];
+    Channel& received = channels[i];
     std::copy_n(received.energy.begin(), line.bins.intensity.size(), line.bins.intensity.begin());
     line.gain = gain;
     if (step != 1.0f) line.artefacts.add(Artefact::gain_step);
@@ -315,11 +312,13 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
   }
 }
 
-/// The context of a ping with the waves, and with the travel times up and down.
-PingContext SignalChain::in_water(PingContext context) const {
-  context.sectors = sonar_.sectors();
+/// The context of a line with its beam and sector, the waves, and the travel times up and down.
+LineContext SignalChain::context_of(const EchoLine& line, LineContext context) const {
+  context.beam = line.beam;
+  context.sector = line.sector;
+  context.facing = sonar_.sectors()[line.sector];
   context.sea_height_m = waves_.at(context.t_s);
-  context.beam_shares = shares_[static_cast<std::size_t>(context.beam)];
+  context.beam_shares = shares_[static_cast<std::size_t>(line.beam)];
   if (options_.profile) {
     const double from_m = std::max(-context.array.origin.z(), 0.0), c = options_.sound_speed_mps;
     context.range_per_m_up = c / options_.profile->mean_speed_mps(from_m, 0.0);
@@ -330,8 +329,8 @@ PingContext SignalChain::in_water(PingContext context) const {
 }
 
 /// The expected values of the direct echo and of everything that is received with it.
-void SignalChain::compute_expected(const PingContext& context, EchoLine& line,
-                                   Channel& channel) const {
+void SignalChain::compute_expected(EchoLine& line, Channel& channel) const {
+  const LineContext& context = channel.context;
   const std::size_t bins = line.bins.intensity_mean.size();
   line.artefacts = {};
   const std::size_t room = whole_groups(bins), reach = taps_of(filter_).reach;
@@ -343,7 +342,7 @@ void SignalChain::compute_expected(const PingContext& context, EchoLine& line,
   other_paths_.add(context, line, direct, power, channel.sums);
   if (!disturbances_.empty()) {
     channel.gain.assign(bins, 1.0f);
-    disturbances_.apply(context, line.sector, channel.gain, power, line.artefacts);
+    disturbances_.apply(context, channel.gain, power, line.artefacts);
     for (std::size_t n = 0; n < bins; ++n) direct[n] *= channel.gain[n];
   }
   take_out_glints(line, direct, channel);
@@ -364,19 +363,16 @@ void SignalChain::compute_expected(const PingContext& context, EchoLine& line,
 
 /// Cross-talk of what is received in addition to the direct echo: surface, fish, earlier pings and
 /// so on. A receiver's own noise does not leak.
-void SignalChain::leak_power(const PingContext& context, std::span<const EchoLine> lines,
-                             Scratch& scratch) const {
-  const auto of = [&](std::size_t line) -> std::vector<float>& {
-    return scratch.channels[lines[line].sector].power;
+void SignalChain::leak_power(Channel& one, Channel& other) const {
+  const auto own_noise = [&](const Channel& of) {
+    return static_cast<float>(noise(of.context.sector, of.context.speed_mps));
   };
-  std::vector<float>&one = of(0), &other = of(1);
-  const auto own_one = static_cast<float>(noise(lines[0].sector, context.speed_mps)),
-             own_other = static_cast<float>(noise(lines[1].sector, context.speed_mps));
-  for (std::size_t n = 0; n < one.size(); ++n) {
-    const float from_one = leak_ * leak_ * std::max(one[n] - own_one, 0.0f),
-                from_other = leak_ * leak_ * std::max(other[n] - own_other, 0.0f);
-    one[n] += from_other;
-    other[n] += from_one;
+  const float own_one = own_noise(one), own_other = own_noise(other);
+  for (std::size_t n = 0; n < one.power.size(); ++n) {
+    const float from_one = leak_ * leak_ * std::max(one.power[n] - own_one, 0.0f),
+                from_other = leak_ * leak_ * std::max(other.power[n] - own_other, 0.0f);
+    one.power[n] += from_other;
+    other.power[n] += from_one;
   }
 }
 
@@ -441,31 +437,29 @@ void SignalChain::spread_scatterers(int look, std::span<const float> direct,
 }
 
 /// White complex noise of a look.
-void SignalChain::draw_white(const PingContext& context, std::size_t sector, int look,
-                             std::size_t count, std::vector<float>& re,
-                             std::vector<float>& im) const {
+void SignalChain::draw_white(const LineContext& context, int look, std::size_t count,
+                             std::vector<float>& re, std::vector<float>& im) const {
   std::array<double, 1> random;
-  noise_stream(options_, sonar_.sectors()[sector], context, look).uniform(random);
+  noise_stream(options_, context, look).uniform(random);
   re.resize(whole_groups(count));
   im.resize(whole_groups(count));
   draw_complex_normal(static_cast<std::uint32_t>(random[0] * 0x1p32 - 1.0), count, re.data(),
                       im.data());
 }
 
-void SignalChain::draw_noise(const PingContext& context, std::size_t sector, int look,
-                             Channel& channel) const {
+void SignalChain::draw_noise(int look, Channel& channel) const {
   const std::size_t room = gains_[0].size();
-  draw_white(context, sector, look, room + 2 * taps_of(filter_).reach, channel.white_re,
+  draw_white(channel.context, look, room + 2 * taps_of(filter_).reach, channel.white_re,
              channel.white_im);
   if (sonar_.receiver.output_noise_db)
-    draw_white(context, sector, behind_gain + look, room, channel.behind_re, channel.behind_im);
+    draw_white(channel.context, behind_gain + look, room, channel.behind_re, channel.behind_im);
 }
 
 /// Adds all noise before and after the gain to the echo and detects it; `other` leaks into it
 /// (null: no cross-talk).
-void SignalChain::detect_look(const PingContext& context, const Channel* other, int look,
-                              float step, float behind_rms, Channel& channel) const {
-  const std::vector<float>& gain = gains_[static_cast<std::size_t>(context.beam)];
+void SignalChain::detect_look(const Channel* other, int look, float step, float behind_rms,
+                              Channel& channel) const {
+  const std::vector<float>& gain = gains_[static_cast<std::size_t>(channel.context.beam)];
   const ReceiverOptions& receiver = sonar_.receiver;
   channel.energy.resize(gain.size());
   channel.detected.resize(gain.size());
@@ -499,7 +493,7 @@ float SignalChain::output_noise_rms(double t_s) const {
 }
 
 /// The gain factor of the operator's steps at the ping's time.
-float SignalChain::gain_step(const PingContext& context) const {
+float SignalChain::gain_step(const LineContext& context) const {
   const ArtefactOptions& artefacts = options_.artefacts;
   if (!(artefacts.gain_step_db > 0.0 && artefacts.gain_step_s > 0.0)) return 1.0f;
   const auto number = static_cast<std::int64_t>(std::floor(context.t_s / artefacts.gain_step_s));
@@ -512,7 +506,7 @@ float SignalChain::gain_step(const PingContext& context) const {
 }
 
 /// The gain factor of this ping alone.
-float SignalChain::ping_gain(const PingContext& context) const {
+float SignalChain::ping_gain(const LineContext& context) const {
   const double rms_db = sonar_.receiver.ping_gain_db;
   if (!(rms_db > 0.0)) return 1.0f;
   std::array<double, 1> random;

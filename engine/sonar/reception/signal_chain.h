@@ -9,6 +9,7 @@
 
 #include <ensonify/engine/sonar/reception/artefacts.h>
 #include <ensonify/engine/sonar/reception/disturbances.h>
+#include <ensonify/engine/sonar/reception/line_context.h>
 #include <ensonify/engine/sonar/reception/other_paths.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/engine/sonar/reception/scatterers.h>
@@ -62,6 +63,7 @@ class SignalChain {
   /// One thread's working scratch, reused from ping to ping.
   struct Scratch {
     struct Channel {
+      LineContext context;
       // Expected values: the direct echo, padded on both sides by the pulse's reach;
       // everything else; the gain of the direct echo.
       std::vector<float> direct, power, gain;
@@ -72,12 +74,14 @@ class SignalChain {
       std::vector<double> sums;
       Scatterers::Scratch cells;
     };
-    std::vector<Channel> channels;  ///< by sector
+    std::vector<Channel> channels;  ///< by line
   };
 
-  /// Fills the intensity and sample of a ping's lines (one for each sector) from their
-  /// intensity_mean and places, and sets their artefacts.
-  void receive(const PingContext& context, std::span<EchoLine> lines, Scratch& scratch) const;
+  /// Fills the intensity and sample of some lines of a ping from their intensity_mean and places,
+  /// and sets their artefacts. contexts: of each line. Two lines of different sectors hear each
+  /// other's cross-talk.
+  void receive(std::span<const LineContext> contexts, std::span<EchoLine> lines,
+               Scratch& scratch) const;
 
   const Recorder& recorder() const { return recorder_; }
   /// The full scale of a beam, with the recorder's usual gain.
@@ -113,20 +117,19 @@ class SignalChain {
   std::vector<float> gains_of_beam(int beam) const;
   double self_noise(double speed_mps) const;
   double loudest_noise() const;
-  PingContext in_water(PingContext context) const;
-  void compute_expected(const PingContext& context, EchoLine& line, Channel& channel) const;
-  void leak_power(const PingContext& context, std::span<const EchoLine> lines,
-                  Scratch& scratch) const;
+  LineContext context_of(const EchoLine& line, LineContext context) const;
+  void compute_expected(EchoLine& line, Channel& channel) const;
+  void leak_power(Channel& one, Channel& other) const;
   void take_out_glints(const EchoLine& line, std::span<float> direct, Channel& channel) const;
   void sum_scatterers(int look, Channel& channel) const;
   void spread_scatterers(int look, std::span<const float> direct, Channel& channel) const;
-  void draw_noise(const PingContext& context, std::size_t sector, int look, Channel& channel) const;
-  void draw_white(const PingContext& context, std::size_t sector, int look, std::size_t count,
-                  std::vector<float>& re, std::vector<float>& im) const;
-  void detect_look(const PingContext& context, const Channel* other, int look, float step,
-                   float behind_rms, Channel& channel) const;
-  float gain_step(const PingContext& context) const;
-  float ping_gain(const PingContext& context) const;
+  void draw_noise(int look, Channel& channel) const;
+  void draw_white(const LineContext& context, int look, std::size_t count, std::vector<float>& re,
+                  std::vector<float>& im) const;
+  void detect_look(const Channel* other, int look, float step, float behind_rms,
+                   Channel& channel) const;
+  float gain_step(const LineContext& context) const;
+  float ping_gain(const LineContext& context) const;
   float output_noise_rms(double t_s) const;
   void follow_level(Channel& channel) const;
   float ping_scale(const Channel& channel, std::size_t bins) const;
@@ -145,7 +148,7 @@ class SignalChain {
   Recorder recorder_;
   SpeckleFilter filter_;
   std::vector<float> energy_taps_;
-  std::vector<std::vector<double>> shares_;  // by beam, as PingContext has them
+  std::vector<std::vector<double>> shares_;  // by beam, as LineContext has them
   std::vector<std::vector<float>> gains_;    // by beam
   float leak_;                               // amplitude of cross-talk from the other sector
 };

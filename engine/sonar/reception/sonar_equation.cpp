@@ -18,17 +18,18 @@ using std::numbers::pi;
 
 // In the plane abeam, `level` is the horizontal direction to starboard and `up` is upwards. A
 // positive roll turns the sonar's downward axis to port.
-BeamPlane::BeamPlane(const PingContext& context, std::size_t sector)
-    : cos_pitch(std::sqrt(std::max(1.0 - context.array.axis.z() * context.array.axis.z(), 0.0))),
+BeamPlane::BeamPlane(const LineContext& context)
+    : sector(context.sector),
+      cos_pitch(std::sqrt(std::max(1.0 - context.array.axis.z() * context.array.axis.z(), 0.0))),
       sin_pitch(context.array.axis.z()) {
   if (cos_pitch < 1e-6) return;
   const ArrayFrame& array = context.array;
-  const double out = context.sectors[sector].out;
+  const double out = context.facing.out;
   const Eigen::Vector3d level = array.axis.cross(Eigen::Vector3d::UnitZ()) / cos_pitch;
   const Eigen::Vector3d up = level.cross(array.axis);
   cos_roll_tilt = -array.down.dot(up);
   sin_roll_tilt = -out * array.down.dot(level);
-  const ReceiverMotion& motion = context.motion[sector];
+  const ReceiverMotion& motion = context.motion;
   roll_tilt_per_m = motion.abeam_turn.dot(array.down);
   turn_level_per_m = out * motion.array_turn.dot(level);
   turn_down_per_m = -motion.array_turn.dot(up);
@@ -70,11 +71,10 @@ double SonarEquation::width_m_at(double range_m) const {
   return width_m(static_cast<std::size_t>(range_m / bin_m_));
 }
 
-double SonarEquation::level_bed(std::size_t sector, const BeamPlane& plane, double range_m,
-                                double sine) const {
+double SonarEquation::level_bed(const BeamPlane& plane, double range_m, double sine) const {
   const double down = std::min(sine, 0.9), level = std::sqrt(1.0 - down * down);
   return per_m2_at(range_m) * plane.slant_m(width_m_at(range_m)) * cell_m_ / level *
-         two_way(sector, plane, range_m, level * range_m, down * range_m);
+         two_way(plane, range_m, level * range_m, down * range_m);
 }
 
 double SonarEquation::vertical_width_rad(std::size_t sector, int power) const {

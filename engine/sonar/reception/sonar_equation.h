@@ -5,9 +5,9 @@
 
 #include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/reception/line_context.h>
 #include <ensonify/engine/sonar/reception/moved_beam.h>
 #include <ensonify/engine/sonar/reception/other_paths_options.h>
-#include <ensonify/engine/sonar/reception/ping_context.h>
 #include <ensonify/engine/sonar/reception/scatterers.h>
 
 namespace ensonify::engine {
@@ -51,25 +51,24 @@ class SonarEquation {
   }
   /// The same, for a direction's components in the plane abeam: horizontally outwards, and down
   /// within the plane.
-  double vertical(std::size_t sector, const BeamPlane& plane, double level, double down) const {
-    return vertical(sector, level * plane.cos_roll_tilt + down * plane.sin_roll_tilt,
+  double vertical(const BeamPlane& plane, double level, double down) const {
+    return vertical(plane.sector, level * plane.cos_roll_tilt + down * plane.sin_roll_tilt,
                     down * plane.cos_roll_tilt - level * plane.sin_roll_tilt);
   }
   /// The same when an echo from a range comes back; from a negative range: that long before the
   /// ping.
-  double vertical_at(std::size_t sector, const BeamPlane& plane, double range_m, double level,
-                     double down) const {
+  double vertical_at(const BeamPlane& plane, double range_m, double level, double down) const {
     const double turned_rad = range_m * plane.roll_tilt_per_m;
-    return vertical(sector, plane, level + turned_rad * down, down - turned_rad * level);
+    return vertical(plane, level + turned_rad * down, down - turned_rad * level);
   }
   /// Two-way power of the vertical pattern towards a place in the plane, at a range, times what is
   /// left of the beam along the track. before_m: how long before this ping the sound was
   /// transmitted, as a range.
-  double two_way(std::size_t sector, const BeamPlane& plane, double range_m, double level_m,
-                 double down_m, double before_m = 0.0) const {
-    const double sent = vertical_at(sector, plane, -before_m, level_m, down_m);
+  double two_way(const BeamPlane& plane, double range_m, double level_m, double down_m,
+                 double before_m = 0.0) const {
+    const double sent = vertical_at(plane, -before_m, level_m, down_m);
     if (plane.at_rest()) return sent * sent;
-    return sent * vertical_at(sector, plane, range_m - before_m, level_m, down_m) *
+    return sent * vertical_at(plane, range_m - before_m, level_m, down_m) *
            moved_share(plane, range_m, level_m, down_m);
   }
   double moved_share(const BeamPlane& plane, double range_m, double level_m, double down_m) const {
@@ -79,7 +78,7 @@ class SonarEquation {
   /// Intensity, uPa^2, of the echo of a level bed of unit strength in a sector, from
   /// cells about a range. `sine`: of their depression in the plane; at most 0.9 counts, since cells
   /// near the vertical do not grow without limit.
-  double level_bed(std::size_t sector, const BeamPlane& plane, double range_m, double sine) const;
+  double level_bed(const BeamPlane& plane, double range_m, double sine) const;
   /// Integral over depression of the one-way vertical pattern raised to `power`: 1: one-way, 2:
   /// two-way.
   double vertical_width_rad(std::size_t sector, int power) const;

@@ -124,11 +124,11 @@ std::vector<BentRay> BentReference::trace_some(const RayFan& fan, std::uint64_t 
   return some;
 }
 
-bool BentReference::compare(const RayFan& fan, std::span<const BentRay> some,
-                            RefractedTracer& tracer, const TracedFaces& faces,
+void BentReference::compare(const RayFan& fan, std::span<const BentRay> some,
+                            RefractedTracer& tracer, TracedFaces& faces,
                             AgreementCounts& tally) const {
   std::vector<Hit> hits(fan.grid->rays());
-  if (!tracer.trace(fan, faces, hits)) return false;
+  tracer.trace(fan, faces, hits);
   const refine::Triangles triangles = tracer.triangles();
   for (const BentRay& ray : some) {
     Hit& found = hits[ray.number];
@@ -144,7 +144,6 @@ bool BentReference::compare(const RayFan& fan, std::span<const BentRay> some,
     tally.largest_dt_relative = std::max(tally.largest_dt_relative, dt_m / ray.expected.t);
     tally.largest_dt_of_tolerance = std::max(tally.largest_dt_of_tolerance, dt_m / tolerance_m);
   }
-  return true;
 }
 
 Verdict BentReference::judge(const BentRay& ray, const Hit& found) const {

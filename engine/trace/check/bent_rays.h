@@ -45,9 +45,9 @@ class BentReference {
                                   std::uint64_t& turn) const;
 
   /// Traces the fan over these faces with a run's tracer, and compares the hits of `some` of its
-  /// rays. Returns false, without a comparison, where RefractedTracer::trace() does.
-  bool compare(const RayFan& fan, std::span<const BentRay> some, RefractedTracer& tracer,
-               const TracedFaces& faces, AgreementCounts& tally) const;
+  /// rays.
+  void compare(const RayFan& fan, std::span<const BentRay> some, RefractedTracer& tracer,
+               TracedFaces& faces, AgreementCounts& tally) const;
   /// Judges the hit that a run finds for a bent ray. A run decides within a millimetre which face a
   /// ray hits: so a tie is another face within a millimetre, an end is a hit or a miss within a
   /// millimetre of the range, and an edge is a hit that this reference finds for a ray that passes

@@ -60,7 +60,7 @@ void CandidateWorker::compare_ping(std::span<const RayFan> fans, std::uint64_t n
                                    std::span<AgreementCounts> tallies) {
   find_expected(reference_, fans);
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
-    const TracedFaces faces = prepare(c, *surfaces_[c], fans, comparisons_[c]);
+    const Faces faces = prepare(c, *surfaces_[c], fans, comparisons_[c]);
     look_ahead(*surfaces_[c]);
     compare_candidate(c, faces, fans, number, comparisons_[c], tallies[c]);
   }
@@ -75,10 +75,7 @@ void CandidateWorker::compare_bent(std::span<const RayFan> fans, const BentRefer
     if (!bent_tracers_[c]) continue;
     TracedFaces faces = surfaces_[c]->prepare_bed(fans);
     for (std::size_t i = 0; i < fans.size(); ++i)
-      if (!reference.compare(fans[i], some[i], *bent_tracers_[c], faces, tallies[c])) {
-        faces = surfaces_[c]->prepare(fans);
-        reference.compare(fans[i], some[i], *bent_tracers_[c], faces, tallies[c]);
-      }
+      reference.compare(fans[i], some[i], *bent_tracers_[c], faces, tallies[c]);
   }
 }
 
@@ -109,12 +106,12 @@ void CandidateWorker::find_expected(const Intersector& reference, std::span<cons
 }
 
 /// Runs are listed only where all rays are compared.
-TracedFaces CandidateWorker::prepare(std::size_t c, FaceSource& surface,
-                                     std::span<const RayFan> fans, FanComparison& comparison) {
+Faces CandidateWorker::prepare(std::size_t c, FaceSource& surface, std::span<const RayFan> fans,
+                               FanComparison& comparison) {
   return candidates_[c].every == 1 ? comparison.prepare(surface, fans) : surface.prepare(fans);
 }
 
-void CandidateWorker::compare_candidate(std::size_t c, const TracedFaces& faces,
+void CandidateWorker::compare_candidate(std::size_t c, const Faces& faces,
                                         std::span<const RayFan> fans, std::uint64_t number,
                                         FanComparison& comparison, AgreementCounts& tally) {
   const std::uint64_t every = candidates_[c].every;

@@ -91,9 +91,9 @@ class CandidateWorker {
   using PingHits = std::vector<std::vector<Hit>>;
 
   void find_expected(const Intersector& reference, std::span<const RayFan> fans);
-  TracedFaces prepare(std::size_t c, FaceSource& surface, std::span<const RayFan> fans,
-                      FanComparison& comparison);
-  void compare_candidate(std::size_t c, const TracedFaces& faces, std::span<const RayFan> fans,
+  Faces prepare(std::size_t c, FaceSource& surface, std::span<const RayFan> fans,
+                FanComparison& comparison);
+  void compare_candidate(std::size_t c, const Faces& faces, std::span<const RayFan> fans,
                          std::uint64_t number, FanComparison& comparison, AgreementCounts& tally);
   void choose(const RayFan& fan, std::span<const Hit> expected, std::uint64_t every,
               std::uint64_t number);

@@ -34,12 +34,12 @@ AgreementCounts& AgreementCounts::operator+=(const AgreementCounts& other) {
   return *this;
 }
 
-TracedFaces FanComparison::prepare(FaceSource& surface, std::span<const RayFan> fans) {
-  const TracedFaces faces = surface.prepare_runs(fans);
+Faces FanComparison::prepare(FaceSource& surface, std::span<const RayFan> fans) {
+  TracedFaces faces = surface.prepare_runs(fans);
   runs_.resize(fans.size());
   for (std::size_t i = 0; i < fans.size(); ++i) {
-    runs_[i].listed = faces.intersector->list_runs(fans[i], runs_[i].runs);
-    if (runs_[i].listed) check_indices(faces.triangles, runs_[i]);
+    runs_[i].listed = list_runs(faces, fans[i], i, runs_[i].runs);
+    if (runs_[i].listed) check_indices(triangles_of(faces), runs_[i]);
   }
   return surface.prepare(fans);
 }
@@ -50,7 +50,7 @@ void FanComparison::check_indices(refine::Triangles triangles, Runs& of) const {
     of.wrong_index[run] = !leads_to_face(triangles, of.runs.index[run], of.runs.face[run]);
 }
 
-void FanComparison::fan(std::size_t number_of_fan, const TracedFaces& faces, const RayFan& fan,
+void FanComparison::fan(std::size_t number_of_fan, const Faces& faces, const RayFan& fan,
                         const ExpectedHits& expected, AgreementCounts& tally) {
   found_.resize(fan.grid->rays());
   faces.intersector->intersect(fan, found_);
@@ -84,7 +84,7 @@ void FanComparison::fan(std::size_t number_of_fan, const TracedFaces& faces, con
   }
 }
 
-void FanComparison::list(const TracedFaces& faces, std::span<const Ray> rays,
+void FanComparison::list(const Faces& faces, std::span<const Ray> rays,
                          const ExpectedHits& expected, AgreementCounts& tally) {
   found_.resize(rays.size());
   faces.intersector->intersect(rays, found_);

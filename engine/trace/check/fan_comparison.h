@@ -67,13 +67,13 @@ class FanComparison {
 
   /// Prepares the face source for the fans of a ping, and keeps their runs as the echo gets them.
   /// Returns the faces for fan().
-  TracedFaces prepare(FaceSource& surface, std::span<const RayFan> fans);
+  Faces prepare(FaceSource& surface, std::span<const RayFan> fans);
   /// All rays of the fan with this number within its beam; a ray outside counts only if it hits,
   /// which it must not. `expected` by ray number. Afterwards found() are the hits.
-  void fan(std::size_t number, const TracedFaces& faces, const RayFan& fan,
-           const ExpectedHits& expected, AgreementCounts& tally);
+  void fan(std::size_t number, const Faces& faces, const RayFan& fan, const ExpectedHits& expected,
+           AgreementCounts& tally);
   /// The same for a list of rays.
-  void list(const TracedFaces& faces, std::span<const Ray> rays, const ExpectedHits& expected,
+  void list(const Faces& faces, std::span<const Ray> rays, const ExpectedHits& expected,
             AgreementCounts& tally);
   std::span<const Hit> found() const { return found_; }
 

@@ -16,7 +16,7 @@ AgreementCounts compare_ping(FaceSource& surface, const CheckedMesh& mesh,
   const auto reference = make_intersector(reference_intersector, near.triangles());
   const Judge judge(near.triangles(), *reference, mesh.bounds);
   FanComparison comparison(judge, precision);
-  const TracedFaces faces = comparison.prepare(surface, fans);
+  const Faces faces = comparison.prepare(surface, fans);
   AgreementCounts counts;
   std::vector<Hit> expected;
   for (std::size_t i = 0; i < fans.size(); ++i) {

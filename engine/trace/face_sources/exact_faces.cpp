@@ -161,7 +161,7 @@ class ExactFaces final : public FaceSource {
     stages_[turn_].intersector = make_intersector(intersector_, {}, options_);
   }
 
-  TracedFaces prepare(std::span<const RayFan> fans) override {
+  Faces prepare(std::span<const RayFan> fans) override {
     take_volumes(fans, wanted_);
     if (!stages_[turn_].holds(wanted_)) {
       widen(wanted_, last_, wide_);

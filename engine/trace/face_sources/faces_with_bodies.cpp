@@ -82,20 +82,22 @@ void FacesWithBodies::remove(std::size_t body) {
   in_tree_.clear();  // the tree still has its faces
 }
 
-TracedFaces FacesWithBodies::prepare(std::span<const RayFan> fans) {
+Faces FacesWithBodies::prepare(std::span<const RayFan> fans) {
   find_wanted(fans);
-  return with_bodies(fixed_->prepare(fans));
+  const Faces fixed = fixed_->prepare(fans);
+  return wanted_.empty() ? std::get<Faces>(without_bodies(fixed)) : with_bodies(fixed);
 }
 
 TracedFaces FacesWithBodies::prepare_runs(std::span<const RayFan> fans) {
   find_wanted(fans);
-  // A body's hits are compared with the fixed faces'.
-  return with_bodies(wanted_.empty() ? fixed_->prepare_runs(fans) : fixed_->prepare(fans));
+  if (wanted_.empty()) return without_bodies(fixed_->prepare_runs(fans));
+  return with_bodies(fixed_->prepare(fans));  // a body's hits are compared with the fixed faces'
 }
 
 TracedFaces FacesWithBodies::prepare_bed(std::span<const RayFan> fans) {
   find_wanted(fans);
-  return with_bodies(wanted_.empty() ? fixed_->prepare_bed(fans) : fixed_->prepare(fans));
+  if (wanted_.empty()) return without_bodies(fixed_->prepare_bed(fans));
+  return with_bodies(fixed_->prepare(fans));
 }
 
 void FacesWithBodies::find_wanted(std::span<const RayFan> fans) {
@@ -109,15 +111,21 @@ void FacesWithBodies::find_wanted(std::span<const RayFan> fans) {
       wanted_.push_back(body);
 }
 
-/// The fixed faces, or these and the wanted bodies'.
-TracedFaces FacesWithBodies::with_bodies(TracedFaces fixed) {
-  if (joined_) ++version_;  // other triangles, or only the fixed ones
-  joined_ = !wanted_.empty();
-  if (!joined_) {
-    if (bodies_.empty()) release();
-    fixed.version += version_;
-    return fixed;
+/// What the fixed source prepared alone, with the version that it has among all that this prepares.
+TracedFaces FacesWithBodies::without_bodies(TracedFaces fixed) {
+  if (std::exchange(joined_, false)) ++version_;
+  if (bodies_.empty()) release();
+  if (auto* const faces = std::get_if<Faces>(&fixed)) faces->version += version_;
+  if (auto* const bed = std::get_if<BedAndObjects>(&fixed)) {
+    bed->objects.version += version_;
+    bed->source = this;
   }
+  return fixed;
+}
+
+/// The fixed faces and the wanted bodies'.
+Faces FacesWithBodies::with_bodies(const Faces& fixed) {
+  if (std::exchange(joined_, true)) ++version_;
   const bool moved =
       std::ranges::any_of(wanted_, [&](std::size_t body) { return bodies_[body].moved; });
   if (moved || wanted_ != in_tree_) gather();
@@ -147,7 +155,7 @@ void FacesWithBodies::gather() {
 }
 
 /// Copies the fixed faces, unless they are there already, and appends the bodies' faces.
-void FacesWithBodies::join(const TracedFaces& of_fixed) {
+void FacesWithBodies::join(const Faces& of_fixed) {
   const refine::Triangles& fixed = of_fixed.triangles;
   if (joined_faces_ == 0 || joined_version_ != of_fixed.version) {
     all_.positions.reserve(fixed.positions.size() + seen_.positions.size());

@@ -39,7 +39,7 @@ class FacesWithBodies final : public FaceSource {
   /// One more than the highest number of a body.
   std::size_t bodies() const { return bodies_.size(); }
 
-  TracedFaces prepare(std::span<const RayFan> fans) override;
+  Faces prepare(std::span<const RayFan> fans) override;
   TracedFaces prepare_runs(std::span<const RayFan> fans) override;
   TracedFaces prepare_bed(std::span<const RayFan> fans) override;
   bool announce(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
@@ -77,9 +77,10 @@ class FacesWithBodies final : public FaceSource {
   };
 
   void find_wanted(std::span<const RayFan> fans);
-  TracedFaces with_bodies(TracedFaces fixed);
+  Faces with_bodies(const Faces& fixed);
+  TracedFaces without_bodies(TracedFaces fixed);
   void gather();
-  void join(const TracedFaces& fixed);
+  void join(const Faces& fixed);
   void release();
 
   std::unique_ptr<FaceSource> fixed_;

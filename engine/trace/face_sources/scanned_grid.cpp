@@ -1,6 +1,5 @@
 #include <ensonify/engine/trace/face_sources/scanned_grid.h>
 
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -20,39 +19,36 @@ class ScannedGrid final : public FaceSource {
       objects_ = make_object_faces(parts);
   }
 
-  TracedFaces prepare(std::span<const RayFan> fans) override {
+  Faces prepare(std::span<const RayFan> fans) override {
     scanned_ = false;
-    TracedFaces faces = exact_->prepare(fans);
+    Faces faces = exact_->prepare(fans);
     faces.version = version_of(Given::all_faces, faces.version);
     return faces;
   }
 
   TracedFaces prepare_runs(std::span<const RayFan> fans) override {
-    const TracedFaces objects = objects_ ? objects_->prepare(fans) : TracedFaces{};
+    const Faces objects = objects_ ? objects_->prepare(fans) : Faces{};
     if (objects_) scan_.keep_first(objects.triangles, objects.version, fans);
     if (!scan_.take(fans)) return prepare(fans);
     scanned_ = true;
-    runs_.fans.assign(fans.begin(), fans.end());
-    runs_.taken.assign(fans.size(), false);
-    if (runs_.of_fans.size() < fans.size()) runs_.of_fans.resize(fans.size());
+    if (runs_.size() < fans.size()) runs_.resize(fans.size());
     for (std::size_t i = 0; i < fans.size(); ++i) {
       const bool seen = objects_ && objects.intersector->list_runs(fans[i], of_objects_) &&
                         of_objects_.size() > 0;
       if (seen)
-        nearest_runs(fans[i], scan_.triangles(), scan_.runs(i), of_objects_, runs_.of_fans[i]);
+        nearest_runs(fans[i], scan_.triangles(), scan_.runs(i), of_objects_, runs_[i]);
       else
-        std::swap(runs_.of_fans[i], scan_.runs(i));
+        std::swap(runs_[i], scan_.runs(i));
     }
-    return {&runs_, scan_.triangles(), version_of(Given::runs, scans_++), true};
+    return FoundRuns{scan_.triangles(), std::span(runs_).first(fans.size())};
   }
 
   TracedFaces prepare_bed(std::span<const RayFan> fans) override {
     if (!scan_.usable()) return prepare(fans);
     scanned_ = true;
-    TracedFaces objects = objects_ ? objects_->prepare(fans) : TracedFaces{};
-    objects.version = version_of(Given::bed, objects.version);
-    objects.bed = grid_.get();
-    return objects;
+    Faces objects = objects_ ? objects_->prepare(fans) : Faces{};
+    objects.version = version_of(Given::objects, objects.version);
+    return BedAndObjects{grid_.get(), objects, this, fans};
   }
 
   bool announce(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
@@ -64,35 +60,7 @@ class ScannedGrid final : public FaceSource {
   }
 
  private:
-  /// Returns the runs of the last fans.
-  class Runs final : public Intersector {
-   public:
-    void build(refine::Triangles) override { refuse(); }
-    std::string_view code_path() const override { return "portable"; }
-    void intersect(const RayFan&, std::span<Hit>) const override { refuse(); }
-    void intersect(std::span<const Ray>, std::span<Hit>) const override { refuse(); }
-    bool list_runs(const RayFan& fan, FanRuns& runs) const override {
-      for (std::size_t i = 0; i < fans.size(); ++i)
-        if (!taken[i] && fans[i].grid == fan.grid && fans[i].origin == fan.origin &&
-            fans[i].array_axis == fan.array_axis && fans[i].middle == fan.middle) {
-          std::swap(runs, of_fans[i]);
-          taken[i] = true;
-          return true;
-        }
-      refuse();
-    }
-    std::vector<RayFan> fans;
-    // A face source has one thread at a time.
-    mutable std::vector<FanRuns> of_fans;
-    mutable std::vector<bool> taken;
-
-   private:
-    [[noreturn]] static void refuse() {
-      throw std::logic_error("prepare_runs() gives the runs of its fans only, each once");
-    }
-  };
-
-  enum class Given { nothing, all_faces, runs, bed };
+  enum class Given { nothing, all_faces, objects };
   /// A number that differs from the last one if other faces are given, by their own version.
   std::uint64_t version_of(Given given, std::uint64_t own) {
     if (given_ != given || own_version_ != own) ++version_;
@@ -105,9 +73,8 @@ class ScannedGrid final : public FaceSource {
   GridScan scan_;
   std::unique_ptr<FaceSource> exact_, objects_;
   FanRuns of_objects_;
-  Runs runs_;
-  bool scanned_ = false;  // whether the last faces were, or will be, scanned
-  std::uint64_t scans_ = 0;
+  std::vector<FanRuns> runs_;     // by fan
+  bool scanned_ = false;          // whether the last faces were, or will be, scanned
   Given given_ = Given::nothing;  // what was given last, and its own version
   std::uint64_t own_version_ = 0;
   std::uint64_t version_ = 0;

@@ -6,7 +6,7 @@ namespace {
 class StaticFaces final : public FaceSource {
  public:
   explicit StaticFaces(const FaceSourceParts& parts) : all_(parts.all), whole_(parts.whole) {}
-  TracedFaces prepare(std::span<const RayFan>) override { return {whole_.get(), all_}; }
+  Faces prepare(std::span<const RayFan>) override { return {whole_.get(), all_}; }
 
  private:
   refine::Triangles all_;

@@ -80,10 +80,14 @@ RefractedTracer::RefractedTracer(const SoundSpeedProfile& profile, double highes
           std::make_unique<Straightening>(profile, -highest_m, deepest_m, reference_mps)),
       straightened_space_(*straightening_, flat_within_m) {}
 
-bool RefractedTracer::trace(const RayFan& fan, const TracedFaces& faces, std::span<Hit> hits) {
+void RefractedTracer::trace(const RayFan& fan, TracedFaces& faces, std::span<Hit> hits) {
+  const auto* const bed = std::get_if<BedAndObjects>(&faces);
+  if (!bed || !trace_bed(fan, *bed, hits)) trace(fan, all_faces(faces), hits);
+}
+
+void RefractedTracer::trace(const RayFan& fan, const Faces& faces, std::span<Hit> hits) {
   faces_ = faces;
-  on_bed_ = faces.bed != nullptr;
-  if (on_bed_) return trace_bed(fan, hits);
+  on_bed_ = false;
   courses_.clear();
   by_chords_.clear();
   chord_place_.assign(hits.size(), no_chord);
@@ -107,13 +111,15 @@ bool RefractedTracer::trace(const RayFan& fan, const TracedFaces& faces, std::sp
     if (courses_.size() == batch) follow(fan, hits);
   }
   follow(fan, hits);
-  return true;
 }
 
 /// The nearer of a bed's and its objects' hits, if all are decided in straightened space.
-bool RefractedTracer::trace_bed(const RayFan& fan, std::span<Hit> hits) {
-  if (grid_ != faces_.bed) {
-    grid_ = faces_.bed;
+bool RefractedTracer::trace_bed(const RayFan& fan, const BedAndObjects& faces,
+                                std::span<Hit> hits) {
+  faces_ = faces.objects;
+  on_bed_ = true;
+  if (grid_ != faces.bed) {
+    grid_ = faces.bed;
     bed_.emplace(*grid_, *straightening_, flat_within_m);
   }
   straightening_->start(fan);

@@ -14,6 +14,7 @@
 #include <ensonify/engine/trace/refraction/straightened_bed.h>
 #include <ensonify/engine/trace/refraction/straightened_space.h>
 #include <ensonify/engine/trace/refraction/straightening.h>
+#include <ensonify/engine/trace/traced_faces.h>
 #include <ensonify/scatter/sound_ray.h>
 
 namespace ensonify::engine {
@@ -50,9 +51,11 @@ class RefractedTracer final : public IncidenceSource {
                   double reference_mps, bool takes_lists = true);
 
   /// Finds the nearest hits of the fan's bent rays, by ray number; rays end where their t is the
-  /// fan's range. The fan and the faces must stay until the last incidence_of(). Returns false,
-  /// with no ray decided, if it needs the faces of a bed that is given as a grid.
-  bool trace(const RayFan& fan, const TracedFaces& faces, std::span<Hit> hits);
+  /// fan's range. The fan and the faces must stay until the last incidence_of().
+  void trace(const RayFan& fan, const Faces& faces, std::span<Hit> hits);
+  /// The same. Where a bed and its objects do not decide all rays, all faces replace them in
+  /// `faces`.
+  void trace(const RayFan& fan, TracedFaces& faces, std::span<Hit> hits);
   /// What the hits of the last trace index.
   refine::Triangles triangles() const { return on_bed_ ? bed_->triangles() : faces_.triangles; }
   RayIncidence incidence_of(std::size_t number, Hit& hit) override;
@@ -73,7 +76,7 @@ class RefractedTracer final : public IncidenceSource {
   static Ray chord_of(const Course& course, const Eigen::Vector3d& origin);
   void start(const RayFan& fan, std::uint32_t number);
   void follow(const RayFan& fan, std::span<Hit> hits);
-  bool trace_bed(const RayFan& fan, std::span<Hit> hits);
+  bool trace_bed(const RayFan& fan, const BedAndObjects& faces, std::span<Hit> hits);
   const Intersector& tree();
   bool reach_faces(scatter::SoundRay& ray, double range_m) const;
   bool next_chord(Course& course, double sagitta_m, double end_path_m) const;
@@ -96,7 +99,7 @@ class RefractedTracer final : public IncidenceSource {
   std::optional<std::uint64_t> own_version_;
 
   // Of the fan that was traced last:
-  TracedFaces faces_;
+  Faces faces_;  // on a bed, those of its objects
   bool on_bed_ = false;
   std::vector<Hit> of_objects_;           // in front of a bed
   std::vector<std::uint32_t> undecided_;  // ray numbers

@@ -195,7 +195,7 @@ bool StraightenedSpace::straighten_faces() {
   return true;
 }
 
-bool StraightenedSpace::trace(const RayFan& fan, const TracedFaces& faces, std::span<Hit> hits,
+bool StraightenedSpace::trace(const RayFan& fan, const Faces& faces, std::span<Hit> hits,
                               std::vector<std::uint32_t>& undecided) {
   constexpr double right_angle = 0.5 * std::numbers::pi;  // as far as a scan sees
   if (fan.grid->elevation_rad.front() < -right_angle ||

@@ -14,6 +14,7 @@
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/engine/trace/refraction/straightening.h>
+#include <ensonify/engine/trace/traced_faces.h>
 #include <ensonify/refine/fan_volume.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -39,7 +40,7 @@ class StraightenedSpace {
   /// something of the seafloor stands as high as the sonar, or the fan is wider than a half turn.
   /// The fan's bend must be the profile's (bend_of). The fan and the triangles must stay until the
   /// last incidence_of().
-  bool trace(const RayFan& fan, const TracedFaces& faces, std::span<Hit> hits,
+  bool trace(const RayFan& fan, const Faces& faces, std::span<Hit> hits,
              std::vector<std::uint32_t>& undecided);
 
   /// How a ray of the last trace arrives at its hit, whose t becomes exact.

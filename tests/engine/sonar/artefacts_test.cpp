@@ -41,7 +41,8 @@ struct Receiver {
     const Eigen::Vector3d here = array_place + north_m * Eigen::Vector3d::UnitY();
     EchoLine line = level_line(sonar, starboard_sector, here, altitude_m);
     for (float& mean : line.bins.intensity_mean) mean *= static_cast<float>(strength);
-    chain.receive({.ping = ping, .t_s = t_s, .array = {here, {0, 1, 0}}, .altitude_m = altitude_m},
+    receive_lines(chain,
+                  {.ping = ping, .t_s = t_s, .array = {here, {0, 1, 0}}, .altitude_m = altitude_m},
                   std::span(&line, 1), scratch);
     return line;
   }
@@ -142,7 +143,8 @@ TEST_CASE("another sonar has its level over the noise at the vehicle's speed") {
   for (const double speed_mps : {0.0, 6.0}) {
     EchoLine line = level_line(sonar, starboard_sector, array_place, altitude_m);
     std::ranges::fill(line.bins.intensity_mean, 0.0f);
-    chain.receive(
+    receive_lines(
+        chain,
         {.array = {array_place, {0, 1, 0}}, .altitude_m = altitude_m, .speed_mps = speed_mps},
         std::span(&line, 1), scratch);
     CHECK(std::ranges::max(line.bins.intensity) / line.bins.intensity.back() ==
@@ -164,12 +166,12 @@ TEST_CASE("a gain from ping to ping is the same on both sides and in all bins of
     for (EchoLine& line : lines)
       for (float& mean : line.bins.intensity_mean) mean *= 1e9f;
     std::array<EchoLine, 2> usual = lines;
-    const PingContext context{.ping = static_cast<std::uint64_t>(ping),
+    const LineContext context{.ping = static_cast<std::uint64_t>(ping),
                               .t_s = 0.1 * ping,
                               .array = {array_place, {0, 1, 0}},
                               .altitude_m = altitude_m};
-    even.receive(context, usual, scratch);
-    chain.receive(context, lines, scratch);
+    receive_lines(even, context, usual, scratch);
+    receive_lines(chain, context, lines, scratch);
     REQUIRE(lines[0].gain == lines[1].gain);
     REQUIRE(lines[0].bins.intensity == usual[0].bins.intensity);
     REQUIRE(usual[1].bins.sample[700] > 1000);
@@ -380,7 +382,8 @@ TEST_CASE("fish swim below the sea surface") {
       const Eigen::Vector3d here = shallow + north_m * Eigen::Vector3d::UnitY();
       EchoLine line = level_line(sonar, starboard_sector, here, 2.0);
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
-      chain.receive({.array = {here, {0, 1, 0}}, .altitude_m = 2.0}, std::span(&line, 1), scratch);
+      receive_lines(chain, {.array = {here, {0, 1, 0}}, .altitude_m = 2.0}, std::span(&line, 1),
+                    scratch);
       all.insert(all.end(), line.bins.intensity.begin(), line.bins.intensity.end());
     }
     return all;
@@ -405,8 +408,8 @@ TEST_CASE("a pitched array meets as many fish, and a wake where its beam meets t
     for (double north_m = 0.0; north_m < 400.0; north_m += 1.0) {
       const Eigen::Vector3d here = array_place + north_m * Eigen::Vector3d::UnitY();
       EchoLine line = level_line(receiver.sonar, starboard_sector, here, 60.0);
-      receiver.chain.receive({.array = pitched(here, bow_up_rad), .altitude_m = 60.0},
-                             std::span(&line, 1), receiver.scratch);
+      receive_lines(receiver.chain, {.array = pitched(here, bow_up_rad), .altitude_m = 60.0},
+                    std::span(&line, 1), receiver.scratch);
       pings += line.artefacts.has(Artefact::fish);
     }
     return pings;
@@ -424,8 +427,9 @@ TEST_CASE("a pitched array meets as many fish, and a wake where its beam meets t
                        .wake_offset_m = offset_m});
     EchoLine line = level_line(receiver.sonar, starboard_sector, array_place, altitude_m);
     std::ranges::fill(line.bins.intensity_mean, 0.0f);
-    receiver.chain.receive({.array = pitched(array_place, bow_up_rad), .altitude_m = altitude_m},
-                           std::span(&line, 1), receiver.scratch);
+    receive_lines(receiver.chain,
+                  {.array = pitched(array_place, bow_up_rad), .altitude_m = altitude_m},
+                  std::span(&line, 1), receiver.scratch);
     return std::accumulate(line.bins.intensity.begin(), line.bins.intensity.end(), 0.0);
   };
   const double north_m = 10.0 * std::tan(20.0 * degree);
@@ -465,7 +469,7 @@ TEST_CASE("a wake's echo is as long as the pulse, and has the energy of its stre
       SignalChain::Scratch scratch;
       EchoLine line = level_line(sonar, starboard_sector, array_place, altitude_m);
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
-      chain.receive({.array = {array_place, {0, 1, 0}}, .altitude_m = altitude_m},
+      receive_lines(chain, {.array = {array_place, {0, 1, 0}}, .altitude_m = altitude_m},
                     std::span(&line, 1), scratch);
       double sum = 0.0, moment_m = 0.0, first_m = 0.0, last_m = 0.0;
       for (std::size_t i = 0; i < line.bins.intensity.size(); ++i) {
@@ -502,8 +506,8 @@ TEST_CASE("a wake floats on the waves from which the surface's return comes") {
     const auto first_m = [&](const SignalChain& chain) {
       EchoLine line = level_line(sonar, starboard_sector, array_place, altitude_m);
       std::ranges::fill(line.bins.intensity_mean, 0.0f);
-      chain.receive(
-          {.t_s = 0.9 * ping, .array = {array_place, {0, 1, 0}}, .altitude_m = altitude_m},
+      receive_lines(
+          chain, {.t_s = 0.9 * ping, .array = {array_place, {0, 1, 0}}, .altitude_m = altitude_m},
           std::span(&line, 1), scratch);
       const auto first =
           std::ranges::find_if(line.bins.intensity, [](float i) { return i > 0.0f; });
@@ -543,7 +547,8 @@ TEST_CASE("shimmer's bands bend, and those of one side are not those of the othe
   for (std::size_t row = 0; row < rows; ++row)
     for (const Sector& sector : sidescan_sectors) {
       EchoLine line = level_line(sonar, sector, array_place, altitude_m);
-      chain.receive({.t_s = 0.6 * static_cast<double>(row),
+      receive_lines(chain,
+                    {.t_s = 0.6 * static_cast<double>(row),
                      .array = {array_place, {0, 1, 0}},
                      .altitude_m = altitude_m},
                     std::span(&line, 1), scratch);

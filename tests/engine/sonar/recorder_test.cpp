@@ -83,7 +83,7 @@ TEST_CASE("a detector records the mean or the largest of its looks' amplitudes")
       const Eigen::Vector3d array{0.0, 5.0 * ping, -10.0};
       EchoLine line = level_line(sonar, starboard_sector, array, 10.0);
       for (float& mean : line.bins.intensity_mean) mean *= 100.0f;
-      chain.receive({.array = {array, {0, 1, 0}}}, std::span(&line, 1), scratch);
+      receive_lines(chain, {.array = {array, {0, 1, 0}}}, std::span(&line, 1), scratch);
       for (std::size_t i = 300; i < line.bins.sample.size(); ++i, ++count)
         sum += 100.0 * chain.recorder().amplitude(line.bins.sample[i]);
     }
@@ -127,7 +127,7 @@ TEST_CASE("noise after the gain has its level in the samples at all ranges, what
     double near = 0.0, far = 0.0;
     constexpr int pings = 100;
     for (std::uint64_t ping = 0; ping < pings; ++ping) {
-      chain.receive({.ping = ping}, std::span(&line, 1), scratch);
+      receive_lines(chain, {.ping = ping}, std::span(&line, 1), scratch);
       for (std::size_t i = 0; i < line.bins.sample.size(); ++i)
         (i < line.bins.sample.size() / 2 ? near : far) +=
             std::pow(chain.recorder().amplitude(line.bins.sample[i]), 2);
@@ -155,8 +155,8 @@ TEST_CASE("noise after the gain changes slowly along the line, equally on both s
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
     std::vector<double> levels_db;
     for (std::uint64_t ping = 0; ping < pings; ++ping) {
-      chain.receive(
-          {.ping = ping, .t_s = correlation_s / per_correlation * static_cast<double>(ping)},
+      receive_lines(
+          chain, {.ping = ping, .t_s = correlation_s / per_correlation * static_cast<double>(ping)},
           std::span(&line, 1), scratch);
       double power = 0.0;
       for (const std::uint16_t sample : line.bins.sample)
@@ -197,8 +197,8 @@ TEST_CASE(
     EchoLine line = level_line(sonar, starboard_sector, {0, 0, -10}, 10.0);
     for (float& mean : line.bins.intensity_mean) mean *= strength;
     EchoLine without = line;
-    scaled.receive({}, std::span(&line, 1), scratch);
-    plain.receive({}, std::span(&without, 1), scratch);
+    receive_lines(scaled, {}, std::span(&line, 1), scratch);
+    receive_lines(plain, {}, std::span(&without, 1), scratch);
     CHECK(line.artefacts.has(Artefact::automatic_gain));
     CHECK_FALSE(without.artefacts.has(Artefact::automatic_gain));
     REQUIRE(line.bins.intensity == without.bins.intensity);

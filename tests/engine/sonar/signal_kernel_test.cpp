@@ -46,7 +46,8 @@ std::vector<float> everything(const Sonar& sonar) {
       for (float& mean : line.bins.intensity_mean) mean *= 1e9f;
     }
     const double heading = 0.07 * static_cast<double>(ping);  // between the directions of cells
-    chain.receive({.ping = ping,
+    receive_lines(chain,
+                  {.ping = ping,
                    .t_s = 30.0 * static_cast<double>(ping),
                    .array = {array, {std::sin(heading), std::cos(heading), 0}}},
                   lines, scratch);

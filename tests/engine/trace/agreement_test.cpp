@@ -462,7 +462,7 @@ TEST_CASE("hits and runs of a fan are within the tolerance where faces are small
     const RayFan fan{grid, Vector3d::Zero(), array, ahead, array.cross(ahead), 50.0};
     std::vector<Hit> expected(grid->rays());
     reference->intersect(fan, expected);
-    const TracedFaces faces = comparison.prepare(*surface, {&fan, 1});
+    const Faces faces = comparison.prepare(*surface, {&fan, 1});
     comparison.fan(0, faces, fan, {.by_reference = expected, .on_static = {}}, counts);
   }
   CHECK(counts.rays > 100000);

@@ -173,14 +173,14 @@ TEST_CASE(
                                  .tree_pings = tree_pings});
       RayCount count;
       int made_ahead = 0;
-      TracedFaces before;
+      Faces before;
       for (int ping = 0; ping < 60; ++ping) {
         const auto at = [&](int p) {
           const double along_m = 0.05 * p - (p > 40 ? 2.0 : 0.0);  // with one leap
           return fan_beside(middle + Eigen::Vector3d(0.0, along_m, 2.0));
         };
         const RayFan fan = at(ping);
-        const TracedFaces faces = surface->prepare({&fan, 1});
+        const Faces faces = surface->prepare({&fan, 1});
         const Intersector& exact = *faces.intersector;
         if (before.intersector && faces.intersector != before.intersector) {
           CHECK(faces.version != before.version);
@@ -271,7 +271,7 @@ TEST_CASE("A tree for several pings is not built for each, and not kept too long
       fan.middle = turn * fan.middle;
       fan.pole = turn * fan.pole;
     }
-    const TracedFaces kept = surface->prepare({&fan, 1});
+    const Faces kept = surface->prepare({&fan, 1});
     compare_with_whole(fan, *whole, *kept.intersector, count);
     if (std::exchange(version, kept.version) != kept.version) built_at.push_back(ping);
     const std::size_t faces = kept.triangles.faces.size();

@@ -128,14 +128,14 @@ struct Scanned {
   }
   /// Returns whether the grid was scanned.
   bool compare(std::span<const RayFan> fans, RunCount& count) {
-    const TracedFaces faces = source->prepare_runs(fans);
-    for (const RayFan& fan : fans) {
+    TracedFaces faces = source->prepare_runs(fans);
+    for (std::size_t i = 0; i < fans.size(); ++i) {
       FanRuns expected, found;
-      REQUIRE(whole->list_runs(fan, expected));
-      REQUIRE(faces.intersector->list_runs(fan, found));
-      compare_runs(expected, found, faces.triangles, count);
+      REQUIRE(whole->list_runs(fans[i], expected));
+      REQUIRE(list_runs(faces, fans[i], i, found));
+      compare_runs(expected, found, triangles_of(faces), count);
     }
-    return faces.runs_only;
+    return std::holds_alternative<FoundRuns>(faces);
   }
 };
 

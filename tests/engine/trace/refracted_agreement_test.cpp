@@ -44,8 +44,8 @@ AgreementCounts agreement_of(const Scene& scene, const scatter::SoundSpeedProfil
       fans.push_back(fan);
   for (RayFan& fan : fans) {
     fan.bend = bend_of(profile, deepest_m, fan.range_m, mps);
-    reference.compare(fan, reference.trace_some(fan, 1, turn), tracer,
-                      {embree.get(), seafloor.mesh}, tally);
+    TracedFaces faces = Faces{embree.get(), seafloor.mesh};
+    reference.compare(fan, reference.trace_some(fan, 1, turn), tracer, faces, tally);
   }
   const RefractionCounts& counts = tracer.counts();
   WARN(tally.rays << " rays, " << tally.count(Verdict::same) << " with the same answer, "

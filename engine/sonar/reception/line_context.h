@@ -1,7 +1,7 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -11,18 +11,19 @@
 
 namespace ensonify::engine {
 
-/// The number, time and geometry of a ping.
-struct PingContext {
+/// The ping of a line: number, time and geometry.
+struct LineContext {
   std::uint64_t ping = 0;
-  int beam = 0;
   double t_s = 0.0;
   ArrayFrame array;
-  double altitude_m = 10.0;                           ///< above the bed below
-  double speed_mps = 0.0;                             ///< of the vehicle
-  std::array<ReceiverMotion, most_sectors> motion{};  ///< by sector
+  double altitude_m = 10.0;  ///< above the bed below
+  double speed_mps = 0.0;    ///< of the vehicle
+  ReceiverMotion motion;
   // Set by the signal chain:
-  std::span<const Sector> sectors = sidescan_sectors;  ///< of the sonar
-  double sea_height_m = 0.0;                           ///< of the waves
+  int beam = 0;
+  std::size_t sector = 0;       ///< its place in Sonar::sectors()
+  Sector facing = port_sector;  ///< that sector
+  double sea_height_m = 0.0;    ///< of the waves
   /// Range, which is travel time at the sound speed of the ranges, per metre of the way up to the
   /// sea surface and down to the bed. Rays are straight, so it is the same on oblique ways.
   double range_per_m_up = 1.0, range_per_m_down = 1.0;
@@ -40,6 +41,7 @@ struct PingContext {
 /// sector's pattern in it; and how the receiver has moved when an echo comes back. Horizontal
 /// planes, the surface and the bed, cut it in horizontal lines.
 struct BeamPlane {
+  std::size_t sector = 0;                           ///< its place in Sonar::sectors()
   double cos_pitch = 1.0, sin_pitch = 0.0;          ///< of the pitch
   double cos_roll_tilt = 1.0, sin_roll_tilt = 0.0;  ///< the pattern's rotation down, by the roll
   // The receiver's motion, per metre of the echo's range:
@@ -47,8 +49,9 @@ struct BeamPlane {
   double turn_level_per_m = 0.0, turn_down_per_m = 0.0;  ///< of the axis, outwards and down
   double drift_along = 0.0;                              ///< along the axis
 
-  BeamPlane() = default;  ///< of a level array at rest
-  BeamPlane(const PingContext& context, std::size_t sector);
+  /// Of a level array at rest.
+  explicit BeamPlane(std::size_t in_sector) : sector(in_sector) {}
+  explicit BeamPlane(const LineContext& context);
   bool turns() const { return turn_level_per_m != 0.0 || turn_down_per_m != 0.0; }
   bool at_rest() const { return roll_tilt_per_m == 0.0 && drift_along == 0.0 && !turns(); }
   /// By how much the sine of the direction to a place in the plane (along the array) has grown, as

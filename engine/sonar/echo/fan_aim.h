@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include <ensonify/engine/sonar/echo/beam.h>
+#include <ensonify/engine/sonar/echo/ray_layout.h>
+#include <ensonify/engine/trace/ray_fan.h>
+
+namespace ensonify::engine {
+
+/// A line of each ping: what one receive beam hears of one sector.
+struct LinePlan {
+  std::size_t sector = 0;  ///< its place in Sonar::sectors()
+  int beam = 0;            ///< from the rear, see Sonar::beams
+  std::size_t fan = 0;     ///< the sonar's fan whose rays it is formed from
+};
+
+/// Where a fan of a sonar looks at a ping.
+struct FanAim {
+  RayFan fan;
+  std::shared_ptr<const RayLayout> layout;
+  ReceiverMotion motion;
+  double altitude_m = 0.0;  ///< over the bed below
+};
+
+}  // namespace ensonify::engine
