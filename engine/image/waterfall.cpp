@@ -30,9 +30,8 @@ double Waterfall::sonar_altitude_m(std::size_t row) const {
 }
 
 LineRecord Waterfall::line_of(const PingRow& row, std::string_view sector) const {
-  const auto found = std::ranges::find(sonar.sectors(), sector, &Sector::name);
-  if (found == sonar.sectors().end()) return {};
-  return row.lines[static_cast<std::size_t>(found - sonar.sectors().begin())];
+  const std::optional<std::size_t> place = place_of(sonar.sectors(), sector);
+  return place ? row.lines[*place] : LineRecord{};
 }
 
 void Waterfall::set_row(std::size_t row, std::span<const EchoLine> lines, const PingRow& record) {

@@ -45,18 +45,20 @@ PlaceOfMap place_of_local(const RecordingFrame& frame) {
   return [](const Eigen::Vector2d& at) { return place_of_tangent(at, usual_origin); };
 }
 
-/// The samples with columns for both sides; zeros for a side that the sonar does not have.
+/// The samples with columns for both sides alone; zeros for a side that the sonar does not have.
 std::vector<std::uint16_t> with_both_sides(const Waterfall& waterfall,
                                            std::vector<std::uint16_t> samples) {
-  const LineLayout both(Sides::both, static_cast<std::size_t>(waterfall.sonar.bins));
-  if (waterfall.columns() == both.columns()) return samples;
-  const auto only =
-      static_cast<std::size_t>(waterfall.sonar.sides == Sides::port ? Side::port : Side::starboard);
+  if (waterfall.sonar.sides == Sides::both) return samples;
+  const LineLayout own = waterfall.layout(), both(Sides::both, own.bins());
   std::vector<std::uint16_t> made(waterfall.rows() * both.columns(), 0);
-  for (std::size_t row = 0; row < waterfall.rows(); ++row)
-    std::ranges::copy(
-        std::span(samples).subspan(row * both.bins(), both.bins()),
-        made.begin() + static_cast<std::ptrdiff_t>(row * both.columns() + both.first_column(only)));
+  for (const Side side : {Side::port, Side::starboard}) {
+    const auto place = place_of(waterfall.sonar.sectors(), name_of(side));
+    if (!place) continue;
+    const std::size_t to = both.first_column(static_cast<std::size_t>(side));
+    for (std::size_t row = 0; row < waterfall.rows(); ++row)
+      std::copy_n(&samples[row * own.columns() + own.first_column(*place)], own.bins(),
+                  &made[row * both.columns() + to]);
+  }
   return made;
 }
 
@@ -127,8 +129,8 @@ Recording make_recording(const Waterfall& waterfall, std::vector<FullScale> full
                       .frequency_rank = frame.frequency_rank,
                       .sound_speed_mps = frame.sound_speed_mps,
                       .bins = static_cast<std::size_t>(sonar.bins),
-                      .port = sonar.sides != Sides::starboard,
-                      .starboard = sonar.sides != Sides::port,
+                      .port = sonar.has(Side::port),
+                      .starboard = sonar.has(Side::starboard),
                       .samples = with_both_sides(waterfall, recorded_samples(waterfall))};
   const double first_s = waterfall.pings.empty() ? 0.0 : waterfall.pings.front().pose.t_s;
   const PlaceOfMap place_of = place_of_local(frame);

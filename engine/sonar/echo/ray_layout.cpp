@@ -41,8 +41,10 @@ double reach_rad(const LineArray& array, int null, double defocus, double at_m) 
 /// must be nearly a straight line. (How their ranges differ depends on the face: limit_runs().)
 class Steps {
  public:
-  Steps(const FanGrid& grid, const Sonar& sonar) : elevation_rad_(grid.elevation_rad) {
+  Steps(const FanGrid& grid, const Sonar& sonar, const std::optional<Element>& element)
+      : elevation_rad_(grid.elevation_rad) {
     for (const Sector& sector : sonar.sectors()) {
+      if (sector.element != element) continue;
       std::vector<double>& power = power_.emplace_back();
       for (const double elevation_rad : elevation_rad_)
         power.push_back(sonar.vertical.power(grid.middle_depression_rad - elevation_rad, sector));
@@ -177,8 +179,9 @@ void move_in_water(const RayLayout& layout, const FanInWater& laid_for, const Fa
 }  // namespace
 
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
-                          double roll_tilt_rad, double drift_rad, double nearest_share,
-                          double rise_rad, std::span<const LaunchRange> bent) {
+                          const std::optional<Element>& element, double roll_tilt_rad,
+                          double drift_rad, double nearest_share, double rise_rad,
+                          std::span<const LaunchRange> bent) {
   const LineArray transmit = sonar.transmit_array(wavelength_m);
   const LineArray receive = sonar.receive_array(wavelength_m);
   const double first_return_m = sonar.range_m / range_over_height;
@@ -206,8 +209,8 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
   const double null_rad = std::min(transmit.null_rad(1), receive.null_rad(1));
   RayLayout layout;
   auto grid = std::make_shared<const FanGrid>(FanLayout{
-      .sector_low_rad = sonar.sector_low_rad,
-      .sector_high_rad = sonar.sector_end_rad(),
+      .sector_low_rad = sonar.lowest_rad({.element = element}),
+      .sector_high_rad = sonar.highest_rad({.element = element}),
       .truncation_rad = reach(sonar.side_lobes + 1, drift_rad, nearest_share * first_return_m),
       .main_lobe_rad = wider * null_rad,
       .main_beam_rad = reach(1, drift_rad, first_return_m),
@@ -225,7 +228,7 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
     add_samples(plane, lobe_rad, layout.samples);
   }
   layout.first_sample.push_back(layout.samples.size());
-  const Steps steps(*grid, sonar);
+  const Steps steps(*grid, sonar, element);
   for (std::size_t j = 0; j < grid->elevation_rad.size(); ++j)
     layout.max_rays_per_piece.push_back(static_cast<std::uint8_t>(steps.max_rays_from(j)));
   set_grid(std::move(grid), layout);
@@ -294,8 +297,9 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& 
   const double bent_height_m = std::exp2(bent_step / bent_steps_per_octave);
   const double depth_step_m = bent_depth_share * height_m;
   const int depth_step = profile_ ? static_cast<int>(std::lround(depth_m / depth_step_m)) : 0;
-  const std::array key{step,      nearest_step, roll_tilt_step, drift_step,
-                       rise_step, depth_step,   bent_step};
+  const int element = sector.element ? static_cast<int>(sector.number) : -1;
+  const std::array key{element,    step,      nearest_step, roll_tilt_step,
+                       drift_step, rise_step, depth_step,   bent_step};
   if (!made_.contains(key) && made_.size() >= max_kept) {
     made_.clear();
     bent_.clear();
@@ -317,7 +321,7 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& 
   std::shared_ptr<const RayLayout>& layout = made_[key];
   if (!layout)
     layout = std::make_shared<const RayLayout>(make_ray_layout(
-        sonar_, wavelength_m_, sonar_.range_m / height_m, laid_tilt_rad,
+        sonar_, wavelength_m_, sonar_.range_m / height_m, sector.element, laid_tilt_rad,
         drift_step * drift_step_rad, std::exp2((nearest_step - step) / steps_per_octave),
         rise_step * rise_step_rad,
         bent ? std::span(bent->by_launch) : std::span<const LaunchRange>()));

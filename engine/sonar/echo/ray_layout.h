@@ -46,16 +46,16 @@ struct RayLayout {
   }
 };
 
-/// The layout for one ratio of the sonar's range to its altitude and for one tilt of the sector
-/// (roll_tilt_rad()). It lays more rays where they meet the bed; what a ray means does not depend
-/// on it. drift_rad: how far the receiver turns and moves, in angle, until its echo is back; there
-/// are as many more planes where it is narrower than the transmitter. nearest_share: the range of
-/// the nearest thing over the altitude. In the near field the beam at that range is wider than over
-/// the bed, so there are further planes on the outside. rise_rad: how far above the horizontal the
-/// bed reaches, 0 if not. bent: as in FanLayout.
+/// The layout of the sectors with this element, for one ratio of the sonar's range to its altitude
+/// and for one tilt of the sector (roll_tilt_rad()). It lays more rays where they meet the bed;
+/// what a ray means does not depend on it. drift_rad: how far the receiver turns and moves, in
+/// angle, until its echo is back; there are as many more planes where it is narrower than the
+/// transmitter. nearest_share: the range of the nearest thing over the altitude. In the near field
+/// the beam at that range is wider than over the bed, so there are further planes on the outside.
+/// rise_rad: how far above the horizontal the bed reaches, 0 if not. bent: as in FanLayout.
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
-                          double roll_tilt_rad = 0.0, double drift_rad = 0.0,
-                          double nearest_share = 1.0, double rise_rad = 0.0,
+                          const std::optional<Element>& element = {}, double roll_tilt_rad = 0.0,
+                          double drift_rad = 0.0, double nearest_share = 1.0, double rise_rad = 0.0,
                           std::span<const LaunchRange> bent = {});
 
 /// How far below the horizontal the abeam axis of a sector points at a pose: its tilt by roll.
@@ -107,9 +107,9 @@ class RayLayouts {
   double reference_mps_ = 0.0;
   /// By steps of altitude, finer steps of it, and depth.
   std::map<std::array<int, 3>, BentRanges> bent_;
-  /// By steps of altitude, nearest range, tilt, drift and rise; and for bent rays of depth and
-  /// finer steps of altitude.
-  std::map<std::array<int, 7>, std::shared_ptr<const RayLayout>> made_;
+  /// By the element's sector; by steps of altitude, nearest range, tilt, drift and rise; and for
+  /// bent rays of depth and finer steps of altitude.
+  std::map<std::array<int, 8>, std::shared_ptr<const RayLayout>> made_;
   std::vector<Moved> moved_;
 };
 

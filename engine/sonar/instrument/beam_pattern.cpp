@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include <ensonify/engine/sonar/instrument/sinc.h>
 #include <ensonify/scatter/decibel.h>
@@ -14,7 +15,7 @@ using std::numbers::pi;
 constexpr double half_power_sinc = 0.442946;  // where sinc^2 has fallen to one half
 constexpr double lowest_formula_db = -20.0;
 
-double interpolated_db(const std::vector<VerticalLevel>& levels, double depression_rad) {
+double interpolated_db(std::span<const VerticalLevel> levels, double depression_rad) {
   const auto above =
       std::ranges::upper_bound(levels, depression_rad, {}, &VerticalLevel::depression_rad);
   if (above == levels.begin()) return levels.front().level_db;
@@ -40,8 +41,14 @@ double LineArray::null_rad(int number) const {
 }
 
 double VerticalPattern::power(double depression_rad, const Sector& sector) const {
-  const std::vector<VerticalLevel>& levels = measured[sector.number];
-  const double mount_rad = sector.number == 0 ? port_mount_rad : starboard_mount_rad;
+  std::span<const VerticalLevel> levels;
+  double mount_rad = 0.0;
+  if (sector.element) {
+    mount_rad = sector.element->axis_rad - tilt_rad;
+  } else {
+    levels = measured[sector.number];
+    mount_rad = sector.number == 0 ? port_mount_rad : starboard_mount_rad;
+  }
   const double depression = std::remainder(depression_rad - mount_rad, 2.0 * pi);
   double power = 1.0;
   if (!levels.empty()) {

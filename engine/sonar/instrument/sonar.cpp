@@ -68,6 +68,7 @@ double Sonar::sector_end_rad() const {
   const double most_db = 0.1, most_share = scatter::from_db(most_db) - 1.0;
   const auto heard = [&](double depression_rad) {
     return std::ranges::any_of(sectors(), [&](const Sector& sector) {
+      if (sector.element) return false;
       const double here = vertical.power(depression_rad, sector);
       const double across = vertical.power(2.0 * (straight_down + turned) - depression_rad, sector);
       return here * here > most_share * across * across;

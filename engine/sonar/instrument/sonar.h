@@ -57,6 +57,13 @@ struct Sonar {
   /// degrees and at most 135, where it ends for a pattern that hears both sides alike; and the fan
   /// is at most 145 degrees wide, unless it would end above straight down.
   double sector_end_rad() const;
+  /// The ends of a sector's fan.
+  double lowest_rad(const Sector& sector) const {
+    return sector.element ? sector.element->low_rad : sector_low_rad;
+  }
+  double highest_rad(const Sector& sector) const {
+    return sector.element ? sector.element->high_rad : sector_end_rad();
+  }
   double receive_length_m() const {
     return receive_array_length_m > 0.0 ? receive_array_length_m : array_length_m;
   }
@@ -79,6 +86,7 @@ struct Sonar {
   double bin_m() const { return range_m / bins; }
   /// Its sectors, in the order of its lines; valid for the program's life.
   std::span<const Sector> sectors() const { return sectors_of(sides); }
+  bool has(Side side) const { return place_of(sectors(), name_of(side)).has_value(); }
   /// A copy. If the digitiser's rate is given, its bins are c / (2 rate) long for the sound speed
   /// c, and there are just enough to reach the range, at most 1e9.
   Sonar sampled(double sound_speed_mps) const;

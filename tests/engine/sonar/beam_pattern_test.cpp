@@ -349,3 +349,21 @@ TEST_CASE("the array's table agrees with the array's pattern, near and far") {
     }
   }
 }
+
+TEST_CASE(
+    "a sector with its own element has the pattern about its axis, and a fan between its ends") {
+  const Sector down{"down", 1.0, 2, Element{90.0 * degree, 60.0 * degree, 120.0 * degree}};
+  Sonar sonar;
+  sonar.vertical.ripple_db = 1.0;
+  sonar.vertical.measured = {{{{0.3, -3.0}}, {{0.3, -3.0}}}};  // of the two sides
+  VerticalPattern of_formula = sonar.vertical;
+  of_formula.measured = {};
+  for (const double off_deg : {-80.0, -25.0, 0.0, 10.0, 60.0})
+    CHECK(sonar.vertical.power((90.0 + off_deg) * degree, down) ==
+          Approx(of_formula.power(sonar.vertical.tilt_rad + off_deg * degree, starboard_sector)));
+  const RayLayout layout = make_ray_layout(sonar, 0.00375, 4.0, down.element);
+  const std::vector<double>& elevation_rad = layout.grid->elevation_rad;
+  CHECK(layout.grid->middle_depression_rad == Approx(90.0 * degree));
+  CHECK(elevation_rad.front() == Approx(-30.0 * degree).margin(1e-3));
+  CHECK(elevation_rad.back() == Approx(30.0 * degree).margin(1e-3));
+}
