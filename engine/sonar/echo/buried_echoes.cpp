@@ -1,4 +1,4 @@
-#include <ensonify/engine/sonar/echo/object_echoes.h>
+#include <ensonify/engine/sonar/echo/buried_echoes.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,9 +17,10 @@ constexpr double inaudible = 14.0;     // nepers of energy that sound loses in t
 
 }  // namespace
 
-void ObjectEchoes::look_into_bed(const BuriedGroup& group) {
-  if (!may_see(group.middle, group.radius_m)) return;
-  const Label& label = (*labels_)[group.label];
+void BuriedEchoes::find(const BuriedGroup& group, std::vector<ObjectEcho>& facets,
+                        std::vector<ObjectEcho>& glints) const {
+  if (!sight_.may_see(group.middle, group.radius_m)) return;
+  const Label& label = sight_.labels()[group.label];
   const double specular = materials_[label.sediment].smooth_specular;
   for (std::size_t i = 0, end; i < group.parts.size(); i = end) {
     const FlatPart& flat_part = *group.parts[i].whole;
@@ -28,13 +29,14 @@ void ObjectEchoes::look_into_bed(const BuriedGroup& group) {
     double min_m2 = std::numeric_limits<double>::infinity();
     for (end = i; end < group.parts.size() && group.parts[end].whole == &flat_part; ++end) {
       const BuriedPart& part = group.parts[end];
-      if (may_see(part.flat.middle, 0.5 * (double(part.flat.length_m) + double(part.flat.width_m))))
-        add_buried_facets(part, group, label);
-      const Vector3d off = part.flat.middle - view_->fan->origin;
+      if (sight_.may_see(part.flat.middle,
+                         0.5 * (double(part.flat.length_m) + double(part.flat.width_m))))
+        add_facets(part, group, label, facets);
+      const Vector3d off = part.flat.middle - sight_.fan().origin;
       const double m2 = std::pow(off.dot(along), 2) + std::pow(off.dot(across), 2);
       if (m2 < min_m2) nearest = &part, min_m2 = m2;
     }
-    if (specular > 0.0) add_buried_glint(*nearest, group, specular);
+    if (specular > 0.0) add_glint(*nearest, group, specular, glints);
   }
 }
 
@@ -42,10 +44,9 @@ void ObjectEchoes::look_into_bed(const BuriedGroup& group) {
 /// enters, where next to nothing returns, or the place is not under the bed. A bent ray enters the
 /// bed like the straight ray of a sonar at the apparent place of this sonar. The point of entry
 /// depends on the apparent place, and this place on the point, so both are found by iteration.
-std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d& away,
-                                                                  double depth_m,
-                                                                  const BuriedPart& part) const {
-  const std::uint16_t material = (*labels_)[labels_->label_of(part.bed_face)].sediment;
+std::optional<BuriedEchoes::Way> BuriedEchoes::way_into_bed(const Vector3d& away, double depth_m,
+                                                            const BuriedPart& part) const {
+  const std::uint16_t material = sight_.labels()[sight_.labels().label_of(part.bed_face)].sediment;
   if (!materials_[material].sediment) return std::nullopt;
   const scatter::Sediment& sediment = *materials_[material].sediment;
   const double longest_m = inaudible / scatter::two_way_attenuation_per_m(sediment, wavelength_m_);
@@ -61,31 +62,32 @@ std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d
     const Vector3d ahead = along_m > 0.0 ? Vector3d(level / along_m) : Vector3d::Zero();
     const Vector3d apparent_entry =
         path.water_m * path.cos_water * ahead - height_m * part.bed_normal;
-    const std::optional<RayToPlace> ray =
-        ray_to(first_.incidences ? Vector3d(apparent_entry + (away - apparent)) : apparent_entry);
+    const std::optional<RayToPlace> ray = sight_.ray_to(
+        sight_.bent() ? Vector3d(apparent_entry + (away - apparent)) : apparent_entry);
     if (!ray) return std::nullopt;
     const Vector3d correction = ray->apparent - apparent_entry;
-    if (first_.incidences && turn < max_turns && correction.norm() > same_place_m) {
+    if (sight_.bent() && turn < max_turns && correction.norm() > same_place_m) {
       apparent += correction;
       continue;
     }
     if (path.sediment_m > longest_m) return std::nullopt;
-    return BuriedWay{.path = path,
-                     .sediment = &sediment,
-                     .ray = *ray,
-                     .arrival = path.cos_sediment * ahead - path.sin_sediment * part.bed_normal};
+    return Way{.path = path,
+               .sediment = &sediment,
+               .ray = *ray,
+               .arrival = path.cos_sediment * ahead - path.sin_sediment * part.bed_normal};
   }
 }
 
 /// The echo of 1 m^2 of cross-section by that way; energy 0 if there is none.
-ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way) const {
-  Line line;
-  if (!see(way.ray, line)) return {};
+BuriedEchoes::Sight BuriedEchoes::see(const Way& way) const {
+  ObjectSight::Line line;
+  if (!sight_.see(way.ray, line)) return {};
   const double time_range_m =
       way.ray.range_m + way.path.sediment_m / way.sediment->sound_speed_ratio;
-  if (time_range_m > view_->fan->range_m) return {};
+  if (time_range_m > sight_.fan().range_m) return {};
   // The bed's relief hides nothing that lies deeper than the relief is high.
-  const double seen = seen_share(line.in_fan, way.ray.range_m - way.path.sediment_m, nullptr);
+  const double seen =
+      sight_.seen_share(line.in_fan, way.ray.range_m - way.path.sediment_m, nullptr);
   // The factor of the energy for the further spreading in the sediment.
   const double more = std::pow(way.ray.apparent.squaredNorm() / way.path.spreading_m2, 2);
   return {.time_range_m = time_range_m,
@@ -94,10 +96,10 @@ ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way) const {
 }
 
 /// Cuts the part into cells that are narrow in the beam.
-void ObjectEchoes::add_buried_facets(const BuriedPart& part, const BuriedGroup& group,
-                                     const Label& label) {
+void BuriedEchoes::add_facets(const BuriedPart& part, const BuriedGroup& group, const Label& label,
+                              std::vector<ObjectEcho>& facets) const {
   constexpr double planes_per_cell = 4.0;
-  const RayFan& fan = *view_->fan;
+  const RayFan& fan = sight_.fan();
   const FlatPart& flat = part.flat;
   const Vector3d to = flat.middle - fan.origin;
   const Vector3d along = flat.along.cast<double>(), across = flat.across.cast<double>();
@@ -122,29 +124,29 @@ void ObjectEchoes::add_buried_facets(const BuriedPart& part, const BuriedGroup& 
     if (!way) continue;
     const double facing = -way->arrival.dot(normal);
     if (facing <= 0.0 && !label.two_sided) continue;
-    const BuriedSight sight = see_buried(*way);
+    const Sight sight = see(*way);
     if (!(sight.energy > 0.0)) continue;
     const double sine = std::min(std::abs(facing), 1.0);
     const double cross_section_m2 =
         table.sigma_over_sine(sine) * sine * cell_length_m * cell_width_m;
     const double spread_m = 0.5 * (cell_length_m * std::abs(way->arrival.dot(along)) +
                                    cell_width_m * std::abs(way->arrival.dot(across)));
-    facets_.push_back({.range_m = sight.time_range_m,
-                       .spread_m = spread_m / way->sediment->sound_speed_ratio,
-                       .energy = sight.energy * cross_section_m2,
-                       .place = away,
-                       .grazing_rad = std::asin(sine),
-                       .label = group.label,
-                       .surface = flat.surface});
+    facets.push_back({.range_m = sight.time_range_m,
+                      .spread_m = spread_m / way->sediment->sound_speed_ratio,
+                      .energy = sight.energy * cross_section_m2,
+                      .place = away,
+                      .grazing_rad = std::asin(sine),
+                      .label = group.label,
+                      .surface = flat.surface});
   }
 }
 
 /// The glint of the whole flat part, with the bed above one of its parts. For the flat part the
 /// sound comes from a place that is sqrt(J) away, against the direction in which it arrives.
-void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& group,
-                                    double specular) {
+void BuriedEchoes::add_glint(const BuriedPart& part, const BuriedGroup& group, double specular,
+                             std::vector<ObjectEcho>& glints) const {
   const FlatPart& flat_part = *part.whole;
-  const Vector3d to = part.flat.middle - view_->fan->origin;
+  const Vector3d to = part.flat.middle - sight_.fan().origin;
   const auto to_part = way_into_bed(to, part.depth_m, part);
   if (!to_part) return;
   const double facing = -to_part->arrival.dot(flat_part.normal.cast<double>());
@@ -169,10 +171,10 @@ void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& g
   const auto way =
       way_into_bed(to + from_part, part.depth_m - from_part.dot(part.bed_normal), part);
   if (!way) return;
-  const BuriedSight sight = see_buried(*way);
+  const Sight sight = see(*way);
   if (!(sight.energy > 0.0)) return;
-  add_mirror_at(to + from_part, sight.time_range_m, sight.energy * specular, group.label, flat_part,
-                *mirror);
+  glints.push_back(glint_of(flat_part, *mirror, to + from_part, sight.time_range_m,
+                            sight.energy * specular, group.label));
 }
 
 }  // namespace ensonify::engine

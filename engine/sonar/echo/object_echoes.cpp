@@ -6,6 +6,7 @@
 #include <numbers>
 #include <tuple>
 
+#include <ensonify/engine/sonar/echo/buried_echoes.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 
 namespace ensonify::engine {
@@ -37,15 +38,12 @@ ObjectEchoes::ObjectEchoes(const Sonar& sonar, const Medium& medium,
     : wavelength_m_(medium.sound_speed_mps / sonar.frequency_hz),
       join_m_(0.5 * std::max(sonar.bin_m(), sonar.pulse.cell_m(medium.sound_speed_mps))),
       join_pieces_m_(0.125 * sonar.pulse.cell_m(medium.sound_speed_mps)),
-      tolerance_m_(0.5 * sonar.bin_m()),
-      medium_(medium),
       materials_(materials),
-      surfaces_(surfaces) {}
+      surfaces_(surfaces),
+      sight_(medium, wavelength_m_, sonar.bin_m(), surfaces.bed_height_m) {}
 
 void ObjectEchoes::find(const SectorView& view, const FanHits& first) {
-  view_ = &view;
-  labels_ = view.labels;
-  first_ = first;
+  sight_.look(view, first);
   glints_.clear();
   facets_.clear();
   walls_.clear();
@@ -58,8 +56,10 @@ void ObjectEchoes::find(const SectorView& view, const FanHits& first) {
         look_at(object);
         find_walls(object);
       }
-  if (surfaces_.buried)
-    for (const BuriedGroup& group : *surfaces_.buried) look_into_bed(group);
+  if (surfaces_.buried) {
+    const BuriedEchoes buried(sight_, materials_, wavelength_m_);
+    for (const BuriedGroup& group : *surfaces_.buried) buried.find(group, facets_, glints_);
+  }
   join_glints();
 }
 
@@ -78,7 +78,7 @@ bool ObjectEchoes::is_short(const ObjectSurface& object, const Vector3d& axis, d
 
 /// The widest step between the fan's elevations where the object is.
 double ObjectEchoes::widest_step_rad(const ObjectSurface& object) const {
-  const RayFan& fan = *view_->fan;
+  const RayFan& fan = sight_.fan();
   const Vector3d away = object.middle - fan.origin;
   const double distance_m = away.norm();
   if (!(distance_m > object.radius_m)) return 0.0;
@@ -96,13 +96,13 @@ double ObjectEchoes::widest_step_rad(const ObjectSurface& object) const {
 }
 
 void ObjectEchoes::look_at(const ObjectSurface& object) {
-  if (!may_see(object.middle, object.radius_m)) return;
-  const RayFan& fan = *view_->fan;
+  if (!sight_.may_see(object.middle, object.radius_m)) return;
+  const RayFan& fan = sight_.fan();
   const double distance_m = (object.middle - fan.origin).norm();
   const std::vector<FanGrid::Plane>& planes = fan.grid->planes;
   const double apart_m = planes[planes.size() / 2].width_rad * distance_m;  // where it is least
   const double small_m = few_planes * apart_m;
-  const Label& label = (*labels_)[object.label];
+  const Label& label = sight_.labels()[object.label];
   const std::optional<SmallBody> whole = small_body_of(object, label.two_sided, wavelength_m_);
   bool small = whole || is_short(object, fan.array_axis, small_m);
   if (!small) {
@@ -112,7 +112,7 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
     small = step_m > apart_m && is_short(object, upwards, few_planes * step_m);
   }
   const double specular = materials_[label.sediment].smooth_specular;
-  const GlintBeam beam = glint_beam();
+  const GlintBeam beam = sight_.glint_beam();
   const auto reach_of = [&](const FlatPartBlock& block) {
     const double nearest_m = (block.middle - fan.origin).norm() - block.radius_m;
     return nearest_m > 0.0 ? glint_reach(block, wavelength_m_, nearest_m, &beam) : 1.0;
@@ -128,15 +128,15 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
   const std::span<const FlatPart> flat_parts = object.flat_parts;
   for (const FlatPartBlock& block : object.blocks) {
     const bool may_glint =
-        specular > 0.0 && !whole && may_be_in_beam(block.middle, block.radius_m) &&
+        specular > 0.0 && !whole && sight_.may_be_in_beam(block.middle, block.radius_m) &&
         block.may_face(fan.origin, reach_of(block) + fan.bend.turn_rad, label.two_sided);
-    const bool may_echo = small && may_be_in_beam(block.middle, block.radius_m);
+    const bool may_echo = small && sight_.may_be_in_beam(block.middle, block.radius_m);
     if (!may_echo && !may_glint) continue;
     for (const FlatPart& flat_part : flat_parts.subspan(block.first, block.count)) {
       const Vector3d to = flat_part.middle - fan.origin;
       if (may_echo) add_facets(flat_part, to, object, small_m, facet_gain);
       if (!may_glint) continue;
-      const std::optional<RayToPlace> ray = ray_to(to);
+      const std::optional<RayToPlace> ray = sight_.ray_to(to);
       if (!ray) continue;
       if (!(ray->apparent.dot(flat_part.normal.cast<double>()) < 0.0) && !label.two_sided) continue;
       add_glint(flat_part, to, ray->apparent, specular, object);
@@ -151,21 +151,23 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
 /// it.
 void ObjectEchoes::add_small_body(const SmallBody& body, double specular,
                                   const ObjectSurface& object) {
-  const Vector3d place = object.middle - view_->fan->origin;
-  const std::optional<RayToPlace> ray = ray_to(place);
+  const Vector3d place = object.middle - sight_.fan().origin;
+  const std::optional<RayToPlace> ray = sight_.ray_to(place);
   if (!ray) return;
   // Its own surface is nearer than its middle.
-  const std::optional<Sight> sight = sight_of(place, {place, object.label, object.radius_m});
+  const std::optional<ObjectSight::Sight> sight =
+      sight_.sight_of(place, {place, object.label, object.radius_m});
   if (!sight || !(sight->seen > 0.0)) return;
   const double cross_section_m2 = body.cross_section_m2(-ray->apparent.normalized(), wavelength_m_);
-  add_glint_at(place, sight->range_m, sight->seen * sight->energy * specular * cross_section_m2,
-               object.label, object.flat_parts.front().surface);
+  glints_.push_back(glint_at(place, sight->range_m,
+                             sight->seen * sight->energy * specular * cross_section_m2,
+                             object.label, object.flat_parts.front().surface));
 }
 
 /// Cuts the flat part into cells that are as small as a small object.
 void ObjectEchoes::add_facets(const FlatPart& flat_part, const Vector3d& away,
                               const ObjectSurface& object, double small_m, double gain) {
-  const Label& label = (*labels_)[object.label];
+  const Label& label = sight_.labels()[object.label];
   const scatter::BackscatterTable& table = materials_[label.sediment].table;
   const Vector3d normal = flat_part.normal.cast<double>();
   const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
@@ -179,17 +181,17 @@ void ObjectEchoes::add_facets(const FlatPart& flat_part, const Vector3d& away,
     const int column = i % lengthwise, row = i / lengthwise;
     const Vector3d place = away + (column + 0.5 - 0.5 * lengthwise) * cell_length_m * along +
                            (row + 0.5 - 0.5 * crosswise) * cell_width_m * across;
-    const std::optional<RayToPlace> ray = ray_to(place);
-    Line line;
-    if (!ray || (!(ray->apparent.dot(normal) < 0.0) && !label.two_sided) || !see(*ray, line))
+    const std::optional<RayToPlace> ray = sight_.ray_to(place);
+    ObjectSight::Line line;
+    if (!ray || (!(ray->apparent.dot(normal) < 0.0) && !label.two_sided) || !sight_.see(*ray, line))
       continue;
     const Vector3d arrival = ray->apparent.normalized();
     const double sine = std::min(std::abs(arrival.dot(normal)), 1.0);
     const double slope = std::sqrt(1.0 - sine * sine) / sine;
     // No convex body lies before its tangent plane: one that is nearer by more hides the place.
-    const double own_m = std::min(small_m, slope * apart_m(line.in_fan, ray->range_m));
-    const OwnPlace own{place, object.label, own_m};
-    const double seen = seen_share(line.in_fan, ray->range_m, &own);
+    const double own_m = std::min(small_m, slope * sight_.apart_m(line.in_fan, ray->range_m));
+    const ObjectSight::OwnPlace own{place, object.label, own_m};
+    const double seen = sight_.seen_share(line.in_fan, ray->range_m, &own);
     if (!(seen > 0.0)) continue;
     const double area_m2 = cell_length_m * cell_width_m;
     const double cross_section_m2 = gain * table.sigma_over_sine(sine) * sine * area_m2;
@@ -204,50 +206,31 @@ void ObjectEchoes::add_facets(const FlatPart& flat_part, const Vector3d& away,
   }
 }
 
-void ObjectEchoes::add_glint_at(const Vector3d& place, double range_m, double energy,
-                                std::uint16_t label, std::uint32_t surface) {
-  glints_.push_back({.range_m = range_m,
-                     .spread_m = 0.0,
-                     .energy = energy,
-                     .place = place,
-                     .grazing_rad = 0.5 * std::numbers::pi,
-                     .label = label,
-                     .surface = surface});
-}
-
-/// Adds the glint of a flat part. energy_per_m2: of 1 m^2 of cross-section.
-void ObjectEchoes::add_mirror_at(const Vector3d& place, double range_m, double energy_per_m2,
-                                 std::uint16_t label, const FlatPart& flat_part,
-                                 const Mirror& mirror) {
-  add_glint_at(place, range_m, energy_per_m2 * mirror.cross_section_m2, label, flat_part.surface);
-  glints_.back().piece = flat_part.piece;
-  glints_.back().phase_rad = mirror.phase_rad;
-}
-
 void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
                              const Vector3d& apparent, double specular,
                              const ObjectSurface& object) {
   SonarFrom sonar_from;
-  if (first_.incidences)  // bent rays
+  if (sight_.bent())  // bent rays
     sonar_from = [&](const Vector3d& place) -> Vector3d {
-      const Vector3d& origin = view_->fan->origin;
-      const std::optional<RayToPlace> ray = ray_to(place - origin);
+      const Vector3d& origin = sight_.fan().origin;
+      const std::optional<RayToPlace> ray = sight_.ray_to(place - origin);
       return ray ? place - ray->apparent : origin;
     };
-  const GlintBeam beam = glint_beam();
+  const GlintBeam beam = sight_.glint_beam();
   std::optional<Mirror> mirror =
       mirror_of(flat_part, object.curved, apparent, wavelength_m_, sonar_from, &beam);
   if (!mirror) return;
   Vector3d place = away + mirror->offset;
   const Vector3d shows_seen = away + mirror->inside;
-  std::optional<Sight> sight = sight_of(place, {shows_seen, object.label}, !mirror->in_beam);
+  std::optional<ObjectSight::Sight> sight =
+      sight_.sight_of(place, {shows_seen, object.label}, !mirror->in_beam);
   if (!sight) return;
   bool partly_hidden = false;
   if (flat_part.facets == 0) {
     const FlatPartInBeam in_beam(flat_part, apparent, (apparent + mirror->offset).norm(),
                                  wavelength_m_, beam);
     const std::optional<SeenCells> cells = look_closer([&](std::size_t count) {
-      return look_at_cells(flat_part, {away, object.label}, in_beam, count);
+      return sight_.look_at_cells(flat_part, {away, object.label}, in_beam, count);
     });
     if (cells) sight->seen = cells->least;
     partly_hidden = cells && cells->least < cells->most;
@@ -258,7 +241,7 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
                              (apparent + mirror->offset).norm(), wavelength_m_, beam);
     const Vector3d middle = away + line.middle;
     const std::optional<SeenLine> seen = look_closer([&](std::size_t count) {
-      return look_at_line(line, {middle, object.label}, in_beam, count);
+      return sight_.look_at_line(line, {middle, object.label}, in_beam, count);
     });
     if (seen) sight->seen = seen->least;
     partly_hidden = seen && seen->least < seen->most;
@@ -271,25 +254,25 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
   if (!mirror) return;
   if (partly_hidden) {
     place = away + mirror->offset;
-    sight = sight_of(place, {place, object.label}, false);
+    sight = sight_.sight_of(place, {place, object.label}, false);
     if (!sight) return;
     sight->seen = 1.0;
   }
   if (!(sight->seen > 0.0)) return;
-  add_mirror_at(place, sight->range_m, sight->seen * sight->energy * specular, object.label,
-                flat_part, *mirror);
+  glints_.push_back(glint_of(flat_part, *mirror, place, sight->range_m,
+                             sight->seen * sight->energy * specular, object.label));
 }
 
 void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
                               const ObjectSurface& object) {
   const Vector3d edge = corner.edge.cast<double>();
-  const Vector3d to = corner.middle - view_->fan->origin;
-  const std::optional<RayToPlace> ray_to_middle = ray_to(to);
+  const Vector3d to = corner.middle - sight_.fan().origin;
+  const std::optional<RayToPlace> ray_to_middle = sight_.ray_to(to);
   if (!ray_to_middle) return;
   // The point of the edge that is nearest to the sonar.
   const Vector3d& apparent = ray_to_middle->apparent;
   const double length_m = double(corner.length_m);
-  const GlintBeam beam = glint_beam();
+  const GlintBeam beam = sight_.glint_beam();
   const std::optional<LineGlint> lengthwise =
       glint_of_line(apparent, edge, length_m, 1.0, 1.0, wavelength_m_, &beam);
   if (!lengthwise) return;
@@ -308,41 +291,42 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
       to + std::clamp(lengthwise->place_m, -0.4 * length_m, 0.4 * length_m) * edge;
   const auto seen_of = [&](const Eigen::Vector3f& from_edge, float reach_m, double sine) {
     const Vector3d on_part = inner + 0.5 * double(reach_m) * from_edge.cast<double>();
-    const std::optional<RayToPlace> ray = ray_to(on_part);
-    Line line;
-    if (!ray || !see(*ray, line)) return 0.0;
+    const std::optional<RayToPlace> ray = sight_.ray_to(on_part);
+    ObjectSight::Line line;
+    if (!ray || !sight_.see(*ray, line)) return 0.0;
     const double slope = std::sqrt(std::max(1.0 - sine * sine, 0.0)) / sine;
-    const double own_m = std::min(double(reach_m), slope * apart_m(line.in_fan, ray->range_m));
-    const OwnPlace own{on_part, object.label, own_m};
-    return seen_share(line.in_fan, ray->range_m, &own);
+    const double own_m =
+        std::min(double(reach_m), slope * sight_.apart_m(line.in_fan, ray->range_m));
+    const ObjectSight::OwnPlace own{on_part, object.label, own_m};
+    return sight_.seen_share(line.in_fan, ray->range_m, &own);
   };
-  const double flat_parts_seen = (*labels_)[object.label].two_sided
+  const double flat_parts_seen = sight_.labels()[object.label].two_sided
                                      ? std::min(seen_of(corner.one, corner.one_m, sine_one),
                                                 seen_of(corner.other, corner.other_m, sine_other))
                                      : 1.0;
   if (!(flat_parts_seen > 0.0)) return;
   // The corner's own flat parts are nearer than its edge.
   const double own_m = double(std::max(corner.one_m, corner.other_m));
-  const std::optional<Sight> sight =
-      sight_of(place, {place, object.label, own_m}, !lengthwise->in_beam);
+  const std::optional<ObjectSight::Sight> sight =
+      sight_.sight_of(place, {place, object.label, own_m}, !lengthwise->in_beam);
   if (!sight || !(sight->seen > 0.0)) return;
   const double cross_section_m2 =
       corner_power_m2(width_m, double(corner.excess_rad), range_m, wavelength_m_) *
       lengthwise->power_m3 / (wavelength_m_ * wavelength_m_);
-  add_glint_at(
+  glints_.push_back(glint_at(
       place, sight->range_m,
       flat_parts_seen * (sight->seen * sight->energy) * specular * specular * cross_section_m2,
-      object.label, corner.surface);
+      object.label, corner.surface));
 }
 
 void ObjectEchoes::find_walls(const ObjectSurface& object) {
-  const Label& label = (*labels_)[object.label];
+  const Label& label = sight_.labels()[object.label];
   const std::optional<WallMirror>& mirror = materials_[label.sediment].wall;
   if (!mirror || !(mirror->smooth + mirror->rough > 0.0)) return;
-  if (!may_see(object.middle, object.radius_m)) return;
+  if (!sight_.may_see(object.middle, object.radius_m)) return;
   const std::span<const FlatPart> flat_parts = object.flat_parts;
   for (const FlatPartBlock& block : object.blocks)
-    if (may_be_in_beam(block.middle, block.radius_m))
+    if (sight_.may_be_in_beam(block.middle, block.radius_m))
       for (const FlatPart& flat_part : flat_parts.subspan(block.first, block.count))
         if (std::abs(double(flat_part.normal.z())) < steepest_wall)
           add_wall(flat_part, *mirror, object.label);
@@ -350,10 +334,10 @@ void ObjectEchoes::find_walls(const ObjectSurface& object) {
 
 void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
                             std::uint16_t its_label) {
-  const Vector3d to = flat_part.middle - view_->fan->origin;
+  const Vector3d to = flat_part.middle - sight_.fan().origin;
   Vector3d normal = flat_part.normal.cast<double>();
   if (to.dot(normal) >= 0.0) {
-    if (!(*labels_)[its_label].two_sided) return;
+    if (!sight_.labels()[its_label].two_sided) return;
     normal = -normal;
   }
   // The extents of its rectangle in the level direction and across it, by second moments.
@@ -365,11 +349,11 @@ void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
   const double length_m = extent(level), height_m = extent(up);
   // How much of the wall is seen where it is nearest to the middle of the beam, but not at its very
   // ends, next to which other rays pass.
-  const Vector3d& axis = view_->fan->array_axis;
+  const Vector3d& axis = sight_.fan().array_axis;
   const double along = level.dot(axis);
   const double off_m = std::abs(along) > 1e-6 ? -to.dot(axis) / along : 0.0;
   const Vector3d place = to + std::clamp(off_m, -0.4 * length_m, 0.4 * length_m) * level;
-  const std::optional<Sight> sight = sight_of(place, {place, its_label});
+  const std::optional<ObjectSight::Sight> sight = sight_.sight_of(place, {place, its_label});
   if (!sight || !(sight->seen > 0.0)) return;
   // A facet of a curved surface stands for normals on either side of its own, as in its glint.
   const auto curved = [&](const Eigen::Vector3f& direction, float bend_rad) {

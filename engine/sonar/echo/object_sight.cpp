@@ -1,4 +1,4 @@
-#include <ensonify/engine/sonar/echo/object_echoes.h>
+#include <ensonify/engine/sonar/echo/object_sight.h>
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,6 @@
 
 #include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/scatter/decibel.h>
-
-// What the sonar sees of a place.
 
 namespace ensonify::engine {
 namespace {
@@ -45,10 +43,22 @@ std::optional<ShownCells> show(std::size_t columns, std::size_t rows, const Seen
 
 }  // namespace
 
+ObjectSight::ObjectSight(const Medium& medium, double wavelength_m, double bin_m,
+                         std::function<double(double x_m, double y_m)> bed_height_m)
+    : medium_(medium),
+      wavelength_m_(wavelength_m),
+      tolerance_m_(0.5 * bin_m),
+      bed_height_m_(std::move(bed_height_m)) {}
+
+void ObjectSight::look(const SectorView& view, const FanHits& first) {
+  view_ = &view;
+  first_ = first;
+}
+
 /// The ray to a place; none in a shadow zone of bent rays.
-std::optional<RayToPlace> ObjectEchoes::ray_to(const Eigen::Vector3d& away) const {
-  if (first_.incidences) return first_.incidences->ray_to(view_->fan->origin, away);
-  const double range_m = away.norm(), from_m = -view_->fan->origin.z();
+std::optional<RayToPlace> ObjectSight::ray_to(const Eigen::Vector3d& away) const {
+  if (first_.incidences) return first_.incidences->ray_to(fan().origin, away);
+  const double range_m = away.norm(), from_m = -fan().origin.z();
   const double db_per_m = medium_.profile
                               ? medium_.profile->mean_absorption_db_per_m(from_m, from_m - away.z())
                               : medium_.absorption_db_per_m;
@@ -59,7 +69,7 @@ std::optional<RayToPlace> ObjectEchoes::ray_to(const Eigen::Vector3d& away) cons
 }
 
 /// The direction of a ray in the fan, if it is within the fan.
-std::optional<ObjectEchoes::FanPlace> ObjectEchoes::place_in_fan(const RayToPlace& ray) const {
+std::optional<ObjectSight::FanPlace> ObjectSight::place_in_fan(const RayToPlace& ray) const {
   const RayFan& fan = *view_->fan;
   const double side = ray.launch.dot(fan.array_axis), ahead = ray.launch.dot(fan.middle);
   const double sin_elevation = ray.launch.dot(fan.pole);
@@ -73,7 +83,7 @@ std::optional<ObjectEchoes::FanPlace> ObjectEchoes::place_in_fan(const RayToPlac
 
 /// The line of a ray to its place, if that is within the fan and its beam. with_arrays: its energy
 /// contains their beam, not the vertical pattern alone.
-bool ObjectEchoes::see(const RayToPlace& ray, Line& line, bool with_arrays) const {
+bool ObjectSight::see(const RayToPlace& ray, Line& line, bool with_arrays) const {
   const std::optional<FanPlace> in_fan = place_in_fan(ray);
   if (!in_fan) return false;
   line.in_fan = *in_fan;
@@ -97,14 +107,14 @@ bool ObjectEchoes::see(const RayToPlace& ray, Line& line, bool with_arrays) cons
 }
 
 /// Where a ray and the one above it end, or infinity; and the labels there.
-std::array<ObjectEchoes::FirstHit, 2> ObjectEchoes::first_hits(std::size_t plane,
-                                                               std::size_t ray) const {
+std::array<ObjectSight::FirstHit, 2> ObjectSight::first_hits(std::size_t plane,
+                                                             std::size_t ray) const {
   const RayFan& fan = *view_->fan;
   std::array<FirstHit, 2> ends;
   if (!first_.runs) {
     for (std::size_t k = 0; k < 2; ++k)
       if (const Hit& hit = first_.hits[plane * fan.elevations() + ray + k])
-        ends[k] = {hit.t, labels_->label_of(hit.face)};
+        ends[k] = {hit.t, labels().label_of(hit.face)};
     return ends;
   }
   const FanRuns& runs = *first_.runs;
@@ -119,14 +129,14 @@ std::array<ObjectEchoes::FirstHit, 2> ObjectEchoes::first_hits(std::size_t plane
     const double range_m = runs.distance[run] / (runs.level[run] * fan.grid->cos_elevation[ray] +
                                                  runs.pole[run] * fan.grid->sin_elevation[ray]);
     if (range_m > 0.0) ends[k].range_m = range_m;
-    ends[k].label = labels_->label_of(runs.face[run]);
+    ends[k].label = labels().label_of(runs.face[run]);
   }
   return ends;
 }
 
 /// The four rays around a direction: two planes, and two rays of each.
-ObjectEchoes::RaysAround ObjectEchoes::rays_around(const FanPlace& place) const {
-  const FanGrid& grid = *view_->fan->grid;
+ObjectSight::RaysAround ObjectSight::rays_around(const FanPlace& place) const {
+  const FanGrid& grid = *fan().grid;
   const auto beside = [](const auto& values, double value, const auto& of) {
     const auto above = std::ranges::lower_bound(values, value, {}, of);
     const auto last = static_cast<std::size_t>(values.size() - 1);
@@ -143,29 +153,29 @@ ObjectEchoes::RaysAround ObjectEchoes::rays_around(const FanPlace& place) const 
 }
 
 /// Whether a place of an object lies under the topmost face of the bed.
-bool ObjectEchoes::is_covered(const Eigen::Vector3d& away) const {
-  if (!surfaces_.bed_height_m) return false;
-  const Eigen::Vector3d place = view_->fan->origin + away;
-  return surfaces_.bed_height_m(place.x(), place.y()) >= place.z();
+bool ObjectSight::is_covered(const Eigen::Vector3d& away) const {
+  if (!bed_height_m_) return false;
+  const Eigen::Vector3d place = fan().origin + away;
+  return bed_height_m_(place.x(), place.y()) >= place.z();
 }
 
 /// Whether a label is that of another object.
-bool ObjectEchoes::is_other(int label, const OwnPlace& own) const {
+bool ObjectSight::is_other(int label, const OwnPlace& own) const {
   if (label < 0) return false;
-  const Label& met = (*labels_)[static_cast<std::uint16_t>(label)];
-  return met.instance != (*labels_)[own.label].instance && met.instance > 0 && !met.feature;
+  const Label& met = labels()[static_cast<std::uint16_t>(label)];
+  return met.instance != labels()[own.label].instance && met.instance > 0 && !met.feature;
 }
 
 /// How far what rays meet may lie from where it is, because its vertices are floats.
-double ObjectEchoes::rounding_m(const Eigen::Vector3d& away) const {
+double ObjectSight::rounding_m(const Eigen::Vector3d& away) const {
   return double(std::numeric_limits<float>::epsilon()) *
-         (view_->fan->origin + away).cwiseAbs().maxCoeff();
+         (fan().origin + away).cwiseAbs().maxCoeff();
 }
 
 /// Whether what a ray next to a place met is nearer than the place, which is range_m away. The ray
 /// has another direction: the object itself and the bed may be a little nearer there. Another
 /// object may not, because the place may lie just behind its surface.
-bool ObjectEchoes::is_nearer(const FirstHit& hit, double range_m, const OwnPlace& own) const {
+bool ObjectSight::is_nearer(const FirstHit& hit, double range_m, const OwnPlace& own) const {
   const double own_m = hit.label == int{own.label} ? own.own_m : 0.0;
   const double nearer_m =
       rounding_m(own.away) + (is_other(hit.label, own) ? 0.0 : tolerance_m_ + own_m);
@@ -174,14 +184,14 @@ bool ObjectEchoes::is_nearer(const FirstHit& hit, double range_m, const OwnPlace
 
 /// Whether a ray met the object of a place. A place under the bed is hidden from rays that did not:
 /// some of them meet the bed farther away than the place.
-bool ObjectEchoes::is_own(const FirstHit& hit, const OwnPlace& own) const {
-  return hit.label >= 0 && (*labels_)[static_cast<std::uint16_t>(hit.label)].instance ==
-                               (*labels_)[own.label].instance;
+bool ObjectSight::is_own(const FirstHit& hit, const OwnPlace& own) const {
+  return hit.label >= 0 &&
+         labels()[static_cast<std::uint16_t>(hit.label)].instance == labels()[own.label].instance;
 }
 
 /// How far apart the rays around a direction are at a range.
-double ObjectEchoes::apart_m(const FanPlace& place, double time_range_m) const {
-  const FanGrid& grid = *view_->fan->grid;
+double ObjectSight::apart_m(const FanPlace& place, double time_range_m) const {
+  const FanGrid& grid = *fan().grid;
   const RaysAround around = rays_around(place);
   return time_range_m *
          std::hypot(
@@ -193,16 +203,16 @@ double ObjectEchoes::apart_m(const FanPlace& place, double time_range_m) const {
 /// ones of the four rays around it, those from which nothing hides it. If all four meet one other
 /// object, the place is hidden if it lies behind the plane through their hits: with shares w_i of
 /// their directions u_i, 1 / r = sum(w_i / r_i) / |sum(w_i u_i)|.
-double ObjectEchoes::seen_share(const FanPlace& place, double time_range_m,
-                                const OwnPlace* own) const {
-  const FanGrid& grid = *view_->fan->grid;
+double ObjectSight::seen_share(const FanPlace& place, double time_range_m,
+                               const OwnPlace* own) const {
+  const FanGrid& grid = *fan().grid;
   const RaysAround around = rays_around(place);
   double traced = 0.0, seen = 0.0, past_object = 0.0, per_m = 0.0;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
   int others = 0, other = -1;
   for (const std::size_t p : {0, 1}) {
     const std::array<FirstHit, 2> ends = first_hits(around.plane + p, around.ray);
-    const Eigen::Vector3d in_plane = view_->fan->plane_direction(around.plane + p);
+    const Eigen::Vector3d in_plane = fan().plane_direction(around.plane + p);
     for (const std::size_t j : {0, 1}) {
       if (!grid.within_beam(around.plane + p, around.ray + j)) continue;
       const double share = around.share(p, j);
@@ -211,7 +221,7 @@ double ObjectEchoes::seen_share(const FanPlace& place, double time_range_m,
         ++others;
         other = ends[j].label;
         per_m += share / ends[j].range_m;
-        direction += share * view_->fan->direction(in_plane, around.ray + j);
+        direction += share * fan().direction(in_plane, around.ray + j);
       }
       const bool hidden = own ? is_nearer(ends[j], time_range_m, *own)
                               : ends[j].range_m < time_range_m - tolerance_m_;
@@ -227,9 +237,9 @@ double ObjectEchoes::seen_share(const FanPlace& place, double time_range_m,
 /// The place, and how much of it is seen: whether the rays to the place that shows this, or as near
 /// to it along the array as rays of all planes reach, go as far. None if it is not in the fan and
 /// its beam.
-std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Eigen::Vector3d& place,
-                                                          const OwnPlace& shows_seen,
-                                                          bool with_arrays) const {
+std::optional<ObjectSight::Sight> ObjectSight::sight_of(const Eigen::Vector3d& place,
+                                                        const OwnPlace& shows_seen,
+                                                        bool with_arrays) const {
   const std::optional<RayToPlace> ray = ray_to(place);
   Line line;
   if (!ray || !see(*ray, line, with_arrays)) return std::nullopt;
@@ -254,8 +264,8 @@ std::optional<ObjectEchoes::Sight> ObjectEchoes::sight_of(const Eigen::Vector3d&
 /// The share of the sound that reaches a place of a flat part, by those of the rays around it that
 /// pass through the flat part; none if none does. What other rays meet lies next to it. off: of the
 /// place, from the flat part's middle.
-std::optional<double> ObjectEchoes::seen_through(const FlatPart& flat_part, const OwnPlace& middle,
-                                                 const Eigen::Vector3d& off) const {
+std::optional<double> ObjectSight::seen_through(const FlatPart& flat_part, const OwnPlace& middle,
+                                                const Eigen::Vector3d& off) const {
   constexpr double inside = 0.95;  // the rectangle may reach beyond the flat part
   const std::optional<RayToPlace> ray = ray_to(middle.away + off);
   const std::optional<FanPlace> in_fan = ray ? place_in_fan(*ray) : std::nullopt;
@@ -297,10 +307,10 @@ std::optional<double> ObjectEchoes::seen_through(const FlatPart& flat_part, cons
 }
 
 /// Looks at the cells of a flat part; none if no ray shows any.
-std::optional<SeenCells> ObjectEchoes::look_at_cells(const FlatPart& flat_part,
-                                                     const OwnPlace& middle,
-                                                     const FlatPartInBeam& in_beam,
-                                                     std::size_t count) const {
+std::optional<SeenCells> ObjectSight::look_at_cells(const FlatPart& flat_part,
+                                                    const OwnPlace& middle,
+                                                    const FlatPartInBeam& in_beam,
+                                                    std::size_t count) const {
   std::optional<SeenCells> cells = in_beam.cells(count);
   if (!cells) return std::nullopt;
   const std::optional<ShownCells> shown =
@@ -316,9 +326,9 @@ std::optional<SeenCells> ObjectEchoes::look_at_cells(const FlatPart& flat_part,
 
 /// Looks at the cells of a line whose middle is `middle` from the sonar, by rays that pass through
 /// the plane that touches the surface there; none if none shows any.
-std::optional<SeenLine> ObjectEchoes::look_at_line(const MirrorLine& line, const OwnPlace& middle,
-                                                   const BeamOnLine& in_beam,
-                                                   std::size_t count) const {
+std::optional<SeenLine> ObjectSight::look_at_line(const MirrorLine& line, const OwnPlace& middle,
+                                                  const BeamOnLine& in_beam,
+                                                  std::size_t count) const {
   const std::optional<LineCells> cells = in_beam.cells(count);
   if (!cells) return std::nullopt;
   const Eigen::Vector3d across = line.away.cross(line.along).normalized();
@@ -337,18 +347,18 @@ std::optional<SeenLine> ObjectEchoes::look_at_line(const MirrorLine& line, const
   return seen;
 }
 
-GlintBeam ObjectEchoes::glint_beam() const {
+GlintBeam ObjectSight::glint_beam() const {
   const Beam& beam = *view_->beam;
   return {.beam = beam,
           .motion = *view_->motion,
-          .array_axis = view_->fan->array_axis,
+          .array_axis = fan().array_axis,
           .array_m = wavelength_m_ *
                      double(std::max(beam.transmit().x_per_sine, beam.receive().x_per_sine)),
-          .sin_truncation = view_->fan->grid->sin_truncation};
+          .sin_truncation = fan().grid->sin_truncation};
 }
 
 /// Whether a ball may reach into the fan's beam and range.
-bool ObjectEchoes::may_see(const Eigen::Vector3d& middle, double radius_m) const {
+bool ObjectSight::may_see(const Eigen::Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
   const double reach_m = fan.range_m * fan.bend.lengthening + radius_m;
   return (middle - fan.origin).squaredNorm() <= reach_m * reach_m &&
@@ -357,7 +367,7 @@ bool ObjectEchoes::may_see(const Eigen::Vector3d& middle, double radius_m) const
 
 /// The same at any range: an echo from a little beyond the fan's range still counts in the last
 /// bin.
-bool ObjectEchoes::may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const {
+bool ObjectSight::may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
   const Eigen::Vector3d away = middle - fan.origin;
   const double distance_m2 = away.squaredNorm();

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/seafloor/face_labels.h>
+#include <ensonify/engine/seafloor/objects/buried_surfaces.h>
+#include <ensonify/engine/sonar/echo/material_in_sonar.h>
+#include <ensonify/engine/sonar/echo/object_echo.h>
+#include <ensonify/engine/sonar/echo/object_sight.h>
+#include <ensonify/scatter/buried_path.h>
+#include <ensonify/scatter/sediment.h>
+
+namespace ensonify::engine {
+
+/// The echoes of things in the bed. Sound that enters a bed of sediment reaches them along the path
+/// of Snell's law (scatter::BuriedPath), and they return
+///
+///     b_t b_r sigma (1 - |R|^2)^2 exp(-4 k delta / nu s) / J^2,
+///
+/// with the path s in the sediment and J, the geometric mean of the spreading of both ways. sigma
+/// is that of their flat parts, at the angle at which the sound arrives: sigma(grazing) times area,
+/// and the glint with the wavelength of the sediment, as if they lay at the range sqrt(J). They
+/// appear at the range of their travel time. Rays decide how much is seen: those next to the ray
+/// that leads to the place where the sound enters the bed. Left out: that buried things hide one
+/// another, and what the bed's roughness lets in below the critical angle.
+class BuriedEchoes {
+ public:
+  /// All that is given must outlive this.
+  BuriedEchoes(const ObjectSight& sight, std::span<const MaterialInSonar> materials,
+               double wavelength_m)
+      : sight_(sight), materials_(materials), wavelength_m_(wavelength_m) {}
+
+  /// Appends the echoes of a group in the sector that the sight looks at.
+  void find(const BuriedGroup& group, std::vector<ObjectEcho>& facets,
+            std::vector<ObjectEcho>& glints) const;
+
+ private:
+  struct Way {  // to a place in the bed, from the sonar
+    scatter::BuriedPath path;
+    const scatter::Sediment* sediment;
+    RayToPlace ray;           // to where it enters the bed
+    Eigen::Vector3d arrival;  // unit, of travel in the sediment
+  };
+  std::optional<Way> way_into_bed(const Eigen::Vector3d& away, double depth_m,
+                                  const BuriedPart& part) const;
+  struct Sight {
+    double time_range_m = 0.0, energy = 0.0;  // energy: of 1 m^2 of cross-section
+  };
+  Sight see(const Way& way) const;
+  void add_facets(const BuriedPart& part, const BuriedGroup& group, const Label& label,
+                  std::vector<ObjectEcho>& facets) const;
+  void add_glint(const BuriedPart& part, const BuriedGroup& group, double specular,
+                 std::vector<ObjectEcho>& glints) const;
+
+  const ObjectSight& sight_;
+  std::span<const MaterialInSonar> materials_;
+  double wavelength_m_;
+};
+
+}  // namespace ensonify::engine
