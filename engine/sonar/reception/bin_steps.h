@@ -30,6 +30,9 @@ void over_bins(std::size_t begin, std::size_t end, F&& f, Add&& add) {
   }
 }
 
+/// The steps of tables over the sine of the grazing angle.
+inline constexpr std::size_t sine_steps = 1024;
+
 /// A table over the sine of the grazing angle, of equal steps from 0 to 1.
 inline double at_sine(std::span<const double> table, double sine) {
   const std::size_t steps = table.size() - 1;

@@ -4,11 +4,12 @@
 #include <iterator>
 #include <numbers>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/sonar/reception/other_paths.h>
+#include <ensonify/engine/sonar/reception/double_bounce.h>
 #include <ensonify/scatter/forward_lobe.h>
 
 namespace ensonify::engine {
@@ -16,11 +17,31 @@ namespace {
 
 using std::numbers::pi;
 
+/// Spreads energy evenly over the bins between two places, in bins.
+void spread_over(double from_bin, double to_bin, double energy, std::span<double> energies) {
+  const auto [first, last] = std::minmax({from_bin, to_bin});
+  const double bins = last - first;
+  for (auto n = static_cast<std::size_t>(first); n < energies.size(); ++n) {
+    const double end = static_cast<double>(n) + 1.0;
+    const double share = std::min(end, last) - std::max(end - 1.0, first);
+    energies[n] += bins > 1e-6 ? energy * share / bins : energy;
+    if (last < end || !(bins > 1e-6)) return;
+  }
+}
+
 }  // namespace
+
+DoubleBounce::DoubleBounce(const SonarEquation& law, const LevelBed& bed, const OneWayBeams& beams,
+                           PulseKernel pulse)
+    : law_(law),
+      bed_(bed),
+      beams_(beams),
+      pulse_(std::move(pulse)),
+      k_per_cm_(bed.sediment ? bed.relief_k_per_cm(law) : 0.0) {}
 
 /// The sound of the array as a wall mirrors it onto a line of the bed along the track, and the
 /// array that receives it from there. Distances from the middles of both beams.
-struct OtherPaths::MirroredBeam {
+struct DoubleBounce::MirroredBeam {
   double image_m, receiver_m;  // from the array's image and from the array to the line
   double begin_m, end_m;       // between which the image is seen through the wall
   double shift_m;              // from the image's middle to the receiver's
@@ -28,38 +49,38 @@ struct OtherPaths::MirroredBeam {
 };
 
 /// The integral along the line of both one-way patterns.
-double OtherPaths::mirrored_m(const MirroredBeam& beam) const {
+double DoubleBounce::mirrored_m(const MirroredBeam& beam) const {
   constexpr int steps = 32;
-  const double image_reach_m = beams_->main_m(beam.image_m);
+  const double image_reach_m = beams_.main_m(beam.image_m);
   const double begin_m = std::max(beam.begin_m, -image_reach_m);
   const double step_m = (std::min(beam.end_m, image_reach_m) - begin_m) / steps;
   if (!(step_m > 0.0)) return 0.0;
   // The receiver's beam, blurred: a Gaussian with the beam's integral and peak, widened.
-  const double peak = beams_->power(OneWayBeams::receiver, beam.receiver_m, 0.0);
+  const double peak = beams_.power(OneWayBeams::receiver, beam.receiver_m, 0.0);
   double width_m = 0.0;
-  const double reach_m = beams_->main_m(beam.receiver_m), cell_m = 2.0 * reach_m / steps;
+  const double reach_m = beams_.main_m(beam.receiver_m), cell_m = 2.0 * reach_m / steps;
   for (int i = 0; i < steps / 2; ++i)
     width_m +=
-        2.0 * cell_m * beams_->power(OneWayBeams::receiver, beam.receiver_m, (i + 0.5) * cell_m);
+        2.0 * cell_m * beams_.power(OneWayBeams::receiver, beam.receiver_m, (i + 0.5) * cell_m);
   const double rms_m = width_m / std::max(peak, 1e-9) / std::sqrt(2.0 * pi);
   const double blurred_m = std::hypot(rms_m, beam.blur_m);
   const bool sharp = beam.blur_m < 0.2 * rms_m;
   const auto received = [&](double along_m) {
-    if (sharp) return beams_->power(OneWayBeams::receiver, beam.receiver_m, along_m);
+    if (sharp) return beams_.power(OneWayBeams::receiver, beam.receiver_m, along_m);
     const double x = along_m / blurred_m;
     return width_m / (std::sqrt(2.0 * pi) * blurred_m) * std::exp(-0.5 * x * x);
   };
   double sum = 0.0;
   for (int i = 0; i < steps; ++i) {
     const double along_m = begin_m + (i + 0.5) * step_m;
-    sum += beams_->power(OneWayBeams::transmitter, beam.image_m, along_m) *
+    sum += beams_.power(OneWayBeams::transmitter, beam.image_m, along_m) *
            received(along_m + beam.shift_m);
   }
   return sum * step_m;
 }
 
 /// A wall in relation to the bed before it, by the distance abeam x and the height z above the bed.
-struct OtherPaths::WallOverBed {
+struct DoubleBounce::WallOverBed {
   const WallFacet& facet;
   double x_m;                      // of the wall
   double array_height_m;           // above the bed
@@ -88,9 +109,9 @@ struct OtherPaths::WallOverBed {
 };
 
 /// None if the wall sends the sound away from the array, or has no bed before it.
-std::optional<OtherPaths::WallOverBed> OtherPaths::wall_over_bed(const LineContext& context,
-                                                                 const EchoLine& line,
-                                                                 const WallFacet& wall) const {
+std::optional<DoubleBounce::WallOverBed> DoubleBounce::wall_over_bed(const LineContext& context,
+                                                                     const EchoLine& line,
+                                                                     const WallFacet& wall) const {
   const Eigen::Vector3d abeam =
       context.facing.out * context.array.axis.cross(Eigen::Vector3d::UnitZ()).normalized();
   const Eigen::Vector3d along =
@@ -148,9 +169,9 @@ std::optional<OtherPaths::WallOverBed> OtherPaths::wall_over_bed(const LineConte
 //
 // The bed that the wall mirrors must be seen: before a deck house there is the deck, and behind a
 // hull the bed lies in its shadow.
-void OtherPaths::add_double_bounce(const LineContext& context, const EchoLine& line,
-                                   const BeamPlane& plane, std::span<const float> direct,
-                                   std::span<float> power, std::vector<double>& energies) const {
+void DoubleBounce::add(const LineContext& context, const EchoLine& line, const BeamPlane& plane,
+                       std::span<const float> direct, std::span<float> power,
+                       std::vector<double>& energies) const {
   if (line.walls.empty()) return;
   energies.assign(power.size(), 0.0);
   for (const WallFacet& facet : line.walls)
@@ -169,8 +190,8 @@ void OtherPaths::add_double_bounce(const LineContext& context, const EchoLine& l
 
 /// Whether the array sees the bed at that range, before_m before the wall. The upper parts of the
 /// wall may be as near as the bed and outshine it, but nothing else may.
-bool OtherPaths::sees_bed(const LineContext& context, const BinLayers& bins,
-                          const WallOverBed& wall, double range_m, double before_m) const {
+bool DoubleBounce::sees_bed(const LineContext& context, const BinLayers& bins,
+                            const WallOverBed& wall, double range_m, double before_m) const {
   const auto bin = static_cast<std::size_t>(range_m / bin_length_m(context));
   if (bin >= bins.region.size()) return false;
   if (bins.region[bin] != static_cast<std::uint32_t>(Region::object))
@@ -180,22 +201,9 @@ bool OtherPaths::sees_bed(const LineContext& context, const BinLayers& bins,
   return over_m > wall.x_m - 0.5 * before_m - bin_length_m(context);
 }
 
-/// Spreads energy evenly over the bins between two places, in bins.
-void OtherPaths::spread_over(double from_bin, double to_bin, double energy,
-                             std::span<double> energies) {
-  const auto [first, last] = std::minmax({from_bin, to_bin});
-  const double bins = last - first;
-  for (auto n = static_cast<std::size_t>(first); n < energies.size(); ++n) {
-    const double end = static_cast<double>(n) + 1.0;
-    const double share = std::min(end, last) - std::max(end - 1.0, first);
-    energies[n] += bins > 1e-6 ? energy * share / bins : energy;
-    if (last < end || !(bins > 1e-6)) return;
-  }
-}
-
-void OtherPaths::add_wall(const LineContext& context, const EchoLine& line, const WallOverBed& wall,
-                          const BeamPlane& plane, std::span<const float> direct,
-                          std::span<double> energies) const {
+void DoubleBounce::add_wall(const LineContext& context, const EchoLine& line,
+                            const WallOverBed& wall, const BeamPlane& plane,
+                            std::span<const float> direct, std::span<double> energies) const {
   constexpr int max_steps = 16;
   const double x_m = wall.x_m, height_m = wall.array_height_m, bin_m = bin_length_m(context);
   const double bins =
@@ -204,7 +212,7 @@ void OtherPaths::add_wall(const LineContext& context, const EchoLine& line, cons
   const double step_m = (wall.high_m - wall.low_m) / steps;
   const auto level_bed = [&](double range_m) {
     const double sine = std::min(height_m / range_m, 1.0);
-    return law_.level_bed(plane, range_m, sine) * bed_strength(sine);
+    return law_.level_bed(plane, range_m, sine) * bed_.strength_at(sine);
   };
   for (int i = 0; i < steps && step_m > 0.0; ++i) {
     const double z_m = wall.low_m + (i + 0.5) * step_m;
@@ -220,12 +228,12 @@ void OtherPaths::add_wall(const LineContext& context, const EchoLine& line, cons
         std::abs(wall.range_on_bed_m(above_m) - wall.range_on_bed_m(below_m)) / bin_m;
     // A rough wall also turns the sound that the array receives, within its beam.
     const double spread_rad =
-        std::min(2.0 * wall.facet.slope, std::atan2(beams_->main_m(range_m), before_m));
+        std::min(2.0 * wall.facet.slope, std::atan2(beams_.main_m(range_m), before_m));
     const double sine_in = std::sin(in_rad), sine_out = std::min(height_m / range_m, 1.0);
-    const double direct_strength = bed_strength(sine_out);
-    double forwards = std::sqrt(bed_strength(sine_in) * direct_strength);
-    if (sediment_)
-      forwards += scatter::forward_lobe(*sediment_, k_per_cm_, in_rad, std::asin(sine_out),
+    const double direct_strength = bed_.strength_at(sine_out);
+    double forwards = std::sqrt(bed_.strength_at(sine_in) * direct_strength);
+    if (bed_.sediment)
+      forwards += scatter::forward_lobe(*bed_.sediment, k_per_cm_, in_rad, std::asin(sine_out),
                                         std::hypot(2.0 * wall.turned_rad, spread_rad));
     const double beyond = (x_m + before_m) / x_m;
     const double mirrored = mirrored_m(
@@ -242,7 +250,7 @@ void OtherPaths::add_wall(const LineContext& context, const EchoLine& line, cons
     // Energy of the path over the wall, relative to the direct echo of the same place.
     const double gain = forwards / direct_strength *
                         std::sqrt(law_.per_m2_at(image_m) / law_.per_m2_at(range_m)) * to_wall /
-                        to_bed * mirrored / beams_->overlap_m(range_m, range_m);
+                        to_bed * mirrored / beams_.overlap_m(range_m, range_m);
     const auto own_bin = static_cast<std::size_t>(range_m / bin_m);
     const std::size_t bin = std::min(own_bin, wall.bed_bin);
     double bed = double(direct[bin]);

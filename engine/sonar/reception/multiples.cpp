@@ -2,8 +2,10 @@
 #include <cmath>
 
 #include <ensonify/engine/sonar/reception/bin_steps.h>
-#include <ensonify/engine/sonar/reception/other_paths.h>
+#include <ensonify/engine/sonar/reception/multiples.h>
+#include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/reflection.h>
 
 namespace ensonify::engine {
 namespace {
@@ -12,13 +14,34 @@ namespace {
 /// be no numbers.
 constexpr double least_direct = 1e-290;
 
+constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
+
 }  // namespace
+
+Multiples::Multiples(const SonarEquation& law, const LevelBed& bed, const OneWayBeams& beams,
+                     double wind_mps, std::optional<double> bottom_loss_db)
+    : law_(law),
+      bed_(bed),
+      beams_(beams),
+      surface_{.wind_mps = wind_mps, .frequency_hz = law.frequency_hz()},
+      // A calm sea is a mirror; the report has no slopes below 1 m/s.
+      surface_slope_(std::min(wind_mps, 1.0) * std::sqrt(0.5 * scatter::facet_slope2(surface_))),
+      bed_slope_(bed.sediment ? scatter::rms_slope(*bed.sediment, bed.relief_k_per_cm(law)) : 0.0) {
+  for (std::size_t i = 0; i <= sine_steps; ++i) {
+    const double loss_db = bottom_loss_db ? *bottom_loss_db
+                           : bed.sediment
+                               ? scatter::reflection_loss_db(
+                                     *bed.sediment, std::asin(static_cast<double>(i) / sine_steps))
+                               : other_bed_loss_db;
+    bed_reflection_.push_back(scatter::from_db(-loss_db));
+  }
+}
 
 // Sums of the direct energy up to each bin, for a sonar at rest and without the vertical pattern of
 // the direct path. Where that pattern suppresses the bed, the bins hold little more than side lobes
 // of the pulse; there the bed is taken as level.
-void OtherPaths::sum_bed(double slant_m, const BeamPlane& plane, std::span<const float> direct,
-                         std::vector<double>& sums) const {
+void Multiples::sum_bed(double slant_m, const BeamPlane& plane, std::span<const float> direct,
+                        std::vector<double>& sums) const {
   constexpr double hidden = 1e-5;  // two-way pattern
   const auto horizontal_m = [&](std::size_t n) {
     const double r = law_.range_m(n);
@@ -40,7 +63,7 @@ void OtherPaths::sum_bed(double slant_m, const BeamPlane& plane, std::span<const
     } else if (n > first) {
       const double r = law_.range_m(n), level = std::max(horizontal_m(n) / r, 0.1);
       bed = law_.per_m2_at(r) * law_.width_m_at(r) * law_.cell_m() / level *
-            bed_strength(plane.cos_pitch * slant_m / r);
+            bed_.strength_at(plane.cos_pitch * slant_m / r);
     }
     sums[n + 1] = sums[n] + bed;
   }
@@ -65,7 +88,7 @@ void OtherPaths::sum_bed(double slant_m, const BeamPlane& plane, std::span<const
 // by 2 t sin g. At the bed, this moves the leg along the track by as much times the length of the
 // leg, times the share of it that lies between the bed and the reflection. A beam that is narrow
 // along the track receives less of it.
-struct OtherPaths::MultiplePath {
+struct Multiples::Path {
   double out_height_m, back_height_m;  // extents of the leg out and the leg back in the plane
   double count;                        // 2: the leg out and the leg back can be exchanged
   bool up_out, up_back;            // whether the leg out and the leg back leave the array upwards
@@ -74,15 +97,14 @@ struct OtherPaths::MultiplePath {
 };
 
 /// The direct echo of the place that a path by the surface comes from.
-struct OtherPaths::MultipleSource {
+struct Multiples::Source {
   double range_m;
   double gain;  // of the other path's energy over the direct echo's
 };
 
 /// For the range at which the path's echo appears. bed_m: the bed's distance in the plane.
-OtherPaths::MultipleSource OtherPaths::source_of_multiple(const MultiplePath& path,
-                                                          double apparent_m, double bed_m,
-                                                          const BeamPlane& plane) const {
+Multiples::Source Multiples::source_of(const Path& path, double apparent_m, double bed_m,
+                                       const BeamPlane& plane) const {
   const double difference =
       path.back_height_m * path.back_height_m - path.out_height_m * path.out_height_m;
   const bool equal_legs = difference == 0.0;
@@ -105,7 +127,7 @@ OtherPaths::MultipleSource OtherPaths::source_of_multiple(const MultiplePath& pa
                                          other_down * plane.turn_down_per_m - plane.drift_along);
     return law_.vertical(plane, horizontal, down) *
            law_.vertical_at(plane, apparent_m, horizontal, other_down) *
-           beams_->spread_overlap_m(
+           beams_.spread_overlap_m(
                leg_m, other_m, std::abs(plane.sin_pitch * (other_down - down) - shift_m), spread_m);
   };
   double both = beams(out, out_down, back, back_down);
@@ -114,10 +136,10 @@ OtherPaths::MultipleSource OtherPaths::source_of_multiple(const MultiplePath& pa
   // Spreading and absorption of the legs relative to those of the direct path.
   const double direct = law_.per_m2_at(r);
   if (!(direct > least_direct)) return {r, 0.0};
-  const double strengths = bed_strength(out_sine) * bed_strength(back_sine);
+  const double strengths = bed_.strength_at(out_sine) * bed_.strength_at(back_sine);
   double gain = path.count * both *
                 std::sqrt(strengths * law_.per_m2_at(out) * law_.per_m2_at(back)) /
-                (bed_strength(plane.cos_pitch * bed_m / r) * direct) / beams_->overlap_m(r, r);
+                (bed_.strength_at(plane.cos_pitch * bed_m / r) * direct) / beams_.overlap_m(r, r);
   const auto through_bubbles = [&](double sine) {
     const double grazing_rad = std::asin(std::min(sine, 1.0));
     return scatter::from_db(-scatter::bubble_loss_db(surface_, grazing_rad));
@@ -128,9 +150,9 @@ OtherPaths::MultipleSource OtherPaths::source_of_multiple(const MultiplePath& pa
   return {r, gain};
 }
 
-void OtherPaths::add_multiples(double depth_m, double altitude_m, const BeamPlane& plane,
-                               std::span<const float> direct, std::span<float> power,
-                               std::vector<double>& sums) const {
+void Multiples::add(double depth_m, double altitude_m, const BeamPlane& plane,
+                    std::span<const float> direct, std::span<float> power,
+                    std::vector<double>& sums) const {
   const double per_m = 1.0 / law_.bin_m(), last = static_cast<double>(direct.size());
   const double h = plane.slant_m(altitude_m), d = plane.slant_m(depth_m);
   sum_bed(h, plane, direct, sums);
@@ -145,23 +167,21 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, const BeamPlan
   // that.
   const double surface_spread = 2.0 * surface_slope_ * (h + d) / by_surface;
   const double bed_spread = 2.0 * (h + d) / by_bed * std::hypot(surface_slope_, 2.0 * bed_slope_);
-  const MultiplePath paths[] = {
+  const Path paths[] = {
       {h, by_surface, 2.0, false, true, false, 0.0,
        surface_spread},  // the surface reflects one leg
       {by_surface, by_surface, 1.0, true, true, false, surface_spread,
        surface_spread},                                        // the surface reflects both legs
       {h, by_bed, 2.0, false, false, true, 0.0, bed_spread}};  // surface and bed reflect one leg
-  for (const MultiplePath& path : paths) {
-    const auto source = [&](double apparent_m) {
-      return source_of_multiple(path, apparent_m, h, plane);
-    };
+  for (const Path& path : paths) {
+    const auto source = [&](double apparent_m) { return source_of(path, apparent_m, h, plane); };
     const double first_m = 0.5 * (path.out_height_m + path.back_height_m);
     auto n = static_cast<std::size_t>(first_m / law_.bin_m());
-    MultipleSource from = source(std::max(static_cast<double>(n) * law_.bin_m(), first_m));
+    Source from = source(std::max(static_cast<double>(n) * law_.bin_m(), first_m));
     double energy_before = energy(from.range_m);
     for (const std::size_t begin = n; n < power.size();) {
       const std::size_t to = next_step(n, begin);
-      const MultipleSource next = source(static_cast<double>(to) * law_.bin_m());
+      const Source next = source(static_cast<double>(to) * law_.bin_m());
       const double per_bin = 1.0 / static_cast<double>(to - n);
       const double step_m = (next.range_m - from.range_m) * per_bin;
       const double gain_step = (next.gain - from.gain) * per_bin;

@@ -7,10 +7,8 @@
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/reception/bin_steps.h>
 #include <ensonify/engine/sonar/reception/textured_ground.h>
-#include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/ground_texture.h>
-#include <ensonify/scatter/reflection.h>
 
 namespace ensonify::engine {
 namespace {
@@ -18,9 +16,7 @@ namespace {
 using scatter::GammaTable;
 using std::numbers::pi;
 
-constexpr std::size_t sine_steps = 1024;    // of the tables over the sine of the grazing angle
 constexpr std::size_t directions = 1440;    // per turn, at which VerticalSum takes the pattern
-constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
 constexpr int max_pings_back = 8;           // whose echoes are added
 constexpr int directions_of_volume = 4;     // to the side, of a sonar that turns
 constexpr double inaudible = 1e-3;          // over the noise
@@ -86,38 +82,26 @@ double VerticalSum::up_to(double depression_rad) const {
 }
 
 OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, const SeaState& sea,
-                       const SonarEquation& law, const Bed& bed, double ping_m,
+                       const SonarEquation& law, const LevelBed& bed, double ping_m,
                        std::optional<std::uint64_t> seed)
     : options_(options),
       law_(law),
-      bed_strength_(bed.strength),
-      sediment_(bed.sediment),
-      k_per_cm_(sediment_ ? scatter::relief_wavenumber_per_cm(*sediment_, law.frequency_hz(),
-                                                              law.sound_speed_mps())
-                          : 0.0),
+      bed_(bed),
       ping_m_(ping_m),
       surface_{.wind_mps = sea.wind_mps, .frequency_hz = law.frequency_hz()},
-      // A calm sea is a mirror; the report has no slopes below 1 m/s.
-      surface_slope_(std::min(sea.wind_mps, 1.0) *
-                     std::sqrt(0.5 * scatter::facet_slope2(surface_))),
-      bed_slope_(sediment_ ? scatter::rms_slope(*sediment_, k_per_cm_) : 0.0),
       seed_(seed.value_or(0)),
       vertical_sums_(VerticalSum::of(law, sonar.sectors().size())) {
   // A leg is shorter than both together, which are twice the echo's range.
   if (options.multiples || options.double_bounce)
     beams_.emplace(sonar, law.wavelength_m(), 2.0 * sonar.range_m);
-  if (options.double_bounce) pulse_ = pulse_kernel(sonar.pulse, law.sound_speed_mps(), law.bin_m());
+  if (options.multiples)
+    multiples_.emplace(law, bed_, *beams_, sea.wind_mps, options.bottom_loss_db);
+  if (options.double_bounce)
+    double_bounce_.emplace(law, bed_, *beams_,
+                           pulse_kernel(sonar.pulse, law.sound_speed_mps(), law.bin_m()));
   for (std::size_t i = 0; options.surface && i <= sine_steps; ++i)
     surface_strength_.push_back(scatter::surface_cross_section(
         surface_, std::asin(std::max(0.5, static_cast<double>(i)) / sine_steps)));
-  for (std::size_t i = 0; options.multiples && i <= sine_steps; ++i) {
-    const double loss_db = options.bottom_loss_db ? *options.bottom_loss_db
-                           : bed.sediment
-                               ? scatter::reflection_loss_db(
-                                     *bed.sediment, std::asin(static_cast<double>(i) / sine_steps))
-                               : other_bed_loss_db;
-    bed_reflection_.push_back(scatter::from_db(-loss_db));
-  }
   const double strength = scatter::from_db(sea.volume_scattering_db);
   for (std::size_t bin = 0; options.volume && bin < law.bins(); ++bin)
     volume_.push_back(strength * law.per_m2_at(law.cell_middle_m(bin)) *
@@ -140,8 +124,8 @@ void OtherPaths::add(const LineContext& context, const EchoLine& line,
   if (options_.second_time_around) add_earlier_pings(context, plane, power);
   if (options_.surface) add_surface(context, plane, power);
   if (options_.volume) add_volume(context, depth_m, altitude_m, plane, power, sums);
-  if (options_.multiples) add_multiples(depth_m, altitude_m, plane, direct, power, sums);
-  if (options_.double_bounce) add_double_bounce(context, line, plane, direct, power, sums);
+  if (multiples_) multiples_->add(depth_m, altitude_m, plane, direct, power, sums);
+  if (double_bounce_) double_bounce_->add(context, line, plane, direct, power, sums);
 }
 
 // A bin receives from the ranges where its cell begins and ends, or from the bin itself if that is
@@ -156,7 +140,8 @@ void OtherPaths::add_earlier_pings(const LineContext& context, const BeamPlane& 
   const double slant_m = plane.slant_m(altitude_m), noise = power.front();
   const double length_m = received_m() / per_m;
   const auto strength_at = [&](double range_m) {
-    return law_.per_m2_at(range_m) * law_.width_m_at(range_m) * bed_strength(altitude_m / range_m);
+    return law_.per_m2_at(range_m) * law_.width_m_at(range_m) *
+           bed_.strength_at(altitude_m / range_m);
   };
   const auto received = [&](double sum) {
     return plane.slant_m(sum) * law_.cell_m() / (per_m * length_m);

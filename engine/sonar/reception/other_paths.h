@@ -9,12 +9,12 @@
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/echo.h>
-#include <ensonify/engine/sonar/instrument/pulse.h>
+#include <ensonify/engine/sonar/reception/double_bounce.h>
 #include <ensonify/engine/sonar/reception/line_context.h>
+#include <ensonify/engine/sonar/reception/multiples.h>
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
 #include <ensonify/engine/sonar/reception/other_paths_options.h>
 #include <ensonify/engine/sonar/reception/sonar_equation.h>
-#include <ensonify/scatter/sediment.h>
 #include <ensonify/scatter/surface_scatter.h>
 
 namespace ensonify::engine {
@@ -41,18 +41,14 @@ class VerticalSum {
 /// is a horizontal plane at the altitude.
 class OtherPaths {
  public:
-  /// The bed that other paths meet: its backscattering cross-section, m^2 per m^2, as a function of
-  /// the sine of the grazing angle; and its sediment, if it is one.
-  struct Bed {
-    std::function<double(double sine)> strength;
-    std::optional<scatter::Sediment> sediment;
-  };
   /// `ping_m` is the range that sound covers both ways between two pings, c P / 2. `seed`
   /// is that of the water's scatterers; unset: their mean. The sonar equation, which is that of the
   /// sonar, must outlive this object.
   OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, const SeaState& sea,
-             const SonarEquation& law, const Bed& bed, double ping_m,
+             const SonarEquation& law, const LevelBed& bed, double ping_m,
              std::optional<std::uint64_t> seed);
+  OtherPaths(const OtherPaths&) = delete;  // its parts refer to each other
+  OtherPaths& operator=(const OtherPaths&) = delete;
 
   /// Adds to the intensity `power` in each bin, which is the noise before; `direct` is the expected
   /// direct echo, per bin. `sums` is working memory.
@@ -68,50 +64,16 @@ class OtherPaths {
   void add_volume(const LineContext& context, double depth_m, double altitude_m,
                   const BeamPlane& plane, std::span<float> power,
                   std::vector<double>& random) const;
-  void sum_bed(double slant_m, const BeamPlane& plane, std::span<const float> direct,
-               std::vector<double>& sums) const;
-  void add_multiples(double depth_m, double altitude_m, const BeamPlane& plane,
-                     std::span<const float> direct, std::span<float> power,
-                     std::vector<double>& sums) const;
-  struct MultiplePath;
-  struct MultipleSource;
-  MultipleSource source_of_multiple(const MultiplePath& path, double apparent_m, double bed_m,
-                                    const BeamPlane& plane) const;
   double received_m() const;
   void add_earlier_pings(const LineContext& context, const BeamPlane& plane,
                          std::span<float> power) const;
-  void add_double_bounce(const LineContext& context, const EchoLine& line, const BeamPlane& plane,
-                         std::span<const float> direct, std::span<float> power,
-                         std::vector<double>& energies) const;
-  struct WallOverBed;
-  std::optional<WallOverBed> wall_over_bed(const LineContext& context, const EchoLine& line,
-                                           const WallFacet& wall) const;
-  bool sees_bed(const LineContext& context, const BinLayers& bins, const WallOverBed& wall,
-                double range_m, double before_m) const;
-  static void spread_over(double from_bin, double to_bin, double energy,
-                          std::span<double> energies);
-  void add_wall(const LineContext& context, const EchoLine& line, const WallOverBed& wall,
-                const BeamPlane& plane, std::span<const float> direct,
-                std::span<double> energies) const;
-  struct MirroredBeam;
-  double mirrored_m(const MirroredBeam& beam) const;
-
-  /// Metres of a way down to the bed in one bin.
-  double bin_length_m(const LineContext& context) const {
-    return law_.bin_m() / context.range_per_m_down;
-  }
-  double bed_strength(double sine) const { return bed_strength_(std::clamp(sine, 1e-4, 1.0)); }
 
   OtherPathsOptions options_;
   const SonarEquation& law_;
-  std::function<double(double sine)> bed_strength_;
-  std::optional<scatter::Sediment> sediment_;
-  double k_per_cm_;  // of the sediment's relief
+  LevelBed bed_;
   double ping_m_;
   scatter::SeaSurface surface_;
-  double surface_slope_, bed_slope_;      // rms, along the track
   std::vector<double> surface_strength_;  // by the sine of the grazing angle
-  std::vector<double> bed_reflection_;    // of energy, by the same
   std::vector<double> volume_;            // per bin, for one radian of the vertical beam
   /// Number of scatterers in the water per bin, for one radian of the vertical beam and one metre
   /// of range; empty: very many, or their mean.
@@ -119,7 +81,8 @@ class OtherPaths {
   std::uint64_t seed_;                      // of these
   std::vector<VerticalSum> vertical_sums_;  // by sector
   std::optional<OneWayBeams> beams_;        // if multiples or walls are received
-  PulseKernel pulse_;                       // if walls are received
+  std::optional<Multiples> multiples_;
+  std::optional<DoubleBounce> double_bounce_;
 };
 
 }  // namespace ensonify::engine

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/instrument/pulse.h>
+#include <ensonify/engine/sonar/reception/level_bed.h>
+#include <ensonify/engine/sonar/reception/line_context.h>
+#include <ensonify/engine/sonar/reception/one_way_beams.h>
+#include <ensonify/engine/sonar/reception/sonar_equation.h>
+
+namespace ensonify::engine {
+
+/// Echoes that both a wall and the bed before it reflect.
+class DoubleBounce {
+ public:
+  /// The sonar equation, the bed and the beams must outlive this.
+  DoubleBounce(const SonarEquation& law, const LevelBed& bed, const OneWayBeams& beams,
+               PulseKernel pulse);
+
+  /// Adds those of the line's walls to the intensity `power` in each bin, from the direct echo of
+  /// each bin. `energies` is working memory.
+  void add(const LineContext& context, const EchoLine& line, const BeamPlane& plane,
+           std::span<const float> direct, std::span<float> power,
+           std::vector<double>& energies) const;
+
+ private:
+  struct WallOverBed;
+  struct MirroredBeam;
+  std::optional<WallOverBed> wall_over_bed(const LineContext& context, const EchoLine& line,
+                                           const WallFacet& wall) const;
+  bool sees_bed(const LineContext& context, const BinLayers& bins, const WallOverBed& wall,
+                double range_m, double before_m) const;
+  void add_wall(const LineContext& context, const EchoLine& line, const WallOverBed& wall,
+                const BeamPlane& plane, std::span<const float> direct,
+                std::span<double> energies) const;
+  double mirrored_m(const MirroredBeam& beam) const;
+  /// Metres of a way down to the bed in one bin.
+  double bin_length_m(const LineContext& context) const {
+    return law_.bin_m() / context.range_per_m_down;
+  }
+
+  const SonarEquation& law_;
+  const LevelBed& bed_;
+  const OneWayBeams& beams_;
+  PulseKernel pulse_;
+  double k_per_cm_;  // of the sediment's relief
+};
+
+}  // namespace ensonify::engine

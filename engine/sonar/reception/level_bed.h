@@ -1,0 +1,25 @@
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+
+#include <ensonify/engine/sonar/reception/sonar_equation.h>
+#include <ensonify/scatter/sediment.h>
+
+namespace ensonify::engine {
+
+/// The bed that other paths than the direct one meet: a horizontal plane.
+struct LevelBed {
+  /// Its backscattering cross-section, m^2 per m^2, as a function of the sine of the grazing angle.
+  std::function<double(double sine)> strength;
+  std::optional<scatter::Sediment> sediment;  ///< if it is one
+
+  double strength_at(double sine) const { return strength(std::clamp(sine, 1e-4, 1.0)); }
+  /// Of the sediment's relief.
+  double relief_k_per_cm(const SonarEquation& law) const {
+    return scatter::relief_wavenumber_per_cm(*sediment, law.frequency_hz(), law.sound_speed_mps());
+  }
+};
+
+}  // namespace ensonify::engine
