@@ -35,27 +35,18 @@ constexpr std::size_t faces_per_ping = 5000;
 constexpr std::size_t faces_per_static_ping = 1500;
 constexpr std::size_t most_static_faces = 10'000'000;
 
-/// Throws a fault that begins with the key of a table in a list again, with its place in the file.
-void throw_placed(const Scene& scene, const std::exception& error) {
-  const std::string_view what = error.what();
-  const std::string_view key = what.substr(0, what.find_first_of(": "));
-  const auto place = scene.places.lower_bound(key);
-  if (key.find('.') != key.npos && place != scene.places.end() && place->first.starts_with(key))
-    throw SceneError(fmt::format("{}: {}", place->second, what));
-}
-
-/// Calls make() for a scene's seafloor. A fault that names a layer or an object gets its place in
-/// the scene's file. What is wrong with the scene's values is a SceneError.
+/// Calls make() for a scene's seafloor. A fault with the key of a layer or an object gets its place
+/// in the scene's file. What is wrong with the scene's values is a SceneError.
 template <class Make>
 auto with_places(const Scene& scene, Make&& make) {
   try {
     return with_memory_for("the seafloor", make);
+  } catch (const SceneError& error) {
+    const auto place = scene.places.find(error.key);
+    if (place == scene.places.end()) throw;
+    throw SceneError(error.key, fmt::format("{}: {}", place->second, error.what()));
   } catch (const std::invalid_argument& error) {
-    throw_placed(scene, error);
     throw SceneError(error.what());
-  } catch (const refine::MeshError& error) {
-    throw_placed(scene, error);
-    throw;
   }
 }
 

@@ -16,6 +16,7 @@
 
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
@@ -261,6 +262,35 @@ TEST_CASE("values of a scene of which no seafloor can be made are a SceneError")
     CHECK_THROWS_AS(Simulator(scene), SceneError);
     CHECK_THROWS_WITH(Simulator(scene), Catch::Contains(" m above the sea surface"));
   }
+}
+
+TEST_CASE("a fault of an object or of a layer has its key, and its place in the scene's file") {
+  const TemporaryFolder folder;
+  scene_with_object(folder.path());  // writes box.ply
+  const auto fault_of = [&](const std::string& table) {
+    const Scene scene = parse_scene(
+        "version = 1\n[seafloor]\nextent_east_m = 30\nextent_north_m = 30\ncell_m = 0.5\n" + table,
+        "s.toml", {}, {.scene_folder = folder.path(), .data_folder = {}});
+    try {
+      prepare_seafloor(scene, {});
+    } catch (const SceneError& error) {
+      return error;
+    }
+    return SceneError("no fault");
+  };
+  const std::string steel = "material = \"steel\"\n";
+  const auto check = [&](const std::string& table, const std::string& key,
+                         const std::string& what) {
+    const SceneError error = fault_of(table);
+    CHECK(error.key == key);
+    CHECK_THAT(error.what(), Catch::StartsWith("s.toml:6:1: ") && Catch::Contains(what));
+  };
+  check("[[objects]]\nshape = \"box\"\neast_m = 99\n" + steel, "objects.0",
+        ": objects.0 (box): there is no bed below this object");
+  check("[[objects]]\nmesh = \"box.ply\"\neast_m = 99\n" + steel, "objects.0",
+        "box.ply: there is no bed below this object");
+  check("[[seafloor.patches]]\nmaterial = \"silt\"\nshallowest_m = 500\n", "seafloor.patches.0",
+        ": seafloor.patches.0: an area has depths");
 }
 
 TEST_CASE("trimming the cache keeps what was just saved") {
