@@ -2,7 +2,6 @@
 
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,13 +9,13 @@
 
 #include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/run/json_record.h>
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/untrusted.h>
-#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -83,8 +82,7 @@ std::string plan_json(const RunPlan& plan) {
 std::string hash_of(const RunPlan& plan) { return xxh128(plan_json(plan)); }
 
 RunPlan read_plan(const std::filesystem::path& folder) {
-  try {
-    const Json json = json_of<Json>(refine::read_file(plan_file(folder), most_json_bytes));
+  const auto read = [](const Json& json) -> RunPlan {
     return {.scene_toml = json.at("scene").get<std::string>(),
             .seed = whole_numbers(json.at("seed")).get<std::uint64_t>(),
             .intersector = json.at("intersector").get<std::string>(),
@@ -95,14 +93,9 @@ RunPlan read_plan(const std::filesystem::path& folder) {
             .version = json.at("version").get<std::string>(),
             .libraries = json.at("libraries").dump(),
             .files = json.at("input_files").get<std::map<std::string, std::string>>()};
-  } catch (const nlohmann::json::exception&) {
-    throw SceneError(fmt::format(
-        "{}: is damaged, expected the plan of a run; remove it and the folder's parts, and run again",
-        plan_file(folder).string()));
-  } catch (const std::logic_error& error) {  // not JSON, or a number that is not whole
-    throw SceneError(
-        fmt::format("{}: not the plan of a run ({})", plan_file(folder).string(), error.what()));
-  }
+  };
+  return read_json_record(plan_file(folder), "plan of a run",
+                          "remove it and the folder's parts, and run again", read);
 }
 
 std::vector<std::string> differences(const RunPlan& before, const RunPlan& now) {

@@ -16,8 +16,7 @@
 
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/png.h>
-#include <ensonify/engine/run/join_pictures.h>
-#include <ensonify/engine/run/join_targets.h>
+#include <ensonify/engine/run/joined_files.h>
 #include <ensonify/engine/run/parts.h>
 #include <ensonify/engine/run/run_plan.h>
 #include <ensonify/engine/simulate.h>
