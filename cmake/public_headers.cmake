@@ -7,6 +7,8 @@ set(public_headers
   engine/image/display.h
   engine/image/display_options.h
   engine/image/line_layout.h
+  engine/image/target_record.h
+  engine/image/truth.h
   engine/image/waterfall.h
   engine/input_file.h
   engine/memory.h
@@ -17,6 +19,7 @@ set(public_headers
   engine/recording/recorded_line.h
   engine/recording/recording_reader.h
   engine/run.h
+  engine/run/run_control.h
   engine/scene/checks/extrapolation.h
   engine/scene/dump.h
   engine/scene/json_schema.h

@@ -164,11 +164,7 @@ class Seafloors {
   Pointer get(std::size_t number, const Scene& scene, const Preparation& how) {
     const std::shared_ptr<Place> place = place_of(number);
     const std::lock_guard lock(place->mutex);
-    // The choice of `auto` depends on these; nothing else that differs between the samples of a
-    // seafloor changes its preparation.
-    std::string key = fmt::format("{} {} {} {}", scene.run.surface, scene.run.intersector,
-                                  static_cast<int>(scene.track.kind), scene.track.pings);
-    std::weak_ptr<const PreparedSeafloor>& known = place->prepared[std::move(key)];
+    std::weak_ptr<const PreparedSeafloor>& known = place->prepared[preparation_key(scene)];
     Pointer prepared = known.lock();
     if (!prepared) known = prepared = prepare_seafloor(scene, how);
     return prepared;
@@ -177,7 +173,7 @@ class Seafloors {
  private:
   struct Place {
     std::mutex mutex;
-    std::map<std::string, std::weak_ptr<const PreparedSeafloor>> prepared;
+    std::map<PreparationKey, std::weak_ptr<const PreparedSeafloor>> prepared;
   };
   std::shared_ptr<Place> place_of(std::size_t number) {
     const std::lock_guard lock(mutex_);

@@ -7,9 +7,10 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/dataset/chips.h>
 #include <ensonify/engine/dataset/labelled_image.h>
 #include <ensonify/engine/image/lettering.h>
-#include <ensonify/engine/image/truth.h>
+#include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/number_in.h>
 #include <ensonify/engine/run.h>
@@ -145,25 +146,25 @@ std::vector<std::string> caption(std::size_t number, const SampleScene& sample) 
 }
 
 Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample,
-             const Simulator& simulator, const Waterfall& line) {
-  const Seafloor& seafloor = simulator.seafloor();
+             const RunOutputs& outputs) {
+  const Seafloor& seafloor = outputs.simulator.seafloor();
+  const Waterfall& line = outputs.lines.front();
   const std::vector<std::string> classes = recipe.class_names();
   const double width_m = static_cast<double>(line.columns()) * line.sonar.bin_m();
   const auto height =
       std::clamp(static_cast<std::size_t>(panel_width * length_along_m(line) / width_m), min_height,
                  max_height);
-  Picture left =
-      shrunk(render(line, sample.scene.display, simulator.calibration(0)), panel_width, height);
+  Picture left = shrunk(outputs.pictures.front(), panel_width, height);
   Picture right = shrunk(label_picture(line, seafloor, recipe), panel_width, height);
   const auto to_panel = [&](const Corner& corner) {
     return std::array{static_cast<std::size_t>(corner[0]) * panel_width / line.columns(),
                       static_cast<std::size_t>(corner[1]) * height / line.rows()};
   };
-  for (const auto& [instance, target] : find_outlines(line)) {
+  for (const TargetRecord& record : outputs.targets.front()) {
     // Boxes around features of the bed, such as furrows, would hide them.
-    if (seafloor.label_of_instance(instance).feature) continue;
-    const Outline& shown = target.body.area_px > 0 ? target.body : target.shadow;
-    const std::string& name = seafloor.classes[seafloor.label_of_instance(instance).class_id];
+    if (!record.is_object()) continue;
+    const Outline& shown = shown_part(record.target);
+    const std::string& name = record.class_name;
     const Rgb& colour =
         bright[static_cast<std::size_t>(std::ranges::find(classes, name) - classes.begin()) %
                bright.size()];
@@ -234,9 +235,7 @@ ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewCon
          .memory = memory_each,
          .growing_picture = false,
          .on_outputs =
-             [&](const RunOutputs& outputs) {
-               cells[k] = cell(recipe, number, sample, outputs.simulator, outputs.lines.front());
-             }});
+             [&](const RunOutputs& outputs) { cells[k] = cell(recipe, number, sample, outputs); }});
     std::filesystem::remove_all(folder);
     const std::lock_guard lock(mutex);
     ++done;

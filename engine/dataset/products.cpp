@@ -53,19 +53,23 @@ class Products {
       list->insert(list->begin(), "none");
   }
 
-  void add_line(const Waterfall& line, const Calibration& calibration,
-                std::span<const ObjectVisibility> visibility, std::size_t sonar) {
-    std::vector<Picture> pictures;
-    for (const Display& display : sample_.renders)
-      pictures.push_back(render(line, display, calibration));
+  /// The line of a sonar of the run. Its picture has the scene's display, the first of the sample.
+  void add_line(const RunOutputs& run, std::size_t sonar) {
+    const Waterfall& line = run.lines[sonar];
+    std::vector<Picture> pictures{run.pictures[sonar]};
+    for (std::size_t r = 1; r < sample_.renders.size(); ++r)
+      pictures.push_back(render(line, sample_.renders[r], run.simulator.calibration(sonar)));
     const LabelledImage slant = slant_view(line, std::move(pictures));
     for (std::size_t r = 1; r < slant.pictures.size(); ++r)
       write(fmt::format("{}.r{}.png", slant.name, r), encode_png(slant.pictures[r]));
     cut_ = targets_at_edges(slant.labels);
-    if (options_.slant) add_geometry(slant, visibility, sonar, 0);
-    if (options_.ground_px_m > 0.0)
-      add_geometry(ground_view(slant, options_.ground_px_m, control_.memory, control_.stop_check),
-                   visibility, sonar, 1);
+    if (options_.slant) add_geometry(slant, run.targets[sonar], sonar, 0);
+    if (options_.ground_px_m > 0.0) {
+      const LabelledImage ground =
+          ground_view(slant, options_.ground_px_m, control_.memory, control_.stop_check);
+      add_geometry(ground, target_records(ground.labels, seafloor_, run.object_visibility[sonar]),
+                   sonar, 1);
+    }
   }
 
   double disk_s() const { return disk_s_; }
@@ -85,13 +89,11 @@ class Products {
   }
 
   /// Adds all images of a line in one geometry: 0 is slant range, 1 is ground range.
-  void add_geometry(const LabelledImage& line, std::span<const ObjectVisibility> visibility,
+  void add_geometry(const LabelledImage& line, std::span<const TargetRecord> targets,
                     std::size_t sonar, std::size_t geometry) {
     line_targets_.clear();
-    for (TargetRecord& record : target_records(line.labels, seafloor_, visibility)) {
-      const std::uint32_t instance = record.target.instance;
-      line_targets_.emplace(instance, std::move(record));
-    }
+    for (const TargetRecord& record : targets)
+      line_targets_.emplace(record.target.instance, record);
     add_image(line, line.whole(), line.name, "line");
     add_tiles(line);
     add_chips(line, sonar, geometry);
@@ -304,10 +306,8 @@ class Products {
 double write_products(const DatasetOptions& options, const SampleScene& sample,
                       const RunOutputs& outputs, const std::filesystem::path& folder,
                       const ProductsControl& control) {
-  const Simulator& simulator = outputs.simulator;
-  Products products(options, sample, simulator.seafloor(), folder, control);
-  for (std::size_t i = 0; i < outputs.lines.size(); ++i)
-    products.add_line(outputs.lines[i], simulator.calibration(i), outputs.object_visibility[i], i);
+  Products products(options, sample, outputs.simulator.seafloor(), folder, control);
+  for (std::size_t i = 0; i < outputs.lines.size(); ++i) products.add_line(outputs, i);
   return products.disk_s();
 }
 

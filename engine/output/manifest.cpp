@@ -28,32 +28,10 @@
 #include <gnu/libc-version.h>
 #endif
 
-#include <ensonify/engine/json_text.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
-
-nlohmann::ordered_json versions_json() {
-  nlohmann::ordered_json versions;
-  versions["embree"] = RTC_VERSION_STRING;
-  versions["fftw"] = std::string(fftw_version);
-  versions["gdal"] = GDALVersionInfo("RELEASE_NAME");
-#ifdef ENSONIFY_GEOGRAPHICLIB
-  versions["geographiclib"] = GEOGRAPHICLIB_VERSION_STRING;
-#endif
-  versions["libarchive"] = archive_version_string();
-  versions["libpng"] = png_get_libpng_ver(nullptr);
-  versions["openexr"] = OPENEXR_VERSION_STRING;
-  int proj_major = 0, proj_minor = 0, proj_patch = 0;
-  OSRGetPROJVersion(&proj_major, &proj_minor, &proj_patch);
-  versions["proj"] = fmt::format("{}.{}.{}", proj_major, proj_minor, proj_patch);
-  versions["zlib"] = archive_zlib_version();
-#ifdef __GLIBC__
-  versions["glibc"] = gnu_get_libc_version();
-#endif
-  return versions;
-}
 
 std::string digits_of(XXH128_hash_t hash) {
   XXH128_canonical_t canonical;
@@ -115,37 +93,25 @@ FileRecord record_of(const std::string& name, const refine::ReadAt& read_at) {
 
 std::string_view program_version() { return ENSONIFY_VERSION; }
 
-std::string library_versions() { return versions_json().dump(); }
-
-std::string manifest_json(const Manifest& manifest) {
-  nlohmann::ordered_json files = nlohmann::ordered_json::array();
-  for (const FileRecord& file : manifest.files)
-    files.push_back(
-        {{"name", file.name}, {"size_bytes", file.size_bytes}, {"xxh128", file.xxh128}});
-  nlohmann::ordered_json json = {
-      {"program", "ensonify"},
-      {"version", program_version()},
-      {"libraries", versions_json()},
-      {"scene", manifest.scene_toml},
-      {"scene_hash", xxh128(manifest.scene_toml)},
-      {"seed", manifest.seed},
-      {"code_path",
-       {{"surface", manifest.surface},
-        {"intersector", manifest.intersector},
-        {"instruction_set", manifest.code_path}}},
-      {"classes", manifest.classes},
-      {"materials", manifest.materials},
-      {"counts", manifest.counts},
-      {"warnings", manifest.warnings},
-      {"files", files},
-  };
-  if (!manifest.reference.empty()) json["reference"] = manifest.reference;
-  for (const ManifestPart& part : manifest.parts)
-    json["parts"].push_back(
-        {{"folder", part.folder}, {"first_ping", part.first_ping}, {"pings", part.pings}});
-  if (!manifest.verification.empty()) json["verification"] = manifest.verification;
-  // Bytes that are not UTF-8 become U+FFFD here; scene_hash is of the original bytes.
-  return json_text(json, 2) + "\n";
+std::string library_versions() {
+  nlohmann::ordered_json versions;
+  versions["embree"] = RTC_VERSION_STRING;
+  versions["fftw"] = std::string(fftw_version);
+  versions["gdal"] = GDALVersionInfo("RELEASE_NAME");
+#ifdef ENSONIFY_GEOGRAPHICLIB
+  versions["geographiclib"] = GEOGRAPHICLIB_VERSION_STRING;
+#endif
+  versions["libarchive"] = archive_version_string();
+  versions["libpng"] = png_get_libpng_ver(nullptr);
+  versions["openexr"] = OPENEXR_VERSION_STRING;
+  int proj_major = 0, proj_minor = 0, proj_patch = 0;
+  OSRGetPROJVersion(&proj_major, &proj_minor, &proj_patch);
+  versions["proj"] = fmt::format("{}.{}.{}", proj_major, proj_minor, proj_patch);
+  versions["zlib"] = archive_zlib_version();
+#ifdef __GLIBC__
+  versions["glibc"] = gnu_get_libc_version();
+#endif
+  return versions.dump();
 }
 
 bool begins_as_manifest(const std::filesystem::path& file) {

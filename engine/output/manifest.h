@@ -2,11 +2,9 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include <ensonify/refine/atomic_file.h>
 
@@ -17,26 +15,6 @@ struct FileRecord {
   std::string name;
   std::uint64_t size_bytes = 0;
   std::string xxh128;
-};
-
-/// A part of a run that has separate files.
-struct ManifestPart {
-  std::string folder;
-  std::size_t first_ping = 0, pings = 0;
-};
-
-/// The content of a run's manifest.json. It does not depend on when or where the run was made.
-struct Manifest {
-  std::string scene_toml;  ///< all keys, defaults included; reads back as the same scene
-  std::uint64_t seed = 0;
-  std::string surface, intersector, code_path;
-  std::string reference;  ///< coordinate reference system of the world as WKT; empty: left out
-  std::vector<std::string> classes, materials;        ///< index = number in the layers
-  std::map<std::string, std::uint64_t> counts;        ///< pings, rays, hits, starved bins, …
-  std::map<std::string, std::uint64_t> verification;  ///< of the verified pings; empty: left out
-  std::vector<std::string> warnings;
-  std::vector<ManifestPart> parts;  ///< of a run in several parts; empty: left out
-  std::vector<FileRecord> files;
 };
 
 /// The hash of bytes, 32 hexadecimal digits.
@@ -58,9 +36,8 @@ std::string library_versions();
 /// This program's version, as "1.2.3".
 std::string_view program_version();
 
-/// The manifest as JSON, with the versions of the program and its libraries.
-std::string manifest_json(const Manifest& manifest);
-/// Whether a file may be what a crash has left of such JSON: it is empty, or has its beginning.
+/// Whether a file may be what a crash has left of a run's manifest.json (manifest_json() in
+/// part_record.h): it is empty, or has its beginning.
 /// Throws std::filesystem::filesystem_error if there is no such file.
 bool begins_as_manifest(const std::filesystem::path& file);
 

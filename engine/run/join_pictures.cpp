@@ -1,7 +1,5 @@
-#include <ensonify/engine/run/join_pictures.h>
-
 #include <cstdint>
-#include <memory>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -9,6 +7,8 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/output/png.h>
+#include <ensonify/engine/run/joined_files.h>
+#include <ensonify/engine/run/json_record.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/read_file.h>
 
@@ -20,50 +20,14 @@ namespace fs = std::filesystem;
 constexpr std::size_t max_rows = 30000;
 constexpr std::uintmax_t most_picture_bytes = std::uintmax_t{1} << 30;
 
-Picture picture_of(const fs::path& file) {
+Picture read_picture(const fs::path& file) {
   const std::string content = refine::read_file(file, most_picture_bytes);
   try {
     return decode_png(std::as_bytes(std::span(content)));
   } catch (const std::runtime_error& error) {
-    throw SceneError(fmt::format("{}: {}; remove the part's folder and run it again", file.string(),
-                                 error.what()));
+    throw SceneError(fmt::format("{}: {}; {}", file.string(), error.what(), make_part_again));
   }
 }
-
-/// Averages rows of pixels by groups.
-class RowMeans {
- public:
-  RowMeans(const PngFormat& format, std::size_t group, std::size_t first_group)
-      : format_(format),
-        group_(group),
-        left_(first_group),
-        sums_(format.width * static_cast<std::size_t>(format.channels)) {}
-
-  /// Calls finished(row) whenever a group is complete.
-  template <class Finished>
-  void add(const std::uint8_t* row, Finished&& finished) {
-    const bool wide = format_.bits == 16;
-    for (std::size_t i = 0; i < sums_.size(); ++i)
-      sums_[i] += wide ? 256u * row[2 * i] + row[2 * i + 1] : row[i];
-    ++added_;
-    if (--left_ > 0) return;
-    std::vector<std::uint8_t> mean;
-    for (std::uint64_t& sum : sums_) {
-      const std::uint64_t value = (sum + added_ / 2) / added_;
-      if (wide) mean.push_back(static_cast<std::uint8_t>(value >> 8));
-      mean.push_back(static_cast<std::uint8_t>(value & 0xff));
-      sum = 0;
-    }
-    added_ = 0;
-    left_ = group_;
-    finished(mean);
-  }
-
- private:
-  PngFormat format_;
-  std::size_t group_, left_, added_ = 0;
-  std::vector<std::uint64_t> sums_;
-};
 
 }  // namespace
 
@@ -71,39 +35,53 @@ std::size_t pings_per_row(std::size_t pings) { return (pings + max_rows - 1) / m
 
 void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t finished_parts,
                    const std::string& sonar) {
-  std::size_t beams = 0, rows = 0, group = 1;
-  PngFormat first;  // of the part that is read first
   refine::NewFile file(folder / (sonar + ".png"));
-  std::unique_ptr<PngWriter> writer;
-  std::unique_ptr<RowMeans> means;
+  std::optional<PngWriter> writer;
+  PngFormat format;  // of the joined picture
+  std::size_t beams = 0, group = 1;
+  std::size_t left = 0, added = 0;  // rows of the present group
+  std::vector<std::uint64_t> sums;
+  std::vector<std::uint8_t> mean;
   // The newest ping is on top. Groups are counted from the oldest ping, so the first may be short.
   for (std::size_t part = finished_parts; part-- > 0;) {
     const fs::path its_file = folder / parts.file(part, sonar, ".png");
-    const Picture picture = picture_of(its_file);
+    const Picture picture = read_picture(its_file);
+    const std::size_t pings = parts.range(part).count;
     if (!writer) {
-      beams = picture.height / parts.range(part).count;
-      first = {picture.width, picture.height, picture.channels, picture.bits};
+      beams = picture.height / pings;
+      format = {picture.width, 0, picture.channels, picture.bits};
     }
-    if (beams == 0 || picture.height != beams * parts.range(part).count ||
-        picture.width != first.width || picture.channels != first.channels ||
-        picture.bits != first.bits)
+    if (beams == 0 || picture.height != beams * pings || picture.width != format.width ||
+        picture.channels != format.channels || picture.bits != format.bits)
       throw SceneError(
-          fmt::format("{}: its size does not fit its pings and the other parts' pictures; remove "
-                      "the part's folder and run it again",
-                      its_file.string()));
+          fmt::format("{}: its size does not fit its pings and the other parts' pictures; {}",
+                      its_file.string(), make_part_again));
     if (!writer) {
-      rows = beams * parts.range(part).end();
       group = pings_per_row(beams * parts.pings());
-      const PngFormat format{picture.width, (rows + group - 1) / group, picture.channels,
-                             picture.bits};
-      writer = std::make_unique<PngWriter>(
-          format, [&](std::span<const std::byte> bytes) { file.write(bytes); });
-      means = std::make_unique<RowMeans>(format, group, rows % group > 0 ? rows % group : group);
+      const std::size_t rows = beams * parts.range(part).end();
+      format.height = (rows + group - 1) / group;
+      left = rows % group > 0 ? rows % group : group;
+      sums.resize(picture.width * static_cast<std::size_t>(picture.channels));
+      writer.emplace(format, [&](std::span<const std::byte> bytes) { file.write(bytes); });
     }
-    const std::size_t row_bytes = picture.pixels.size() / picture.height;
-    for (std::size_t row = 0; row < picture.height; ++row)
-      means->add(&picture.pixels[row * row_bytes],
-                 [&](const std::vector<std::uint8_t>& mean) { writer->add_rows(mean); });
+    const bool wide = picture.bits == 16;
+    for (auto pixels = picture.pixels.begin(); pixels != picture.pixels.end();) {
+      for (std::uint64_t& sum : sums) {
+        const unsigned high = wide ? *pixels++ : 0u;
+        sum += 256u * high + *pixels++;
+      }
+      ++added;
+      if (--left > 0) continue;
+      mean.clear();
+      for (std::uint64_t& sum : sums) {
+        const std::uint64_t value = (std::exchange(sum, 0) + added / 2) / added;
+        if (wide) mean.push_back(static_cast<std::uint8_t>(value >> 8));
+        mean.push_back(static_cast<std::uint8_t>(value & 0xff));
+      }
+      writer->add_rows(mean);
+      left = group;
+      added = 0;
+    }
   }
   writer->finish();
   file.commit();

@@ -1,9 +1,8 @@
-#include <ensonify/engine/run/join_targets.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -15,11 +14,11 @@
 
 #include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/targets_json.h>
-#include <ensonify/engine/run/join_pictures.h>
+#include <ensonify/engine/run/joined_files.h>
+#include <ensonify/engine/run/json_record.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/engine/untrusted.h>
-#include <ensonify/refine/read_file.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
@@ -29,11 +28,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t max_columns = 1 << 20;  // more than any scene's
-
-/// Pixels [begin, end) of a picture, counted column by column from the top.
-struct PixelRun {
-  std::size_t begin = 0, end = 0;
-};
+constexpr std::size_t max_size = std::numeric_limits<std::size_t>::max();
 
 /// A body or a shadow, put together from those of the parts, in the rows of the whole run.
 class JoinedOutline {
@@ -45,47 +40,47 @@ class JoinedOutline {
   /// Adds an outline of targets_json() whose rows begin at `first_row` of the run.
   void add(const Json& outline, std::size_t first_row) {
     if (outline.is_null()) return;
-    const auto area = whole_numbers(outline.at("area_px")).get<std::size_t>();
+    area_px_ += whole_numbers(outline.at("area_px")).get<std::size_t>();
     const auto box = whole_numbers(outline.at("box")).get<std::array<std::size_t, 4>>();
-    const std::array<std::size_t, 4> its{box[0], box[1] + first_row, box[0] + box[2],
-                                         box[1] + first_row + box[3]};
-    if (area_px_ == 0) corners_ = its;
-    for (std::size_t k : {0u, 1u}) corners_[k] = std::min(corners_[k], its[k]);
-    for (std::size_t k : {2u, 3u}) corners_[k] = std::max(corners_[k], its[k]);
-    area_px_ += area;
-    std::vector<std::vector<std::size_t>> polygons;
-    whole_numbers(outline.at("polygons")).get_to(polygons);
-    for (std::vector<std::size_t>& polygon : polygons) {
+    const Corner low{box[0], box[1] + first_row}, high{low[0] + box[2], low[1] + box[3]};
+    for (std::size_t k : {0u, 1u}) {
+      low_[k] = std::min(low_[k], low[k]);
+      high_[k] = std::max(high_[k], high[k]);
+    }
+    const bool has_holes = outline.contains("rle");
+    for (const Json& json : whole_numbers(outline.at("polygons"))) {
+      auto polygon = json.get<Polygon>();
       if (polygon.size() % 2 != 0)
-        throw std::runtime_error("a polygon with an odd number of coordinates");
+        throw std::out_of_range("a polygon with an odd number of coordinates");
       for (std::size_t i = 0; i < polygon.size(); i += 2) {
         if (polygon[i] > columns_ || polygon[i + 1] > rows_)
-          throw std::runtime_error("a polygon outside its picture");
+          throw std::out_of_range("a polygon outside its picture");
         polygon[i + 1] += first_row;
       }
-      if (!outline.contains("rle")) fill(polygon);
+      if (!has_holes) fill(polygon);
       polygons_.push_back(std::move(polygon));
     }
-    if (outline.contains("rle")) {
-      holes_ = true;
-      add_runs(outline.at("rle"), first_row);
-    }
+    if (has_holes) add_runs(outline.at("rle"), first_row);
+    has_holes_ = has_holes_ || has_holes;
   }
 
   Json json() const {
     if (area_px_ == 0) return nullptr;
-    std::vector<std::vector<std::size_t>> polygons = polygons_;
+    std::vector<Polygon> polygons = polygons_;
     std::ranges::stable_sort(polygons, std::ranges::greater(), area_of);
-    Json json = {
-        {"box", {corners_[0], corners_[1], corners_[2] - corners_[0], corners_[3] - corners_[1]}},
-        {"area_px", area_px_},
-        {"polygons", polygons}};
-    if (holes_) json["rle"] = {{"size", {rows_, columns_}}, {"counts", counts()}};
+    Json json = {{"box", {low_[0], low_[1], high_[0] - low_[0], high_[1] - low_[1]}},
+                 {"area_px", area_px_},
+                 {"polygons", polygons}};
+    if (has_holes_) json["rle"] = {{"size", {rows_, columns_}}, {"counts", counts()}};
     return json;
   }
 
  private:
-  static std::size_t area_of(const std::vector<std::size_t>& polygon) {
+  using Corner = std::array<std::size_t, 2>;             // column, row
+  using Polygon = std::vector<std::size_t>;              // column, row, column, ...
+  using PixelRun = std::pair<std::size_t, std::size_t>;  // [begin, end), as in COCO's run lengths
+
+  static std::size_t area_of(const Polygon& polygon) {
     std::uint64_t twice = 0;  // wraps around if the polygon turns in the other direction
     for (std::size_t i = 0; i < polygon.size(); i += 2) {
       const std::size_t next = (i + 2) % polygon.size();
@@ -95,7 +90,7 @@ class JoinedOutline {
   }
 
   /// The pixels of a polygon along pixel edges: in each column between its horizontal edges.
-  void fill(const std::vector<std::size_t>& polygon) {
+  void fill(const Polygon& polygon) {
     std::map<std::size_t, std::vector<std::size_t>> edges;  // rows by column
     for (std::size_t i = 0; i < polygon.size(); i += 2) {
       const std::size_t next = (i + 2) % polygon.size();
@@ -107,25 +102,25 @@ class JoinedOutline {
     for (auto& [column, rows] : edges) {
       std::ranges::sort(rows);
       for (std::size_t i = 0; i + 1 < rows.size(); i += 2)
-        runs_.push_back({column * rows_ + rows[i], column * rows_ + rows[i + 1]});
+        runs_.emplace_back(column * rows_ + rows[i], column * rows_ + rows[i + 1]);
     }
   }
 
   void add_runs(const Json& rle, std::size_t first_row) {
     const auto part_rows = whole_numbers(rle.at("size").at(0)).get<std::size_t>();
     if (part_rows == 0 || part_rows > rows_)
-      throw std::runtime_error("a picture without rows, or with too many");
+      throw std::out_of_range("a picture without rows, or with too many");
     std::size_t at = 0;
     bool inside = false;
-    for (const Json& count : rle.at("counts")) {
-      const std::size_t end = at + whole_numbers(count).get<std::size_t>();
+    for (const Json& count : whole_numbers(rle.at("counts"))) {
+      const std::size_t end = at + count.get<std::size_t>();
       if (end < at || end > part_rows * columns_)
-        throw std::runtime_error("runs outside their picture");
+        throw std::out_of_range("runs outside their picture");
       while (inside && at < end) {  // a run may continue in the next column
         const std::size_t column = at / part_rows, row = at % part_rows;
         const std::size_t rows = std::min(end - at, part_rows - row);
         const std::size_t begin = column * rows_ + first_row + row;
-        runs_.push_back({begin, begin + rows});
+        runs_.emplace_back(begin, begin + rows);
         at += rows;
       }
       at = end;
@@ -135,16 +130,16 @@ class JoinedOutline {
 
   std::vector<std::size_t> counts() const {
     std::vector<PixelRun> runs = runs_;
-    std::ranges::sort(runs, {}, &PixelRun::begin);
+    std::ranges::sort(runs);
     std::vector<std::size_t> counts;
     std::size_t counted = 0;
-    for (const PixelRun& run : runs) {
-      if (run.begin > counted || counts.empty()) {
-        counts.push_back(run.begin - counted);
+    for (const auto& [begin, end] : runs) {
+      if (begin > counted || counts.empty()) {
+        counts.push_back(begin - counted);
         counts.push_back(0);
       }
-      counts.back() += run.end - run.begin;
-      counted = run.end;
+      counts.back() += end - begin;
+      counted = end;
     }
     if (counted < rows_ * columns_) counts.push_back(rows_ * columns_ - counted);
     return counts;
@@ -152,10 +147,41 @@ class JoinedOutline {
 
   std::size_t rows_, columns_;
   std::size_t area_px_ = 0;
-  std::array<std::size_t, 4> corners_{};  // low column and row, high column and row
-  std::vector<std::vector<std::size_t>> polygons_;
+  Corner low_{max_size, max_size}, high_{};
+  std::vector<Polygon> polygons_;
   std::vector<PixelRun> runs_;
-  bool holes_ = false;
+  bool has_holes_ = false;
+};
+
+/// Means over the parts, weighted by area, and all else as in the part with the largest area.
+class TargetMeans {
+ public:
+  void add(const Json& target, double area_px) {
+    if (area_px > largest_px_) {
+      largest_px_ = area_px;
+      largest_ = target;
+    }
+    area_px_ += area_px;
+    range_m_ += area_px * target.at("range_m").get<double>();
+    ping_ += area_px * target.at("ping").get<double>();
+    if (const Json& db = target.at("contrast_db"); !db.is_null()) {
+      contrast_px_ += area_px;
+      contrast_ += area_px * scatter::from_db(db.get<double>());
+    }
+  }
+  Json json() const {
+    Json json = largest_;
+    json["range_m"] = range_m_ / area_px_;
+    json["ping"] = ping_ / area_px_;
+    json["contrast_db"] =
+        contrast_px_ > 0.0 ? Json(scatter::to_db(contrast_ / contrast_px_)) : Json(nullptr);
+    return json;
+  }
+
+ private:
+  Json largest_;
+  double largest_px_ = 0.0, area_px_ = 0.0, range_m_ = 0.0, ping_ = 0.0;
+  double contrast_px_ = 0.0, contrast_ = 0.0;
 };
 
 /// A target, put together from those of the parts.
@@ -171,7 +197,7 @@ class JoinedTarget {
     body_.add(body, first_row);
     shadow_.add(shadow, first_row);
     // Means over the shadow are used only for targets without a body.
-    Means& means = body.is_null() ? of_shadow_ : of_body_;
+    TargetMeans& means = body.is_null() ? of_shadow_ : of_body_;
     means.add(target, (body.is_null() ? shadow : body).at("area_px").get<double>());
   }
 
@@ -193,41 +219,10 @@ class JoinedTarget {
   }
 
  private:
-  /// Means over the parts, weighted by area.
-  class Means {
-   public:
-    void add(const Json& target, double area_px) {
-      if (area_px > largest_px_) {
-        largest_px_ = area_px;
-        largest_ = target;
-      }
-      area_px_ += area_px;
-      range_m_ += area_px * target.at("range_m").get<double>();
-      ping_ += area_px * target.at("ping").get<double>();
-      if (const Json& db = target.at("contrast_db"); !db.is_null()) {
-        contrast_px_ += area_px;
-        contrast_ += area_px * scatter::from_db(db.get<double>());
-      }
-    }
-    Json json() const {
-      Json json = largest_;
-      json["range_m"] = range_m_ / area_px_;
-      json["ping"] = ping_ / area_px_;
-      json["contrast_db"] =
-          contrast_px_ > 0.0 ? Json(scatter::to_db(contrast_ / contrast_px_)) : Json(nullptr);
-      return json;
-    }
-
-   private:
-    Json largest_;
-    double largest_px_ = 0.0, area_px_ = 0.0, range_m_ = 0.0, ping_ = 0.0;
-    double contrast_px_ = 0.0, contrast_ = 0.0;
-  };
-
   JoinedOutline body_, shadow_;
   TargetSights sights_;
   std::optional<double> heading_deg_;  // of an object
-  Means of_body_, of_shadow_;
+  TargetMeans of_body_, of_shadow_;
 };
 
 }  // namespace
@@ -239,11 +234,8 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
   Json whole;
   std::size_t beams = 1;
   for (std::size_t part = 0; part < parts.count(); ++part) {
-    const fs::path file = folder / parts.file(part, sonar, "_targets.json");
-    try {
-      const Json json = json_of<Json>(refine::read_file(file, most_json_bytes));
-      const auto columns = whole_numbers(json.at("picture").at("columns")).get<std::size_t>();
-      if (columns > max_columns) throw std::out_of_range("more columns than any scene's");
+    const auto add = [&](const Json& json) {
+      const auto columns = whole_numbers(json.at("picture").at("columns"), max_columns);
       if (part == 0) {
         whole = json;
         beams = whole_numbers(json.at("picture").at("rows")).get<std::size_t>() /
@@ -254,15 +246,14 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
       }
       for (const Json& target : json.at("targets")) {
         const auto instance = whole_numbers(target.at("instance"), max_labels).get<std::uint32_t>();
-        targets.try_emplace(instance, beams * parts.pings(), columns, sights.at(instance))
+        targets
+            .try_emplace(instance, beams * parts.pings(), columns.get<std::size_t>(),
+                         sights.at(instance))
             .first->second.add(target, beams * (parts.pings() - parts.range(part).end()));
       }
-    } catch (const std::exception& error) {
-      throw SceneError(
-          fmt::format("{}: not the targets of a part ({}); remove the part's folder and run it "
-                      "again",
-                      file.string(), fault_in_json(error)));
-    }
+    };
+    read_json_record(folder / parts.file(part, sonar, "_targets.json"), "targets of a part",
+                     make_part_again, add);
   }
   Json& list = whole["targets"] = Json::array();
   for (const auto& [instance, target] : targets) list.push_back(target.json(visibility));

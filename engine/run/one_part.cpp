@@ -1,12 +1,17 @@
-#include <ensonify/engine/run/one_part.h>
-
+#include <filesystem>
 #include <span>
+#include <utility>
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/run/whole_run.h>
+#include <ensonify/engine/output/png.h>
+#include <ensonify/engine/run/run_files.h>
+#include <ensonify/engine/run/run_state.h>
 
 namespace ensonify::engine {
+
+namespace fs = std::filesystem;
+
 namespace {
 
 /// Draws the pictures of the pings that are done, if they are due and will not soon be complete.
@@ -15,41 +20,39 @@ void grow_pictures(RunState& run, OutputFolder& output, const Simulator& simulat
   if (left_s < 1.0 || !run.picture_is_due()) return;
   const Clock::time_point start = Clock::now();
   for (std::size_t i = 0; i < images.size(); ++i)
-    output.show(images[i].sonar.name + ".png", encode_picture(run.scene, images[i], simulator, i));
+    output.show(images[i].sonar.name + ".png",
+                encode_png(picture_of(run.scene, images[i], simulator, i)));
   run.picture.written(start);
 }
 
 PartRecord write_run(const RunState& run, OutputFolder& output, const Simulator& simulator,
-                     ScenePings& pings, const RunPlan& plan) {
-  run.report_stage("files", 0, 1);
-  PartRecord record =
-      write_files(run, pings, simulator, "", run.threads,
-                  [&](const std::string& name, const refine::WriteContent& write_content) {
-                    output.write(name, write_content);
-                  });
+                     ScenePings& pings) {
+  run.progress.report("files", 0, 1);
+  WrittenPings written = write_files(run, pings, simulator, "", run.threads, output);
   if (run.control.on_outputs)
-    run.control.on_outputs({simulator, pings.images, pings.object_visibility});
+    run.control.on_outputs(
+        {simulator, pings.images, written.pictures, written.targets, pings.object_visibility});
+  PartRecord& record = written.record;
   std::vector<std::string> warnings = run.warnings;
   const std::vector<std::string> more = warnings_of(record, run.scene.run.intersector);
   warnings.insert(warnings.end(), more.begin(), more.end());
   record.warnings = run.report.extrapolation.appended_to(warnings);
   record.files = output.records();
-  const std::string manifest = manifest_of(record, plan);
-  output.write("manifest.json", std::as_bytes(std::span(manifest)));
+  output.write("manifest.json", manifest_json(run.plan, record));
   record.files = output.records();
-  run.report_stage("files", 1, 1);
-  return record;
+  run.progress.report("files", 1, 1);
+  return std::move(record);
 }
 
 }  // namespace
 
 PartRecord make_one_part(RunState& run, OutputFolder& output, Simulator& simulator,
-                         const TrackPings& track, const RunPlan& plan) {
+                         const TrackPings& track) {
   if (run.control.shard.count > 1)
     throw SceneError(
         "the run has one part, so there are no shares of it; set output.pings_per_file");
   output.begin();
-  if (is_run_in_parts(run.folder))
+  if (fs::exists(plan_file(run.folder)))
     throw SceneError(
         fmt::format("{}: the folder holds a run in several parts; choose another folder with -o",
                     run.folder.string()));
@@ -58,7 +61,7 @@ PartRecord make_one_part(RunState& run, OutputFolder& output, Simulator& simulat
   ScenePings pings = ping_as_one(
       run.scene, simulator, track, run.threads,
       [&](std::span<const Waterfall> images, std::size_t done, std::size_t of) {
-        run.report_stage("pings", done, of);
+        run.progress.report("pings", done, of);
         if (done == 0) return;
         const double left_s =
             seconds_since(start) * static_cast<double>(of - done) / static_cast<double>(done);
@@ -70,7 +73,7 @@ PartRecord make_one_part(RunState& run, OutputFolder& output, Simulator& simulat
 
   start = Clock::now();
   PartRecord record;
-  with_memory_for("the files", [&] { record = write_run(run, output, simulator, pings, plan); });
+  with_memory_for("the files", [&] { record = write_run(run, output, simulator, pings); });
   output.keep();
   run.report.files_s = seconds_since(start);
   run.report.disk_s = output.disk_s();

@@ -1,5 +1,7 @@
 #include <ensonify/engine/run/output_folder.h>
 
+#include <cstdint>
+#include <limits>
 #include <system_error>
 #include <utility>
 
@@ -19,39 +21,38 @@ namespace {
 
 constexpr const char* manifest_name = "manifest.json";
 constexpr const char* earlier_name = "earlier";  // a folder in the staging folder
+constexpr auto no_size = std::numeric_limits<std::uint64_t>::max();
 
 nlohmann::json manifest_in(const fs::path& folder) {
   if (!fs::is_regular_file(folder / manifest_name)) return {};
   return json_or_null<nlohmann::json>(refine::read_file(folder / manifest_name, most_json_bytes));
 }
 
-/// The files of a folder that its manifest lists, if they have the listed size; none if the
-/// manifest is damaged. Names of files outside the folder are ignored.
-std::vector<std::string> listed_files(const fs::path& folder) {
-  const nlohmann::json manifest = manifest_in(folder);
-  std::vector<std::string> names;
-  if (!manifest.is_object() || !manifest.contains("files")) return names;
-  for (const nlohmann::json& file : manifest["files"]) {
-    if (!file.is_object() || !file.contains("name") || !file["name"].is_string() ||
-        !file.contains("size_bytes") || !file["size_bytes"].is_number_unsigned())
-      continue;
-    const fs::path name = file["name"].get<std::string>();
-    std::error_code missing;
-    if (name == name.filename() && fs::is_regular_file(folder / name, missing) &&
-        fs::file_size(folder / name, missing) == file["size_bytes"].get<std::uintmax_t>())
-      names.push_back(name.string());
-  }
-  return names;
-}
-
-/// The names that a folder's manifest lists; nothing if it is damaged.
-std::optional<std::vector<std::string>> names_in_manifest(const fs::path& folder) {
+/// The files that a folder's manifest lists, with names and sizes (`no_size` where it has none);
+/// none if there is no manifest or it is damaged.
+std::optional<std::vector<FileRecord>> listed_files(const fs::path& folder) {
   const nlohmann::json manifest = manifest_in(folder);
   if (!manifest.is_object() || !manifest.contains("files")) return std::nullopt;
+  std::vector<FileRecord> files;
+  for (const nlohmann::json& file : manifest["files"]) {
+    if (!file.is_object() || !file.contains("name") || !file["name"].is_string()) continue;
+    const nlohmann::json size = file.value("size_bytes", nlohmann::json());
+    files.push_back(
+        {file["name"], size.is_number_unsigned() ? size.get<std::uint64_t>() : no_size, {}});
+  }
+  return files;
+}
+
+/// Those of them that are in the folder itself and have the listed size.
+std::vector<std::string> own_files(const fs::path& folder) {
   std::vector<std::string> names;
-  for (const nlohmann::json& file : manifest["files"])
-    if (file.is_object() && file.contains("name") && file["name"].is_string())
-      names.push_back(file["name"].get<std::string>());
+  for (const FileRecord& file : listed_files(folder).value_or(std::vector<FileRecord>())) {
+    const fs::path name = file.name;
+    std::error_code missing;
+    if (name == name.filename() && fs::is_regular_file(folder / name, missing) &&
+        fs::file_size(folder / name, missing) == file.size_bytes)
+      names.push_back(file.name);
+  }
   return names;
 }
 
@@ -59,9 +60,9 @@ std::optional<std::vector<std::string>> names_in_manifest(const fs::path& folder
 std::vector<std::string> not_listed(const fs::path& folder, std::span<const std::string> names) {
   std::vector<std::string> left(names.begin(), names.end());
   if (!fs::exists(folder / manifest_name)) return left;
-  const std::optional listed = names_in_manifest(folder);
+  const std::optional listed = listed_files(folder);
   if (!listed) return {};
-  for (const std::string& name : *listed) std::erase(left, name);
+  for (const FileRecord& file : *listed) std::erase(left, file.name);
   return left;
 }
 
@@ -70,10 +71,8 @@ void restore_earlier_run(const fs::path& folder, const fs::path& staging) {
   const fs::path aside = staging / earlier_name;
   if (fs::exists(folder / manifest_name) || !fs::exists(aside / manifest_name)) return;
   // Removes the new files that are in place already.
-  if (const nlohmann::json manifest = manifest_in(staging); manifest.contains("files"))
-    for (const nlohmann::json& file : manifest["files"])
-      if (const auto name = file["name"].get<std::string>(); !fs::exists(staging / name))
-        fs::remove(folder / name);
+  for (const FileRecord& file : listed_files(staging).value_or(std::vector<FileRecord>()))
+    if (!fs::exists(staging / file.name)) fs::remove(folder / file.name);
   std::vector<std::string> names;
   for (const fs::directory_entry& entry : fs::directory_iterator(aside))
     if (entry.path().filename() != manifest_name) names.push_back(entry.path().filename().string());
@@ -95,8 +94,8 @@ void require_none_of(const fs::path& folder, std::span<const std::string> names)
 std::vector<fs::path> files_of_run(const fs::path& folder) {
   if (!fs::is_regular_file(folder / manifest_name)) return {};
   std::vector<fs::path> files{folder / manifest_name};
-  for (const std::string& name : names_in_manifest(folder).value_or(std::vector<std::string>()))
-    files.push_back(folder / name);
+  for (const FileRecord& file : listed_files(folder).value_or(std::vector<FileRecord>()))
+    files.push_back(folder / file.name);
   return files;
 }
 
@@ -185,6 +184,10 @@ void OutputFolder::write(const std::string& name, std::span<const std::byte> con
   write(name, refine::content_of(content));
 }
 
+void OutputFolder::write(const std::string& name, std::string_view text) {
+  write(name, std::as_bytes(std::span(text)));
+}
+
 void OutputFolder::show(const std::string& name, std::span<const std::byte> content) {
   if (holds_earlier_run_) return;
   shown_.insert(name);
@@ -215,7 +218,7 @@ void OutputFolder::replace_earlier_run() {
   const std::vector<std::string> manifest{manifest_name};
   refine::sync_files(staging_->path());
   if (holds_earlier_run_) {
-    const std::vector<std::string> earlier = listed_files(folder_);
+    const std::vector<std::string> earlier = own_files(folder_);
     const fs::path aside = staging_->path() / earlier_name;
     refine::make_folder(aside);
     refine::move_files(folder_, aside, manifest);

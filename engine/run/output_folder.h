@@ -7,6 +7,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/output/manifest.h>
@@ -43,6 +44,7 @@ class OutputFolder {
   /// Throws std::system_error as refine::write_staged(), and what `write_content` throws.
   void write(const std::string& name, const refine::WriteContent& write_content);
   void write(const std::string& name, std::span<const std::byte> content);
+  void write(const std::string& name, std::string_view text);
   /// Makes a file visible while the run lasts; write() replaces it later. If the folder has a
   /// finished run, nothing is shown, so that this run stays as it is. Throws as
   /// refine::write_file().

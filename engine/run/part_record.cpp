@@ -1,5 +1,6 @@
 #include <ensonify/engine/run/part_record.h>
 
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -7,9 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/json_text.h>
+#include <ensonify/engine/run/json_record.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/untrusted.h>
-#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -21,37 +23,72 @@ void add(const std::map<std::string, std::uint64_t>& more,
   for (const auto& [name, count] : more) to[name] += count;
 }
 
-/// [object, alone, seen, object, ...] of the objects that a ray could have met.
-Json visibility_json(const std::vector<ObjectVisibility>& views) {
-  Json numbers = Json::array();
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    if (views[i].alone == 0) continue;
-    numbers.push_back(i);
-    numbers.push_back(views[i].alone);
-    numbers.push_back(views[i].seen);
+/// Calls f(name, value) for every entry of part.json, except the program's and its version.
+template <class Record, class F>
+void for_each_entry(Record& record, F&& f) {
+  f("run_xxh128", record.run_xxh128);
+  f("first_ping", record.pings.first);
+  f("pings", record.pings.count);
+  f("surface", record.surface);
+  f("instruction_set", record.code_path);
+  f("classes", record.names.classes);
+  f("materials", record.names.materials);
+  f("seafloor", record.seafloor);
+  f("counts", record.counts);
+  f("verification", record.verification);
+  f("pings_over_hole", record.pings_over_hole);
+  f("object_visibility", record.object_visibility);
+  f("target_sights", record.target_sights);
+  f("warnings", record.warnings);
+  f("files", record.files);
+}
+
+template <class Value>
+Json written(const Value& value) {
+  return value;
+}
+
+template <class Value>
+void read(const Json& json, Value& value) {
+  whole_numbers(json).get_to(value);
+}
+
+using VisibilityBySonar = std::map<std::string, std::vector<ObjectVisibility>>;
+
+/// Of each sonar [object, alone, seen, object, ...] of the objects that a ray could have met.
+Json written(const VisibilityBySonar& by_sonar) {
+  Json json = Json::object();
+  for (const auto& [sonar, views] : by_sonar) {
+    Json numbers = Json::array();
+    for (std::size_t i = 0; i < views.size(); ++i)
+      if (views[i].alone > 0)
+        numbers.insert(numbers.end(), {Json(i), Json(views[i].alone), Json(views[i].seen)});
+    json[sonar] = {{"objects", views.size()}, {"views", numbers}};
   }
-  return {{"objects", views.size()}, {"views", numbers}};
+  return json;
 }
 
-std::vector<ObjectVisibility> visibility_of(const Json& json) {
-  const auto objects = whole_numbers(json.at("objects")).get<std::size_t>();
-  if (objects > max_labels) throw std::out_of_range("objects");
-  std::vector<ObjectVisibility> views(objects);
-  const Json& numbers = json.at("views");
-  for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
-    views.at(whole_numbers(numbers[i]).get<std::size_t>()) = {
-        whole_numbers(numbers[i + 1]).get<std::uint64_t>(),
-        whole_numbers(numbers[i + 2]).get<std::uint64_t>()};
-  return views;
+void read(const Json& json, VisibilityBySonar& by_sonar) {
+  for (const auto& [sonar, its] : json.items()) {
+    std::vector<ObjectVisibility>& views = by_sonar[sonar];
+    views.resize(whole_numbers(its.at("objects"), max_labels).get<std::size_t>());
+    const auto numbers = whole_numbers(its.at("views")).get<std::vector<std::uint64_t>>();
+    for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
+      views.at(numbers[i]) = {numbers[i + 1], numbers[i + 2]};
+  }
 }
 
-/// [instance, whether of the body, pixels to port, to starboard, directions north, east], and so
-/// on; if the sonar has further sectors, their pixels by name follow.
-Json sights_json(const std::map<std::uint32_t, TargetSights>& targets) {
-  Json list = Json::array();
-  for (const auto& [instance, sights] : targets)
-    for (const Sight* sight : {&sights.body, &sights.shadow})
-      if (sight->pixels() > 0) {
+using SightsBySonar = std::map<std::string, std::map<std::uint32_t, TargetSights>>;
+
+/// Of each sonar [instance, whether of the body, pixels to port, to starboard, directions north,
+/// east], and so on; if the sonar has further sectors, their pixels by name follow.
+Json written(const SightsBySonar& by_sonar) {
+  Json json = Json::object();
+  for (const auto& [sonar, targets] : by_sonar) {
+    Json& list = json[sonar] = Json::array();
+    for (const auto& [instance, sights] : targets)
+      for (const Sight* sight : {&sights.body, &sights.shadow}) {
+        if (sight->pixels() == 0) continue;
         auto further = sight->sector_px;
         const std::size_t port = std::exchange(further[std::string(port_sector.name)], 0),
                           starboard = std::exchange(further[std::string(starboard_sector.name)], 0);
@@ -60,23 +97,38 @@ Json sights_json(const std::map<std::uint32_t, TargetSights>& targets) {
                                              sight->directions.x(), sight->directions.y()});
         if (!further.empty()) entry.push_back(further);
       }
-  return list;
+  }
+  return json;
 }
 
-std::map<std::uint32_t, TargetSights> sights_of(const Json& json) {
-  std::map<std::uint32_t, TargetSights> targets;
+void read(const Json& json, SightsBySonar& by_sonar) {
+  for (const auto& [sonar, list] : json.items())
+    for (const Json& its : list) {
+      TargetSights& sights =
+          by_sonar[sonar][whole_numbers(its.at(0), max_labels).get<std::uint32_t>()];
+      Sight& sight = its.at(1).get<bool>() ? sights.body : sights.shadow;
+      if (its.size() > 6) read(its.at(6), sight.sector_px);
+      read(its.at(2), sight.sector_px[std::string(port_sector.name)]);
+      read(its.at(3), sight.sector_px[std::string(starboard_sector.name)]);
+      sight.directions = {its.at(4).get<double>(), its.at(5).get<double>()};
+    }
+}
+
+Json written(const std::vector<FileRecord>& files) {
+  Json json = Json::array();
+  for (const FileRecord& file : files)
+    json.push_back({{"name", file.name}, {"size_bytes", file.size_bytes}, {"xxh128", file.xxh128}});
+  return json;
+}
+
+void read(const Json& json, std::vector<FileRecord>& files) {
   for (const Json& its : json) {
-    TargetSights& sights = targets[whole_numbers(its.at(0), max_labels).get<std::uint32_t>()];
-    Sight& sight = its.at(1).get<bool>() ? sights.body : sights.shadow;
-    if (its.size() > 6)
-      for (const auto& [sector, pixels] : its.at(6).items())
-        sight.sector_px[sector] = whole_numbers(pixels).get<std::size_t>();
-    sight.sector_px[std::string(port_sector.name)] = whole_numbers(its.at(2)).get<std::size_t>();
-    sight.sector_px[std::string(starboard_sector.name)] =
-        whole_numbers(its.at(3)).get<std::size_t>();
-    sight.directions = {its.at(4).get<double>(), its.at(5).get<double>()};
+    FileRecord& file = files.emplace_back(FileRecord{
+        .name = its.at("name").get<std::string>(), .xxh128 = its.at("xxh128").get<std::string>()});
+    read(its.at("size_bytes"), file.size_bytes);
+    if (!stays_inside(file.name))
+      throw std::invalid_argument(fmt::format("'{}' is not in the run's folder", file.name));
   }
-  return targets;
 }
 
 }  // namespace
@@ -116,84 +168,76 @@ PartRecord& PartRecord::operator+=(const PartRecord& next) {
   return *this;
 }
 
+std::map<std::string, std::uint64_t> PartRecord::all_counts() const {
+  std::map<std::string, std::uint64_t> all = counts;
+  all.insert(seafloor.begin(), seafloor.end());
+  return all;
+}
+
 std::string part_json(const PartRecord& record) {
-  Json files = Json::array();
-  for (const FileRecord& file : record.files)
-    files.push_back(
-        {{"name", file.name}, {"size_bytes", file.size_bytes}, {"xxh128", file.xxh128}});
-  Json visibility = Json::object();
-  for (const auto& [sonar, views] : record.object_visibility)
-    visibility[sonar] = visibility_json(views);
-  Json sights = Json::object();
-  for (const auto& [sonar, targets] : record.target_sights) sights[sonar] = sights_json(targets);
-  const Json json = {
-      {"program", "ensonify"},
-      {"version", program_version()},
-      {"run_xxh128", record.run_xxh128},
-      {"first_ping", record.pings.first},
-      {"pings", record.pings.count},
-      {"surface", record.surface},
-      {"instruction_set", record.code_path},
-      {"classes", record.names.classes},
-      {"materials", record.names.materials},
-      {"seafloor", record.seafloor},
-      {"counts", record.counts},
-      {"verification", record.verification},
-      {"pings_over_hole", record.pings_over_hole},
-      {"object_visibility", visibility},
-      {"target_sights", sights},
-      {"warnings", record.warnings},
-      {"files", files},
-  };
+  Json json = {{"program", "ensonify"}, {"version", program_version()}};
+  for_each_entry(record, [&](const char* name, const auto& value) { json[name] = written(value); });
   return json_text(json, 1) + "\n";
 }
 
 PartRecord read_part_json(const std::filesystem::path& file) {
-  const auto no_record = [&](const std::exception& error) {
-    return SceneError(
-        fmt::format("{}: not the record of a part ({}); remove the part's folder and run it again",
-                    file.string(), fault_in_json(error)));
-  };
-  try {
-    const Json json = json_of<Json>(refine::read_file(file, most_json_bytes));
+  return read_json_record(file, "record of a part", make_part_again, [](const Json& json) {
     PartRecord record;
-    record.pings = {whole_numbers(json.at("first_ping")).get<std::size_t>(),
-                    whole_numbers(json.at("pings")).get<std::size_t>()};
-    json.at("run_xxh128").get_to(record.run_xxh128);
-    json.at("surface").get_to(record.surface);
-    json.at("instruction_set").get_to(record.code_path);
-    json.at("classes").get_to(record.names.classes);
-    json.at("materials").get_to(record.names.materials);
-    json.at("seafloor").get_to(record.seafloor);
-    whole_numbers(json.at("counts")).get_to(record.counts);
-    whole_numbers(json.at("verification")).get_to(record.verification);
-    whole_numbers(json.at("pings_over_hole")).get_to(record.pings_over_hole);
-    const auto inside = [&](const std::string& name) {
-      if (stays_inside(name)) return name;
-      throw SceneError(
-          fmt::format("{}: '{}' is not in the run's folder; remove the part's folder and run it "
-                      "again",
-                      file.string(), name));
-    };
-    for (const auto& [sonar, views] : json.at("object_visibility").items())
-      record.object_visibility[inside(sonar)] = visibility_of(views);
-    for (const auto& [sonar, targets] : json.at("target_sights").items())
-      record.target_sights[inside(sonar)] = sights_of(targets);
-    json.at("warnings").get_to(record.warnings);
-    for (const Json& its : json.at("files"))
-      record.files.push_back({inside(its.at("name").get<std::string>()),
-                              whole_numbers(its.at("size_bytes")).get<std::uint64_t>(),
-                              its.at("xxh128").get<std::string>()});
+    for_each_entry(record, [&](const char* name, auto& value) { read(json.at(name), value); });
     return record;
-  } catch (const Json::exception& error) {
-    throw no_record(error);
-  } catch (const std::invalid_argument& error) {
-    throw no_record(error);
-  } catch (const std::out_of_range&) {
-    throw SceneError(
-        fmt::format("{}: an object that is not there; remove the part's folder and run it again",
-                    file.string()));
+  });
+}
+
+std::vector<std::string> warnings_of(const PartRecord& run, const std::string& intersector) {
+  std::vector<std::string> warnings;
+  if (!run.verification.empty()) {
+    AgreementCounts found;
+    for_each_count(
+        found, [&](const char* name, std::uint64_t& count) { count = run.verification.at(name); });
+    for (const Limit& limit : limits(RaySource::scene, intersector_kind(intersector).precision))
+      if (exceeds(limit, found))
+        warnings.push_back(fmt::format(
+            "of {} rays that were verified {} are of the class '{}', more than rounding "
+            "explains (at most {:.0f})",
+            found.rays, limit.of(found), limit.name, std::floor(most_allowed(limit, found.rays))));
   }
+  if (run.pings_over_hole > 0)
+    warnings.push_back(fmt::format(
+        "{} of {} pings have no bed straight below (a hole in the seafloor); their altitude is "
+        "empty",
+        run.pings_over_hole, run.pings.count));
+  return warnings;
+}
+
+std::string manifest_json(const RunPlan& plan, const PartRecord& run) {
+  std::map<std::string, std::uint64_t> counts = run.all_counts();
+  counts["warnings"] = run.warnings.size();
+  Json json = {
+      {"program", "ensonify"},
+      {"version", program_version()},
+      {"libraries", json_of<Json>(library_versions())},
+      {"scene", plan.scene_toml},
+      {"scene_hash", xxh128(plan.scene_toml)},
+      {"seed", plan.seed},
+      {"code_path",
+       {{"surface", run.surface},
+        {"intersector", plan.intersector},
+        {"instruction_set", run.code_path}}},
+      {"classes", run.names.classes},
+      {"materials", run.names.materials},
+      {"counts", counts},
+      {"warnings", run.warnings},
+      {"files", written(run.files)},
+  };
+  if (!plan.reference.empty()) json["reference"] = plan.reference;
+  const RunParts& parts = plan.parts;
+  for (std::size_t part = 0; parts.count() > 1 && part < parts.count(); ++part)
+    json["parts"].push_back({{"folder", parts.folder(part)},
+                             {"first_ping", parts.range(part).first},
+                             {"pings", parts.range(part).count}});
+  if (!run.verification.empty()) json["verification"] = run.verification;
+  // Bytes that are not UTF-8 become U+FFFD here; scene_hash is of the original bytes.
+  return json_text(json, 2) + "\n";
 }
 
 }  // namespace ensonify::engine

@@ -9,6 +9,7 @@
 #include <ensonify/engine/image/label_names.h>
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/run/run_plan.h>
 #include <ensonify/engine/simulator/ping_all.h>
 
 namespace ensonify::engine {
@@ -44,10 +45,20 @@ struct PartRecord {
   /// Adds the part that follows. Throws SceneError if it was made in another way: with
   /// other code, or over another seafloor.
   PartRecord& operator+=(const PartRecord& next);
+  /// All counts, those of the seafloor included.
+  std::map<std::string, std::uint64_t> all_counts() const;
 };
 
+inline constexpr const char* part_json_name = "part.json";
 std::string part_json(const PartRecord& record);
 /// Throws SceneError with the file's name if it cannot be read.
 PartRecord read_part_json(const std::filesystem::path& file);
+
+/// Warnings that follow from the counts of a whole run.
+std::vector<std::string> warnings_of(const PartRecord& run, const std::string& intersector);
+
+/// The content of manifest.json of a whole run, with the versions of the program and its libraries.
+/// It does not depend on when or where the run was made.
+std::string manifest_json(const RunPlan& plan, const PartRecord& run);
 
 }  // namespace ensonify::engine

@@ -80,4 +80,12 @@ RunParts parts_of_legs(std::span<const std::size_t> leg_starts, std::size_t ping
   return {std::move(first_pings), pings};
 }
 
+std::size_t pings_in_memory(const Scene& scene, const RunParts& parts, int threads) {
+  const auto written = static_cast<std::size_t>(threads);
+  const std::size_t of_parts = std::min(parts.pings(), parts.longest() * (written + 1));
+  if (parts.count() == 1) return of_parts;
+  return of_parts +
+         std::min(parts.count(), written) * 2 * neighbour_pings(scene.display, scene.sonars);
+}
+
 }  // namespace ensonify::engine

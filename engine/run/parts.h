@@ -50,4 +50,8 @@ RunParts equal_parts(std::size_t pings, std::size_t pings_per_part);
 RunParts parts_of_legs(std::span<const std::size_t> leg_starts, std::size_t pings,
                        std::size_t pings_per_part);
 
+/// Of how many pings the images are in memory at one time: while each thread writes one part, which
+/// then has its neighbours, another part is pinged.
+std::size_t pings_in_memory(const Scene& scene, const RunParts& parts, int threads);
+
 }  // namespace ensonify::engine

@@ -39,14 +39,14 @@ int frequency_rank(std::span<const Sonar> sonars, std::size_t sonar) {
   return rank;
 }
 
-Recording recording_of(const Scene& scene, const WorldOnEarth& world, const Waterfall& image,
-                       const Simulator& simulator, std::size_t sonar) {
+Recording recording_of(const RunState& run, const Waterfall& image, const Simulator& simulator,
+                       std::size_t sonar) {
   const Seafloor& seafloor = simulator.seafloor();
-  const RecordingFrame frame{.origin = world.middle,
+  const RecordingFrame frame{.origin = run.middle,
                              .world_origin = seafloor.mesh.world_origin,
                              .utm_zone = seafloor.utm_zone,
-                             .reference = world.reference,
-                             .start_time = scene.output.start_time,
+                             .reference = run.plan.reference,
+                             .start_time = run.scene.output.start_time,
                              .sound_speed_mps = simulator.sound_speed_mps(),
                              .altitude_m = std::bind_front(&Simulator::altitude_m, &simulator),
                              .frequency_rank = frequency_rank(simulator.sonars(), sonar)};
@@ -97,6 +97,32 @@ std::map<std::string, std::uint64_t> verification_of(const ScenePings& pings) {
   return counts;
 }
 
+/// Gives the labels of the images the numbers of the output's names.
+PartRecord part_record_of(const RunState& run, ScenePings& pings, const Simulator& simulator) {
+  const Seafloor& seafloor = simulator.seafloor();
+  const OutputOptions& output = run.scene.output;
+  PartRecord record{.pings = pings.pings,
+                    .surface = run.report.origin.surface,
+                    .code_path = std::string(SimulatorInternals::code_path(simulator)),
+                    .names = renumber({seafloor.classes, seafloor.materials},
+                                      {output.class_names, output.sediment_names}, pings.images),
+                    .seafloor = {{"vertices", seafloor.vertices},
+                                 {"faces", seafloor.faces},
+                                 {"repairs", seafloor.repairs}},
+                    .warnings = run.report.extrapolation.appended_to(run.warnings)};
+  count(pings, record);
+  if (pings.verified_pings > 0) record.verification = verification_of(pings);
+  return record;
+}
+
+std::vector<const OutputFormat*> recording_formats(const OutputOptions& output) {
+  std::vector<const OutputFormat*> formats;
+  for (const OutputFormat& format : output_formats())
+    if (output.*format.wanted && std::holds_alternative<EncodeRecording>(format.encode))
+      formats.push_back(&format);
+  return formats;
+}
+
 /// The sonar's picture in grey, with the pixels of the layers.
 Picture preview_of(const Scene& scene, const Waterfall& image, const Simulator& simulator,
                    std::size_t sonar, const NeighbourRows& neighbours) {
@@ -108,11 +134,10 @@ Picture preview_of(const Scene& scene, const Waterfall& image, const Simulator& 
 
 }  // namespace
 
-std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image,
-                                      const Simulator& simulator, std::size_t sonar,
-                                      const NeighbourRows* neighbours) {
-  return encode_png(render(image, scene.display, simulator.calibration(sonar),
-                           scene.output.png_bits, neighbours));
+Picture picture_of(const Scene& scene, const Waterfall& image, const Simulator& simulator,
+                   std::size_t sonar, const NeighbourRows* neighbours) {
+  return render(image, scene.display, simulator.calibration(sonar), scene.output.png_bits,
+                neighbours);
 }
 
 std::vector<std::string> file_names(const Scene& scene, const std::string& ending) {
@@ -164,51 +189,18 @@ double most_file_bytes(const Scene& scene, std::span<const Sonar> sonars, std::s
   return bytes;
 }
 
-namespace {
-
-/// Gives the labels of the images the numbers of the output's names.
-PartRecord part_record_of(const RunState& run, ScenePings& pings, const Simulator& simulator) {
-  const Seafloor& seafloor = simulator.seafloor();
-  const OutputOptions& output = run.scene.output;
-  PartRecord record{.pings = pings.pings,
-                    .surface = run.report.origin.surface,
-                    .code_path = std::string(SimulatorInternals::code_path(simulator)),
-                    .names = renumber({seafloor.classes, seafloor.materials},
-                                      {output.class_names, output.sediment_names}, pings.images),
-                    .seafloor = {{"vertices", seafloor.vertices},
-                                 {"faces", seafloor.faces},
-                                 {"repairs", seafloor.repairs}},
-                    .warnings = run.report.extrapolation.appended_to(run.warnings)};
-  count(pings, record);
-  if (pings.verified_pings > 0) record.verification = verification_of(pings);
-  return record;
-}
-
-std::vector<const OutputFormat*> recording_formats(const OutputOptions& output) {
-  std::vector<const OutputFormat*> formats;
-  for (const OutputFormat& format : output_formats())
-    if (output.*format.wanted && std::holds_alternative<EncodeRecording>(format.encode))
-      formats.push_back(&format);
-  return formats;
-}
-
-}  // namespace
-
-PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& simulator,
-                       const std::string& ending, int threads, const WriteFile& write) {
+WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator& simulator,
+                         const std::string& ending, int threads, OutputFolder& folder) {
   const Scene& scene = run.scene;
   const Seafloor& seafloor = simulator.seafloor();
   const OutputOptions& output = scene.output;
-  PartRecord record = part_record_of(run, pings, simulator);
-  const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(run.scene_toml), record.names,
+  WrittenPings written{.record = part_record_of(run, pings, simulator),
+                       .pictures = std::vector<Picture>(pings.images.size()),
+                       .targets = std::vector<std::vector<TargetRecord>>(pings.images.size())};
+  PartRecord& record = written.record;
+  const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(run.plan.scene_toml), record.names,
                            output.encoding};
 
-  const auto write_bytes = [&](const std::string& name, std::span<const std::byte> bytes) {
-    write(name, refine::content_of(bytes));
-  };
-  const auto write_text = [&](const std::string& name, std::string_view text) {
-    write_bytes(name, std::as_bytes(std::span(text)));
-  };
   const std::vector<const OutputFormat*> formats = recording_formats(output);
   std::vector<std::function<void()>> tasks;
   const auto add_recordings = [&](std::size_t first, std::size_t end, const std::string& name) {
@@ -216,12 +208,12 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
     tasks.emplace_back([&, first, end, name] {
       std::vector<Recording> sonars;
       for (std::size_t i = first; i < end; ++i) {
-        sonars.push_back(recording_of(scene, run.world, pings.images[i], simulator, i));
+        sonars.push_back(recording_of(run, pings.images[i], simulator, i));
         sonars.back().file = name;
       }
       for (const OutputFormat* format : formats)
-        write_bytes(fmt::format("{}.{}", name, format->name),
-                    std::get<EncodeRecording>(format->encode)(sonars));
+        folder.write(fmt::format("{}.{}", name, format->name),
+                     std::get<EncodeRecording>(format->encode)(sonars));
     });
   };
   if (output.one_recording)
@@ -243,38 +235,38 @@ PartRecord write_files(const RunState& run, ScenePings& pings, const Simulator& 
         tasks.emplace_back([&, layers, name, preview, extension = format.name] {
           ImageOrigin own = origin;
           own.preview = [&] { return preview.get(); };
-          write(fmt::format("{}.{}", name, extension),
-                [&](const refine::WriteAt& write_at) { (*layers)(image, own, write_at); });
+          folder.write(fmt::format("{}.{}", name, extension),
+                       [&](const refine::WriteAt& write_at) { (*layers)(image, own, write_at); });
         });
     if (!output.one_recording) add_recordings(i, i + 1, name);
     tasks.emplace_back([&, name, i, preview, picture_is_of_preview] {
-      write_bytes(name + ".png", picture_is_of_preview
-                                     ? encode_png(painted(preview.get(), scene.display.palette))
-                                     : encode_picture(scene, image, simulator, i, &neighbours));
+      written.pictures[i] = picture_is_of_preview
+                                ? painted(preview.get(), scene.display.palette)
+                                : picture_of(scene, image, simulator, i, &neighbours);
+      folder.write(name + ".png", encode_png(written.pictures[i]));
     });
-    tasks.emplace_back([&, name] { write_text(name + "_pings.csv", pings_csv(image)); });
+    tasks.emplace_back([&, name] { folder.write(name + "_pings.csv", pings_csv(image)); });
     if (!seafloor.objects.empty() || !seafloor.features.empty())
       tasks.emplace_back([&, name, i, columns, &sights = record.target_sights[image.sonar.name]] {
         std::optional<Waterfall> in_picture;  // as the picture shows it
         if (columns != columns_of_bins(image.sonar)) in_picture = truth_in_columns(columns, image);
         const Waterfall& shown = in_picture ? *in_picture : image;
-        const std::vector<TargetRecord> targets =
-            target_records(shown, seafloor, pings.object_visibility[i]);
-        for (const TargetRecord& record_of_target : targets) {
-          const Target& target = record_of_target.target;
+        written.targets[i] = target_records(shown, seafloor, pings.object_visibility[i]);
+        for (const TargetRecord& of_target : written.targets[i]) {
+          const Target& target = of_target.target;
           TargetSights& its = sights[target.instance];
           (target.body.area_px > 0 ? its.body : its.shadow) = target.sight;
         }
-        write_text(name + "_targets.json", targets_json(targets, shown, seafloor));
+        folder.write(name + "_targets.json", targets_json(written.targets[i], shown, seafloor));
       });
     if (output.truth)
       tasks.emplace_back([&, name, i] {
-        write_bytes(name + "_truth.png",
-                    encode_truth(scene, image, simulator, i, neighbours, record.names));
+        folder.write(name + "_truth.png",
+                     encode_truth(scene, image, simulator, i, neighbours, record.names));
       });
   }
   refine::parallel_for(tasks.size(), threads, [&](std::size_t task, int) { tasks[task](); });
-  return record;
+  return written;
 }
 
 }  // namespace ensonify::engine

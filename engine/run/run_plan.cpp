@@ -1,41 +1,36 @@
 #include <ensonify/engine/run/run_plan.h>
 
 #include <map>
-#include <sstream>
-#include <stdexcept>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/run/json_record.h>
 #include <ensonify/engine/scene/dump.h>
+#include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/untrusted.h>
-#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The values of a dumped scene by their keys: seafloor.cell_m, objects 2.shape.
-std::map<std::string, std::string> values_of(const std::string& scene_toml) {
+/// The values of a plan's scene by their keys. Throws SceneError if its text is no scene.
+std::map<std::string, std::string> values_of(const RunPlan& plan) {
   std::map<std::string, std::string> values;
-  std::map<std::string, int> tables;  // how many there are of a [[name]]
-  std::istringstream lines(scene_toml);
-  std::string table;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("[[")) {
-      const std::string name = line.substr(2, line.find(']') - 2);
-      table = fmt::format("{} {}.", name, ++tables[name]);
-    } else if (line.starts_with('[')) {
-      table = line.substr(1, line.find(']') - 1) + ".";
-    } else if (const std::size_t equals = line.find(" = "); equals != line.npos) {
-      values[table + line.substr(0, equals)] = line.substr(equals + 3);
-    }
-  }
+  // Unchecked, because the files that it names need not be there any more.
+  const Scene scene = parse_recipe_unchecked(plan.scene_toml, "the scene of run.json", {});
+  for_each_key(scene, [&](const std::string& name, const auto& key, const auto& owner) {
+    if (std::optional<std::string> value = option_text(key, owner))
+      values[name] = std::move(*value);
+  });
   return values;
 }
 
@@ -87,8 +82,7 @@ std::string plan_json(const RunPlan& plan) {
 std::string hash_of(const RunPlan& plan) { return xxh128(plan_json(plan)); }
 
 RunPlan read_plan(const std::filesystem::path& folder) {
-  try {
-    const Json json = json_of<Json>(refine::read_file(plan_file(folder), most_json_bytes));
+  const auto read = [](const Json& json) -> RunPlan {
     return {.scene_toml = json.at("scene").get<std::string>(),
             .seed = whole_numbers(json.at("seed")).get<std::uint64_t>(),
             .intersector = json.at("intersector").get<std::string>(),
@@ -99,14 +93,9 @@ RunPlan read_plan(const std::filesystem::path& folder) {
             .version = json.at("version").get<std::string>(),
             .libraries = json.at("libraries").dump(),
             .files = json.at("input_files").get<std::map<std::string, std::string>>()};
-  } catch (const nlohmann::json::exception&) {
-    throw SceneError(fmt::format(
-        "{}: is damaged, expected the plan of a run; remove it and the folder's parts, and run again",
-        plan_file(folder).string()));
-  } catch (const std::logic_error& error) {  // not JSON, or a number that is not whole
-    throw SceneError(
-        fmt::format("{}: not the plan of a run ({})", plan_file(folder).string(), error.what()));
-  }
+  };
+  return read_json_record(plan_file(folder), "plan of a run",
+                          "remove it and the folder's parts, and run again", read);
 }
 
 std::vector<std::string> differences(const RunPlan& before, const RunPlan& now) {
@@ -115,14 +104,15 @@ std::vector<std::string> differences(const RunPlan& before, const RunPlan& now) 
     if (was != is) found.push_back(fmt::format("{} was {} and is {}", what, was, is));
   };
   compare("the version of ensonify", before.version, now.version);
+  if (!found.empty()) return found;  // its scenes may have other keys
   const Json old_libraries = json_of<Json>(before.libraries),
              libraries = json_of<Json>(now.libraries);
   for (const auto& [name, version] : libraries.items())
     compare("the version of " + name, old_libraries.value(name, "none"),
             version.get<std::string>());
   compare("--verify", std::to_string(before.verify_pings), std::to_string(now.verify_pings));
-  std::map<std::string, std::string> were = values_of(before.scene_toml);
-  for (const auto& [key, value] : values_of(now.scene_toml)) {
+  std::map<std::string, std::string> were = values_of(before);
+  for (const auto& [key, value] : values_of(now)) {
     const auto was = were.extract(key);
     compare(key, was.empty() ? "not set" : was.mapped(), value);
   }

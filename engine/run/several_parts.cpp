@@ -1,5 +1,3 @@
-#include <ensonify/engine/run/several_parts.h>
-
 #include <algorithm>
 #include <chrono>
 #include <map>
@@ -15,8 +13,9 @@
 #include <fmt/ranges.h>
 
 #include <ensonify/engine/output/staging.h>
-#include <ensonify/engine/run/join_pictures.h>
-#include <ensonify/engine/run/whole_run.h>
+#include <ensonify/engine/run/joined_files.h>
+#include <ensonify/engine/run/run_files.h>
+#include <ensonify/engine/run/run_state.h>
 #include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
@@ -28,7 +27,7 @@ constexpr std::size_t max_differences = 5;  // that a message lists
 
 class SeveralParts {
  public:
-  SeveralParts(RunState& run, const RunPlan& plan) : run_(run), plan_(plan), parts_(plan.parts) {}
+  explicit SeveralParts(RunState& run) : run_(run) {}
 
   PartRecord make(OutputFolder& output, Simulator& simulator, const TrackPings& track) {
     begin_folder();
@@ -49,16 +48,18 @@ class SeveralParts {
       throw std::runtime_error(fmt::format("{}; {}", error.what(), left_to_do()));
     }
     run_.report.pings_s = seconds_since(start);
-    run_.report.complete = run_.control.shard.count == 1;
+    run_.report.complete = share_.count == 1;
     const Clock::time_point finish_start = Clock::now();
     PartRecord whole = run_.report.complete
                            ? finish_run(run_.folder, plan_, [&] { report_pings(0); })
-                           : share_record();
+                           : sum_of_parts(run_.folder, parts_, first_, end_);
     run_.report.files_s += seconds_since(finish_start);
     return whole;
   }
 
  private:
+  fs::path place_of(std::size_t part) const { return run_.folder / parts_.folder(part); }
+
   std::string left_to_do() const {
     return fmt::format("{} of {} parts are finished, and the same command makes the others",
                        finished_.size(), parts_.count());
@@ -67,7 +68,7 @@ class SeveralParts {
   /// Writes the plan, or compares with the one that is there.
   void begin_folder() {
     const fs::path file = plan_file(run_.folder);
-    const Claim claim = StagingFolder::wait_for(file, [&] { run_.report_stage("pings", 0, 1); });
+    const Claim claim = StagingFolder::wait_for(file, [&] { run_.progress.report("pings", 0, 1); });
     if (!fs::exists(file)) {
       const std::optional<Claim> alone =
           Claim::try_take(StagingFolder::lock_of(run_.folder / "manifest.json"));
@@ -100,16 +101,15 @@ class SeveralParts {
     for (const Sonar& sonar : run_.scene.sonars)
       for (const char* ending : {".png", "_targets.json"}) names.push_back(sonar.name + ending);
     for (std::size_t part = 0; part < parts_.count(); ++part)
-      if (fs::exists(run_.folder / parts_.folder(part)) && !is_whole(part))
-        names.push_back(parts_.folder(part));
+      if (fs::exists(place_of(part)) && !is_whole(part)) names.push_back(parts_.folder(part));
     require_none_of(run_.folder, names);
   }
 
   /// Throws SceneError if a part's place is not a folder with nothing but files of that part.
   void require_own_files(std::size_t part) const {
-    const fs::path place = run_.folder / parts_.folder(part);
+    const fs::path place = place_of(part);
     std::vector<std::string> own = file_names(run_.scene, "_" + parts_.number(part));
-    own.emplace_back("part.json");
+    own.push_back(part_json_name);
     const auto refuse = [](const fs::path& foreign) {
       throw SceneError(fmt::format(
           "{}: is not of this run, but its place is needed for a part that must be made; move it "
@@ -124,10 +124,9 @@ class SeveralParts {
   }
 
   void find_parts() {
-    const Shard& share = run_.control.shard;
     const std::set<std::string> with_remains = StagingFolder::places_with_remains(run_.folder);
     for (std::size_t part = 0; part < parts_.count(); ++part) {
-      const fs::path place = run_.folder / parts_.folder(part);
+      const fs::path place = place_of(part);
       if (with_remains.contains(parts_.folder(part))) StagingFolder::try_claim(place);
       if (fs::exists(place) && !is_whole(part)) {
         require_own_files(part);
@@ -135,7 +134,7 @@ class SeveralParts {
       }
       if (fs::exists(place))
         finished_.insert(part);
-      else if (part >= share.begin(parts_.count()) && part < share.end(parts_.count()))
+      else if (part >= first_ && part < end_)
         todo_.push_back(part);
     }
     run_.report.parts_found = finished_.size();
@@ -145,22 +144,19 @@ class SeveralParts {
   /// Whether all files of a part of this run are there, with their sizes. (`merge` compares their
   /// hashes.)
   bool is_whole(std::size_t part) const {
-    const fs::path place = run_.folder / parts_.folder(part);
+    const fs::path place = place_of(part);
+    if (!fs::exists(place / part_json_name)) return false;
     try {
-      const PartRecord record = read_part_json(place / "part.json");
-      return record.run_xxh128 == hash_of(plan_) &&
-             record.pings.first == parts_.range(part).first && !record.files.empty() &&
+      const PartRecord record = read_part_json(place / part_json_name);
+      return record.run_xxh128 == plan_xxh128_ && record.pings.first == parts_.range(part).first &&
+             !record.files.empty() &&
              std::ranges::all_of(record.files, [&](const FileRecord& file) {
-               return fs::file_size(place / file.name) == file.size_bytes;
+               return fs::exists(place / file.name) &&
+                      fs::file_size(place / file.name) == file.size_bytes;
              });
-    } catch (const std::system_error& error) {
-      if (error.code() != std::errc::no_such_file_or_directory &&
-          error.code() != std::errc::not_a_directory)
-        throw;
-    } catch (const std::runtime_error&) {
-      // The record is damaged.
+    } catch (const Error&) {
+      return false;  // the record is damaged
     }
-    return false;
   }
 
   RunSize size_of(std::span<const Sonar> sonars) const {
@@ -168,12 +164,12 @@ class SeveralParts {
             .pings = parts_.pings(),
             .finished_parts = finished_.size(),
             .max_disk_bytes = most_file_bytes(run_.scene, sonars, pings_to_do_, todo_.size()),
-            .memory_bytes = image_bytes(sonars, run_.pings_in_memory(parts_))};
+            .memory_bytes = image_bytes(sonars, pings_in_memory(run_.scene, parts_, run_.threads))};
   }
 
   void report_pings(std::size_t more) {
     pings_done_ += more;
-    run_.report_stage("pings", pings_done_, pings_to_do_);
+    run_.progress.report("pings", pings_done_, pings_to_do_);
   }
 
   /// Pings the missing parts that no other process makes. Those that another one makes stay in
@@ -187,7 +183,7 @@ class SeveralParts {
                {.next_part = [&]() -> std::optional<PingRange> {
                   while (next < todo_.size()) {
                     const std::size_t part = todo_[next++];
-                    const fs::path place = run_.folder / parts_.folder(part);
+                    const fs::path place = place_of(part);
                     std::optional<Claim> claim = StagingFolder::try_claim(place);
                     const std::lock_guard lock(mutex);
                     if (!claim) {
@@ -222,28 +218,22 @@ class SeveralParts {
   }
 
   void write_part(const Simulator& simulator, ScenePings& pings, std::size_t part) {
-    StagingFolder staging(run_.folder / parts_.folder(part));
-    std::vector<FileRecord> files;
-    PartRecord record = write_files(
-        run_, pings, simulator, fmt::format("_{}", parts_.number(part)), 1,
-        [&](const std::string& name, const refine::WriteContent& write_content) {
-          refine::write_staged(
-              staging.path() / name, write_content,
-              [&](const refine::ReadAt& read_at) { files.push_back(record_of(name, read_at)); });
-        });
+    StagingFolder staging(place_of(part));
+    OutputFolder output(staging.path(), true);
+    PartRecord record =
+        write_files(run_, pings, simulator, "_" + parts_.number(part), 1, output).record;
     pings.images.clear();
     pings.neighbours.clear();
-    std::ranges::sort(files, {}, &FileRecord::name);
-    record.files = std::move(files);
-    record.run_xxh128 = hash_of(plan_);
-    const std::string json = part_json(record);
-    refine::write_staged(staging.path() / "part.json", std::as_bytes(std::span(json)));
+    record.files = output.records();
+    record.run_xxh128 = plan_xxh128_;
+    output.write(part_json_name, part_json(record));
+    output.keep();
     staging.put_in_place();
   }
 
   /// The picture of the finished parts from the first one on.
   void grow_joined_pictures(std::span<const Sonar> sonars) {
-    if (!run_.picture_is_due() || run_.control.shard.count > 1) return;
+    if (!run_.picture_is_due() || share_.count > 1) return;
     std::size_t from_first = 0;
     while (finished_.contains(from_first)) ++from_first;
     if (from_first == 0 || from_first == parts_.count()) return;
@@ -255,16 +245,12 @@ class SeveralParts {
     run_.picture.written(start);
   }
 
-  /// The counts of this share's parts.
-  PartRecord share_record() const {
-    const Shard& share = run_.control.shard;
-    return sum_of_parts(run_.folder, parts_, share.begin(parts_.count()),
-                        share.end(parts_.count()));
-  }
-
   RunState& run_;
-  const RunPlan& plan_;
-  const RunParts& parts_;
+  const RunPlan& plan_ = run_.plan;
+  const std::string plan_xxh128_ = hash_of(plan_);
+  const RunParts& parts_ = plan_.parts;
+  const Shard& share_ = run_.control.shard;
+  const std::size_t first_ = share_.begin(parts_.count()), end_ = share_.end(parts_.count());
   std::vector<std::size_t> todo_;  // parts
   std::set<std::size_t> finished_;
   std::size_t pings_to_do_ = 0;
@@ -274,8 +260,8 @@ class SeveralParts {
 }  // namespace
 
 PartRecord make_several_parts(RunState& run, OutputFolder& output, Simulator& simulator,
-                              const TrackPings& track, const RunPlan& plan) {
-  return SeveralParts(run, plan).make(output, simulator, track);
+                              const TrackPings& track) {
+  return SeveralParts(run).make(output, simulator, track);
 }
 
 }  // namespace ensonify::engine

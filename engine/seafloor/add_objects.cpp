@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/scene_error.h>
 #include <ensonify/engine/seafloor/bed/tessellate.h>
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/layers/bed_labels.h>
@@ -54,7 +55,8 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
       place_objects(tables, seed, BedGrid(seafloor, control.stop_check), materials, plan, control);
   if (const std::optional<std::size_t> first = first_scoured(tables)) {
     if (!heights)
-      throw std::invalid_argument(
+      throw SceneError(
+          fmt::format("objects.{}", *first),
           fmt::format("objects.{}: scour_ratio and tail_ratio need a bed of heights that is made "
                       "at once, not a mesh and not one in tiles; leave them out",
                       *first));

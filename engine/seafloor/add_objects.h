@@ -14,8 +14,8 @@ namespace ensonify::engine {
 
 /// Sets objects down on a seafloor that has none. `heights`, if given, are those of its grid, from
 /// which it is made again if objects have scours. Throws what place_objects() throws;
-/// std::invalid_argument for scours without heights and for more objects than there are labels;
-/// refine::MeshError for more than 2^31 faces.
+/// SceneError for scours without heights; std::invalid_argument for more objects than there are
+/// labels; refine::MeshError for more than 2^31 faces.
 void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                  std::span<const Material> materials, Heightfield* heights, Seafloor& seafloor,
                  const MemoryPlan& plan, const WorkControl& control);

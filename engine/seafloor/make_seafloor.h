@@ -29,8 +29,8 @@ Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
 
 /// The bed (of any kind), with objects set down on it; `materials` are those that the scene
 /// defines. Throws what make_heightfield throws; refine::MeshError for a mesh that cannot be
-/// read or an object without a bed below it; std::invalid_argument for objects on a progressive
-/// mesh, which already contains its objects.
+/// read; SceneError for objects that cannot be made or set down; std::invalid_argument for objects
+/// on a progressive mesh, which already contains its objects.
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                        std::span<const ObjectOptions> objects = {},
                        std::span<const Material> materials = {}, const MemoryPlan& plan = {},

@@ -101,7 +101,7 @@ bool needs_tiles(const SeafloorOptions& options) {
     const bool detail = options.detail.cell_m > 0.0;
     return grid.points() > (detail ? max_points_with_detail : max_survey_points) &&
            !(detail && grid.cell_east_m != grid.cell_north_m) &&
-           obstacle_to_windows(grid, options.seabed).empty();
+           !obstacle_to_windows(grid, options.seabed);
   }
   const auto fits = [&](const FractalRelief& relief) {
     return fits_one_transform(

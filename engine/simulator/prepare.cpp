@@ -35,27 +35,18 @@ constexpr std::size_t faces_per_ping = 5000;
 constexpr std::size_t faces_per_static_ping = 1500;
 constexpr std::size_t most_static_faces = 10'000'000;
 
-/// Throws a fault that begins with the key of a table in a list again, with its place in the file.
-void throw_placed(const Scene& scene, const std::exception& error) {
-  const std::string_view what = error.what();
-  const std::string_view key = what.substr(0, what.find_first_of(": "));
-  const auto place = scene.places.lower_bound(key);
-  if (key.find('.') != key.npos && place != scene.places.end() && place->first.starts_with(key))
-    throw SceneError(fmt::format("{}: {}", place->second, what));
-}
-
-/// Calls make() for a scene's seafloor. A fault that names a layer or an object gets its place in
-/// the scene's file. What is wrong with the scene's values is a SceneError.
+/// Calls make() for a scene's seafloor. A fault with the key of a layer or an object gets its place
+/// in the scene's file. What is wrong with the scene's values is a SceneError.
 template <class Make>
 auto with_places(const Scene& scene, Make&& make) {
   try {
     return with_memory_for("the seafloor", make);
+  } catch (const SceneError& error) {
+    const auto place = scene.places.find(error.key);
+    if (place == scene.places.end()) throw;
+    throw SceneError(error.key, fmt::format("{}: {}", place->second, error.what()));
   } catch (const std::invalid_argument& error) {
-    throw_placed(scene, error);
     throw SceneError(error.what());
-  } catch (const refine::MeshError& error) {
-    throw_placed(scene, error);
-    throw;
   }
 }
 
@@ -83,8 +74,9 @@ void refuse_for_tiles(const Scene& scene) {
 
 class Preparing {
  public:
-  Preparing(const Scene& scene, const Preparation& how) : scene_(scene), how_(how) {
-    origin_.surface = scene.run.surface;
+  Preparing(const Scene& scene, const Preparation& how)
+      : scene_(scene), wanted_(preparation_key(scene)), how_(how) {
+    origin_.surface = wanted_.surface;
   }
 
   std::shared_ptr<const PreparedSeafloor> result() {
@@ -100,12 +92,12 @@ class Preparing {
       return result_;
     }
     if (scene_.seafloor.is_grid() &&
-        (scene_.run.surface == auto_surface || face_source_kind(scene_.run.surface).takes_grid)) {
+        (wanted_.surface == auto_surface || face_source_kind(wanted_.surface).takes_grid)) {
       make_seafloor_of_scene(BedForm::grid);
       choose_for_grid();
       return result_;
     }
-    if (scene_.run.surface != auto_surface && !needs_progressive()) {
+    if (wanted_.surface != auto_surface && !needs_progressive()) {
       make_seafloor_of_scene();
       return result_;
     }
@@ -156,7 +148,7 @@ class Preparing {
       });
       if (!face_source_kind(origin_.surface).takes_grid) make_clusters(file);
     };
-    if (scene_.run.surface == auto_surface) {
+    if (wanted_.surface == auto_surface) {
       origin_.surface = footprint_surface;
       origin_.why = "the bed is made in tiles where pings need it";
     }
@@ -207,14 +199,13 @@ class Preparing {
   }
 
   MemoryPlan plan() const {
-    return {how_.memory, bytes_per_face(scene_.run.surface, scene_.run.intersector),
-            how_.more_bytes};
+    return {how_.memory, bytes_per_face(wanted_.surface, wanted_.intersector), how_.more_bytes};
   }
 
   void restore() {
     const auto faces = static_cast<double>(result_->seafloor.faces);
     how_.memory.require(faces * (refine::mesh_bytes_per_face +
-                                 bytes_per_face(origin_.surface, scene_.run.intersector)) +
+                                 bytes_per_face(origin_.surface, wanted_.intersector)) +
                             how_.more_bytes,
                         fmt::format("the {:.0f} faces of {} and a tree over them", faces,
                                     scene_.seafloor.progressive.path.string()),
@@ -223,18 +214,20 @@ class Preparing {
   }
 
   void choose(std::string_view why) {
-    if (scene_.run.surface != auto_surface) return;
+    if (wanted_.surface != auto_surface) return;
     origin_.surface = refined_surface;
     origin_.why = why;
   }
 
-  /// Chooses the face source from the scene only. All give the same hits, except with Embree.
+  // The choice depends on the seafloor and on `wanted_` only, not on the cache, so the output does
+  // not depend on the cache. All face sources give the same hits, except with Embree.
+
   void choose_for_grid() {
-    if (scene_.run.surface != auto_surface) return;
+    if (wanted_.surface != auto_surface) return;
     const std::size_t faces = result_->seafloor.faces;
-    const auto pings = static_cast<std::size_t>(scene_.track.pings);
-    const bool for_a_tree = intersector_kind(scene_.run.intersector).builds_tree &&
-                            scene_.track.kind == TrackKind::line && faces <= most_static_faces &&
+    const std::size_t pings = wanted_.line_pings.value_or(0);
+    const bool for_a_tree = intersector_kind(wanted_.intersector).builds_tree &&
+                            wanted_.line_pings && faces <= most_static_faces &&
                             pings >= faces / faces_per_static_ping;
     origin_.surface = for_a_tree ? static_surface : footprint_surface;
     origin_.why =
@@ -244,7 +237,7 @@ class Preparing {
     if (!for_a_tree) return;
     how_.memory.require(
         static_cast<double>(faces) * (refine::mesh_bytes_per_face +
-                                      bytes_per_face(static_surface, scene_.run.intersector)) +
+                                      bytes_per_face(static_surface, wanted_.intersector)) +
             how_.more_bytes,
         fmt::format("the {} faces of the seafloor and a tree over them", faces),
         "use --surface footprint");
@@ -252,17 +245,14 @@ class Preparing {
                     [&] { take_bed_to_mesh(result_->seafloor, still_in("seafloor")); });
   }
 
-  // The choice depends on the scene only, not on the cache, so the output does not depend on the
-  // cache.
   void choose_by_length() {
-    if (scene_.run.surface != auto_surface) return;
-    if (scene_.track.kind != TrackKind::line) return choose("the track is no single line");
+    if (wanted_.surface != auto_surface) return;
+    if (!wanted_.line_pings) return choose("the track is no single line");
     const std::size_t faces = result_->seafloor.faces;
-    const auto pings = static_cast<std::size_t>(scene_.track.pings);
-    const bool long_enough = pings >= faces / faces_per_ping;
+    const bool long_enough = *wanted_.line_pings >= faces / faces_per_ping;
     origin_.surface = long_enough ? refined_surface : static_surface;
-    origin_.why = fmt::format("{} pings are {} for the analysis of {} faces to save time", pings,
-                              long_enough ? "enough" : "too few", faces);
+    origin_.why = fmt::format("{} pings are {} for the analysis of {} faces to save time",
+                              *wanted_.line_pings, long_enough ? "enough" : "too few", faces);
   }
 
   void find_cached() {
@@ -304,6 +294,7 @@ class Preparing {
   }
 
   const Scene& scene_;
+  const PreparationKey wanted_;
   const Preparation& how_;
   std::shared_ptr<PreparedSeafloor> result_ = std::make_shared<PreparedSeafloor>();
   SeafloorOrigin& origin_ = result_->origin;
@@ -332,6 +323,13 @@ double BedHeight::height_m(double x_m, double y_m) {
 
 std::optional<BedPoint> BedHeight::top(double x_m, double y_m) {
   return grid_ ? grid_->top(x_m, y_m) : plumb_line_->top(x_m, y_m);
+}
+
+PreparationKey preparation_key(const Scene& scene) {
+  PreparationKey key{.surface = scene.run.surface, .intersector = scene.run.intersector};
+  if (scene.track.kind == TrackKind::line)
+    key.line_pings = static_cast<std::size_t>(scene.track.pings);
+  return key;
 }
 
 std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <compare>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -52,6 +54,17 @@ class BedHeight {
   const BedGrid* grid_ = nullptr;
   std::optional<PlumbLine> plumb_line_;  // without a grid
 };
+
+/// What decides how a scene's seafloor is prepared, in addition to the seafloor itself: `auto`
+/// chooses by nothing else. Scenes with the same seafloor and the same key can share a
+/// PreparedSeafloor.
+struct PreparationKey {
+  std::string surface, intersector;       ///< as in RunOptions
+  std::optional<std::size_t> line_pings;  ///< none: the track is no single line
+
+  auto operator<=>(const PreparationKey&) const = default;
+};
+PreparationKey preparation_key(const Scene& scene);
 
 /// Makes a scene's seafloor and, for a surface that needs it, its progressive mesh; or finds both
 /// in the cache; or returns how.seafloor, if there is one. A file in the cache that is damaged or

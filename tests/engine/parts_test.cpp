@@ -16,8 +16,7 @@
 
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/png.h>
-#include <ensonify/engine/run/join_pictures.h>
-#include <ensonify/engine/run/join_targets.h>
+#include <ensonify/engine/run/joined_files.h>
 #include <ensonify/engine/run/parts.h>
 #include <ensonify/engine/run/run_plan.h>
 #include <ensonify/engine/simulate.h>
@@ -286,4 +285,29 @@ TEST_CASE("the plan of a run in parts follows what its files are read with") {
   }
   std::filesystem::remove(folder / "bed.prj");
   CHECK(differences(before, plan()).empty());
+}
+
+TEST_CASE("plans are compared key by key, also of tables that one of them lacks") {
+  Scene scene;
+  scene.objects.resize(2, {.shape = "box", .class_name = "crate"});
+  scene.materials.push_back({.name = "mud", .model = "solid"});
+  const auto plan = [&] { return make_plan(scene, "", 0, RunParts({0, 64}, 100)); };
+  const RunPlan before = plan();
+  CHECK(differences(before, plan()).empty());
+  scene.seed = 7;
+  scene.objects[1].class_name = "chest";
+  scene.sea.sound_speed_mps = 1480.0;
+  CHECK(differences(before, plan()) ==
+        std::vector<std::string>{"objects.1.class was \"crate\" and is \"chest\"",
+                                 "sea.sound_speed_mps was not set and is 1480",
+                                 "seed was 1 and is 7"});
+  const RunPlan with_chest = plan();
+  scene.objects.pop_back();
+  scene.materials.clear();
+  const std::vector<std::string> removed = differences(with_chest, plan());
+  CHECK(std::ranges::count(removed, "objects.1.class was \"chest\" and is not set") == 1);
+  CHECK(std::ranges::count(removed, "material.mud.model was \"solid\" and is not set") == 1);
+  CHECK(std::ranges::none_of(removed, [](const std::string& one) {
+    return one.starts_with("objects.0.") || one.starts_with("sonar.");
+  }));
 }

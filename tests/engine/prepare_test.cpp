@@ -5,6 +5,8 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "support/catch.h"
@@ -16,6 +18,8 @@
 
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
@@ -66,6 +70,31 @@ Scene scene_with_object(const fs::path& folder) {
   object.east_m = 8.0;
   scene.objects.push_back(object);
   return scene;
+}
+
+/// The scene with other values of a key: the ends of a range, every word of a list, the other
+/// truth.
+std::vector<Scene> with_other_values(const Scene& scene, const Key<Scene>& key) {
+  std::vector<Scene> others;
+  const auto set = [&](const auto& value) {
+    using Value = std::decay_t<decltype(value)>;
+    others.push_back(scene);
+    *std::get<Value*>(key.option(others.back())) = value;
+  };
+  std::visit(
+      [&]<class Value>(const Value* value) {
+        if constexpr (std::is_same_v<Value, bool>) {
+          set(!*value);
+        } else if constexpr (std::is_enum_v<Value>) {
+          for (std::size_t i = 0; i < key.choices.size(); ++i) set(static_cast<Value>(i));
+        } else if constexpr (std::is_same_v<Value, std::string>) {
+          for (const std::string_view word : key.choices) set(std::string(word));
+        } else if constexpr (std::is_same_v<Value, int> || std::is_same_v<Value, double>) {
+          for (const double end : {key.range.low, key.range.high}) set(static_cast<Value>(end));
+        }
+      },
+      key.option(scene));
+  return others;
 }
 
 std::map<std::string, std::string> run_into(const fs::path& folder, const Scene& scene,
@@ -263,6 +292,35 @@ TEST_CASE("values of a scene of which no seafloor can be made are a SceneError")
   }
 }
 
+TEST_CASE("a fault of an object or of a layer has its key, and its place in the scene's file") {
+  const TemporaryFolder folder;
+  scene_with_object(folder.path());  // writes box.ply
+  const auto fault_of = [&](const std::string& table) {
+    const Scene scene = parse_scene(
+        "version = 1\n[seafloor]\nextent_east_m = 30\nextent_north_m = 30\ncell_m = 0.5\n" + table,
+        "s.toml", {}, {.scene_folder = folder.path(), .data_folder = {}});
+    try {
+      prepare_seafloor(scene, {});
+    } catch (const SceneError& error) {
+      return error;
+    }
+    return SceneError("no fault");
+  };
+  const std::string steel = "material = \"steel\"\n";
+  const auto check = [&](const std::string& table, const std::string& key,
+                         const std::string& what) {
+    const SceneError error = fault_of(table);
+    CHECK(error.key == key);
+    CHECK_THAT(error.what(), Catch::StartsWith("s.toml:6:1: ") && Catch::Contains(what));
+  };
+  check("[[objects]]\nshape = \"box\"\neast_m = 99\n" + steel, "objects.0",
+        ": objects.0 (box): there is no bed below this object");
+  check("[[objects]]\nmesh = \"box.ply\"\neast_m = 99\n" + steel, "objects.0",
+        "box.ply: there is no bed below this object");
+  check("[[seafloor.patches]]\nmaterial = \"silt\"\nshallowest_m = 500\n", "seafloor.patches.0",
+        ": seafloor.patches.0: an area has depths");
+}
+
 TEST_CASE("trimming the cache keeps what was just saved") {
   const TemporaryFolder folder;
   const fs::path cache = folder / "cache";
@@ -350,6 +408,37 @@ TEST_CASE("surface auto of a mesh means refined unless the run is too short, and
   CHECK(prepared->origin.surface == "footprint");
   CHECK(prepared->origin.why.empty());
   CHECK(prepared->seafloor.progressive);
+}
+
+TEST_CASE("every key outside the seafloor's that changes its preparation changes its key, too") {
+  const TemporaryFolder folder;
+  Scene scene = refined_scene();
+  scene.seafloor.cell_m = 0.5;  // 14,400 faces
+  scene.run = {.surface = "auto", .intersector = "embree"};
+  SECTION("a bed of heights") { scene.track.pings = 10; }
+  SECTION("a mesh") {
+    refine::write_ply(folder / "bed.ply", make_seafloor(scene.seafloor, scene.seed).mesh);
+    scene.seafloor.kind = SeafloorKind::mesh;
+    scene.seafloor.mesh = {"bed.ply", folder / "bed.ply"};
+    scene.track.pings = 1;
+  }
+  const SeafloorOrigin before = prepare_seafloor(scene, {})->origin;
+  REQUIRE(before.surface == "static");
+  std::set<std::string> changing;
+  for (const Section<Scene>& section : scene_sections()) {
+    if (section.name.starts_with("seafloor")) continue;
+    for (const Key<Scene>& key : section.keys)
+      for (const Scene& other : with_other_values(scene, key)) {
+        const SeafloorOrigin after = prepare_seafloor(other, {})->origin;
+        if (after.surface == before.surface && after.why == before.why) continue;
+        CAPTURE(section.name, key.name, after.surface, after.why);
+        CHECK(preparation_key(other) != preparation_key(scene));
+        changing.insert(std::string(section.name) + "." + std::string(key.name));
+      }
+  }
+  for (const char* known : {"run.surface", "track.kind", "track.pings"})
+    CHECK(changing.contains(known));
+  CHECK(preparation_key(scene) == preparation_key(Scene(scene)));
 }
 
 TEST_CASE("a scene may name an analysed seafloor, which has its bed, objects and labels") {

@@ -1,6 +1,6 @@
 #include <stdexcept>
 
-#include <ensonify/engine/run/join_targets.h>
+#include <ensonify/engine/run/joined_files.h>
 #include <ensonify/engine/run/part_record.h>
 #include <ensonify/engine/run/run_plan.h>
 

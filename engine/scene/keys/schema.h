@@ -83,25 +83,32 @@ void for_each_list(AnyScene& scene, F&& f) {
   f(object_section(), scene.objects);
 }
 
-/// Calls f(dotted name of the key, file) for every file that a scene can name. `scene` is a Scene,
-/// and the file an InputFile, const or not.
+/// Calls f(dotted name of the key, key, owner) for every key of a scene: seed, sea.salinity_psu,
+/// objects.0.shape, sonar.NAME.range_m. `scene` is a Scene, const or not.
 template <class AnyScene, class F>
-void for_each_file(AnyScene& scene, F&& f) {
-  using File = std::conditional_t<std::is_const_v<AnyScene>, const InputFile, InputFile>;
-  const auto visit = [&](const auto& section, std::string_view name, auto& owner) {
-    for (const auto& key : section.keys) {
-      const auto option = key.option(owner);
-      if (File* const* file = std::get_if<File*>(&option))
-        f(std::string(name) + "." + std::string(key.name), **file);
-    }
+void for_each_key(AnyScene& scene, F&& f) {
+  const auto visit = [&](const auto& section, const std::string& table, auto& owner) {
+    for (const auto& key : section.keys)
+      f((table.empty() ? "" : table + ".") + std::string(key.name), key, owner);
   };
-  for (const auto& section : scene_sections()) visit(section, section.name, scene);
+  for (const auto& section : scene_sections()) visit(section, std::string(section.name), scene);
   for (auto& material : scene.materials)
     visit(material_section(), "material." + material.name, material);
   for (auto& sonar : scene.sonars) visit(sonar_section(), "sonar." + sonar.name, sonar);
   for_each_list(scene, [&](const auto& section, auto& list) {
     for (std::size_t i = 0; i < list.size(); ++i)
       visit(section, std::string(section.name) + "." + std::to_string(i), list[i]);
+  });
+}
+
+/// Calls f(dotted name of the key, file) for every file that a scene can name. `scene` is a Scene,
+/// and the file an InputFile, const or not.
+template <class AnyScene, class F>
+void for_each_file(AnyScene& scene, F&& f) {
+  using File = std::conditional_t<std::is_const_v<AnyScene>, const InputFile, InputFile>;
+  for_each_key(scene, [&](const std::string& name, const auto& key, auto& owner) {
+    const auto option = key.option(owner);
+    if (File* const* file = std::get_if<File*>(&option)) f(name, **file);
   });
 }
 

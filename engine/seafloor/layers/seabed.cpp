@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/scene_error.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -34,8 +35,9 @@ class LayerStack {
       const Area& area = list[i].area;
       const LayerDraws draws{seed_, purpose, area.number_at(i), roughness_, control_};
       control_.check_stop();
-      const auto with_key = [&](const std::exception& error) {
-        return fmt::format("seafloor.{}: {}", name_, error.what());
+      const auto fault = [&](const std::exception& error) {
+        const std::string key = "seafloor." + name_;
+        return SceneError(key, fmt::format("{}: {}", key, error.what()));
       };
       try {
         const Mask mask = area_mask(area, {base_, has_material_}, draws);
@@ -44,9 +46,9 @@ class LayerStack {
           map_.warnings.push_back(nowhere_on_warning(name_));
         lay(list[i], mask, draws);
       } catch (const std::invalid_argument& error) {
-        throw std::invalid_argument(with_key(error));
+        throw fault(error);
       } catch (const refine::MeshError& error) {
-        throw refine::MeshError(with_key(error));
+        throw fault(error);
       }
     }
   }

@@ -93,8 +93,8 @@ struct SeabedMap {
 
 /// Lays patches and layers on a base of one material. Rock outcrops rise from the base, so what
 /// lies on the sediment does not show on them. Features of a layer without a class get no numbers.
-/// `seed` is the seabed's. Throws std::invalid_argument and refine::MeshError, beginning with the
-/// scene's key of the layer at fault, for options that cannot be laid.
+/// `seed` is the seabed's. Throws SceneError with the scene's key of the layer at fault, for
+/// options that cannot be laid.
 SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
                      std::uint64_t seed, RoughnessInWindows* roughness = nullptr,
                      const WorkControl& control = {});

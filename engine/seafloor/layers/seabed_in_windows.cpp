@@ -84,44 +84,50 @@ Heightfield window_of(const Heightfield& grid, int first_column, int first_row, 
 
 }  // namespace
 
-std::string obstacle_to_windows(const Heightfield& grid, const SeabedOptions& options) {
-  std::string obstacle;
+std::optional<SceneError> obstacle_to_windows(const Heightfield& grid,
+                                              const SeabedOptions& options) {
+  std::optional<SceneError> obstacle;
   for_each_layer(grid, options, [&](const std::string& key, const Area& area, double reach_m, bool fits) {
-    if (!obstacle.empty()) return;
+    if (obstacle) return;
     if (!fits)
-      obstacle = fmt::format(
-          "{}: this bed is made in tiles and cannot have this layer, which is made for all of the bed "
-          "at once (roughness only if its cells are not square); remove it, or make the bed smaller",
-          key);
+      obstacle.emplace(
+          key,
+          fmt::format(
+              "{}: this bed is made in tiles and cannot have this layer, which is made for all of the bed "
+              "at once (roughness only if its cells are not square); remove it, or make the bed smaller",
+              key));
     else if (!area.image.path.empty())
-      obstacle = fmt::format(
-          "{}: a bed that is made in tiles takes areas as polygons; make an outline of the image "
-          "with gdal_polygonize.py, in GeoJSON",
-          key);
+      obstacle.emplace(
+          key,
+          fmt::format(
+              "{}: a bed that is made in tiles takes areas as polygons; make an outline of the image "
+              "with gdal_polygonize.py, in GeoJSON",
+              key));
     else if (margin_of(area, reach_m, grid) > max_margin)
-      obstacle = fmt::format(
-          "{}: its forms or its border reach {:.0f} m; where a bed with such cells is made in tiles, "
-          "they may reach about {:.0f} m: make them smaller, or the cells larger",
-          key, std::max(reach_m, 0.5 * area.border_m),
-          max_margin * std::min(grid.cell_east_m, grid.cell_north_m));
+      obstacle.emplace(
+          key,
+          fmt::format(
+              "{}: its forms or its border reach {:.0f} m; where a bed with such cells is made in tiles, "
+              "they may reach about {:.0f} m: make them smaller, or the cells larger",
+              key, std::max(reach_m, 0.5 * area.border_m),
+              max_margin * std::min(grid.cell_east_m, grid.cell_north_m)));
   });
-  if (obstacle.empty() && margin_of(options, grid) > max_margin)
-    obstacle =
+  if (!obstacle && margin_of(options, grid) > max_margin)
+    obstacle.emplace(
         "seafloor: the layers of a bed that is made in tiles depend on too much of what lies around "
-        "(an area's key 'on' makes them depend on one another); use smaller forms, or leave 'on' out";
+        "(an area's key 'on' makes them depend on one another); use smaller forms, or leave 'on' out");
   return obstacle;
 }
 
 void require_windows(const Heightfield& grid, const SeabedOptions& options) {
-  if (const std::string obstacle = obstacle_to_windows(grid, options); !obstacle.empty())
-    throw std::invalid_argument(obstacle);
+  if (const auto obstacle = obstacle_to_windows(grid, options)) throw SceneError(*obstacle);
   // lay_seabed() refuses the same options for a corner as for the whole bed, except areas that lie
   // outside it.
   Heightfield corner = window_of(grid, 0, 0, 4, 4);
   lay_seabed(corner, options, {}, 0);
   for_each_layer(grid, options, [&](const std::string& key, const Area& area, double, bool) {
     if (const std::string fault = fault_of_place(area, grid); !fault.empty())
-      throw std::invalid_argument(fmt::format("{}: {}", key, fault));
+      throw SceneError(key, fmt::format("{}: {}", key, fault));
   });
 }
 

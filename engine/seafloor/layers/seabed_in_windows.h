@@ -2,20 +2,22 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include <ensonify/engine/scene_error.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/layers/seabed.h>
 #include <ensonify/refine/height_tiles.h>
 
 namespace ensonify::engine {
 
-/// Why the layers cannot be laid on windows of a grid, beginning with the scene's key of the layer
-/// at fault; empty if they can.
-std::string obstacle_to_windows(const Heightfield& grid, const SeabedOptions& options);
+/// Why the layers cannot be laid on windows of a grid; none if they can.
+std::optional<SceneError> obstacle_to_windows(const Heightfield& grid,
+                                              const SeabedOptions& options);
 
-/// Throws std::invalid_argument for such an obstacle and for an area outside the grid, and what
+/// Throws SceneError for such an obstacle and for an area outside the grid, and what
 /// lay_seabed() throws for the options.
 void require_windows(const Heightfield& grid, const SeabedOptions& options);
 

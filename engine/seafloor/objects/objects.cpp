@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/scene_error.h>
 #include <ensonify/engine/seafloor/objects/facets.h>
 #include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/seafloor/objects/set_down.h>
@@ -385,27 +387,36 @@ PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t
   const std::vector<std::size_t> bases = bases_of(tables);
   std::vector<std::vector<std::size_t>> members(tables.size());
   for (std::size_t t = 0; t < tables.size(); ++t) members[bases[t]].push_back(t);
+  const auto place_table = [&](std::size_t t) {
+    const Table table(tables, t, members[t], placing);
+    for (const BodySource& source : table.sources()) {
+      if (source.report())
+        placed.repairs.emplace_back(source.options().mesh.path, *source.report());
+      if (source.warning()) placed.warnings.push_back(*source.warning());
+    }
+    if (tables[t].count > 0)
+      of_table[t] = table.many(layout);
+    else
+      of_table[t].push_back(table.one(0, layout));
+    if (of_table[t].empty()) return;
+    if (auto warning = warning_of_distance(table.sources().front(), of_table[t]))
+      placed.warnings.push_back(std::move(*warning));
+    for (const BodySource& source : table.sources())
+      if (table.sources().size() == 1)
+        coarse.look_at(source, of_table[t].front().own, materials);
+      else
+        coarse.look_at(source, source.body(0).mesh, materials);
+  };
   for (const bool at_random : {false, true})
     for (std::size_t t = 0; t < tables.size(); ++t) {
       if (bases[t] != t || (tables[t].count > 0) != at_random) continue;
-      const Table table(tables, t, members[t], placing);
-      for (const BodySource& source : table.sources()) {
-        if (source.report())
-          placed.repairs.emplace_back(source.options().mesh.path, *source.report());
-        if (source.warning()) placed.warnings.push_back(*source.warning());
+      try {
+        place_table(t);
+      } catch (const std::invalid_argument& error) {
+        throw SceneError(fmt::format("objects.{}", t), error.what());
+      } catch (const refine::MeshError& error) {
+        throw SceneError(fmt::format("objects.{}", t), error.what());
       }
-      if (at_random)
-        of_table[t] = table.many(layout);
-      else
-        of_table[t].push_back(table.one(0, layout));
-      if (of_table[t].empty()) continue;
-      if (auto warning = warning_of_distance(table.sources().front(), of_table[t]))
-        placed.warnings.push_back(std::move(*warning));
-      for (const BodySource& source : table.sources())
-        if (table.sources().size() == 1)
-          coarse.look_at(source, of_table[t].front().own, materials);
-        else
-          coarse.look_at(source, source.body(0).mesh, materials);
     }
   if (auto warning = coarse.warning()) placed.warnings.push_back(std::move(*warning));
   for (std::vector<PlacedObjects::One>& objects : of_table)

@@ -47,10 +47,10 @@ std::size_t count_of(std::span<const ObjectOptions> tables);
 /// Reads, makes and sets down the objects of every table or assembly. Objects with a given place
 /// come first; then those at random places, which keep their distance from all earlier ones. Object
 /// k of table t draws its place, heading and size from its own random streams, so another table
-/// changes them only if its objects occupy the place. Throws refine::MeshError for a mesh or path
-/// that cannot be read, for a place without a bed below it and for objects that find no room;
-/// std::invalid_argument for sizes that contradict one another; MemoryError for a mesh or objects
-/// that do not fit. Does not depend on the number of threads.
+/// changes them only if its objects occupy the place. Throws SceneError with the scene's key of the
+/// table at fault, for a mesh or path that cannot be read, for a place without a bed below it, for
+/// objects that find no room and for sizes that contradict one another; MemoryError for a mesh or
+/// objects that do not fit. Does not depend on the number of threads.
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                             const BedGrid& bed, std::span<const Material> materials = {},
                             const MemoryPlan& plan = {}, const WorkControl& control = {});

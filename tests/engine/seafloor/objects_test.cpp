@@ -150,7 +150,7 @@ TEST_CASE("Objects that find no room are refused, with the number of those that 
                                              Catch::Contains(" of 500 objects found room"));
   table = stones(1);
   table.area = {{100, 100}, {120, 100}, {110, 120}};  // off the bed
-  CHECK_THROWS_AS(place({table}, bed), refine::MeshError);
+  CHECK_THROWS_AS(place({table}, bed), SceneError);
 }
 
 TEST_CASE("An object that follows the slope is tilted with the plane of the bed below it") {

@@ -227,12 +227,12 @@ TEST_CASE("A seabed in windows refuses what it cannot have, by its key and with 
   const Heightfield grid = flat(200, 200, 0.25, 0.25);
   SeabedOptions seabed;
   seabed.outcrops.resize(1);
-  CHECK_FALSE(obstacle_to_windows(grid, seabed).empty());
+  CHECK(obstacle_to_windows(grid, seabed)->key == "seafloor.outcrops.0");
   CHECK_THROWS_WITH(require_windows(grid, seabed),
                     Catch::Contains("seafloor.outcrops.0") && Catch::Contains("remove it"));
   seabed = {};
   seabed.roughness.resize(1);
-  CHECK(obstacle_to_windows(grid, seabed).empty());
+  CHECK_FALSE(obstacle_to_windows(grid, seabed));
   CHECK_THROWS_WITH(require_windows(flat(200, 200, 0.25, 0.5), seabed),
                     Catch::Contains("seafloor.roughness.0") && Catch::Contains("square"));
   seabed = {};
@@ -244,7 +244,7 @@ TEST_CASE("A seabed in windows refuses what it cannot have, by its key and with 
   seabed.pits[1].relief.diameter_m = 500.0;
   CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Contains("seafloor.pits.1"));
   seabed.pits.resize(1);
-  CHECK(obstacle_to_windows(grid, seabed).empty());
+  CHECK_FALSE(obstacle_to_windows(grid, seabed));
   seabed.bedforms.resize(1);
   seabed.bedforms[0].relief.wavelength_m = 0.5;  // two cells
   CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Contains("seafloor.crests.0"));
@@ -295,7 +295,7 @@ TEST_CASE("An area without a point of the bed is refused in tiles as at once") {
     const auto fault = [&](auto&& lay) -> std::string {
       try {
         lay();
-      } catch (const std::invalid_argument& error) {
+      } catch (const SceneError& error) {
         return error.what();
       }
       return "";
