@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include <ensonify/engine/clock.h>
+#include <ensonify/engine/base/clock.h>
 #include <ensonify/engine/stage_times.h>
 
 namespace ensonify::bench {

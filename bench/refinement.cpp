@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/edge_collapse.h>
 #include <ensonify/refine/footprint.h>

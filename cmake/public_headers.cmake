@@ -4,18 +4,21 @@
 # one that is missing here is noticed.
 set(public_headers
   engine/app/program.h
+  engine/base/input_file.h
+  engine/base/memory.h
+  engine/base/random.h
+  engine/base/scene_error.h
+  engine/base/units.h
+  engine/base/work_control.h
   engine/image/display.h
   engine/image/display_options.h
   engine/image/line_layout.h
   engine/image/target_record.h
   engine/image/truth.h
   engine/image/waterfall.h
-  engine/input_file.h
-  engine/memory.h
   engine/moving_object.h
   engine/output/layer_encoding.h
   engine/preparation.h
-  engine/random.h
   engine/recording/recorded_line.h
   engine/recording/recording_reader.h
   engine/run.h
@@ -26,7 +29,6 @@ set(public_headers
   engine/scene/reader.h
   engine/scene/scene.h
   engine/scene/scene_paths.h
-  engine/scene_error.h
   engine/seafloor/bed/fractal.h
   engine/seafloor/bed/geographic.h
   engine/seafloor/bed/heightfield.h
@@ -43,9 +45,9 @@ set(public_headers
   engine/seafloor/layers/seabed.h
   engine/seafloor/layers/trawl_marks.h
   engine/seafloor/material.h
+  engine/seafloor/object_mesh.h
   engine/seafloor/objects/object_options.h
   engine/seafloor/objects/shape_size.h
-  engine/seafloor/object_mesh.h
   engine/seafloor/seafloor.h
   engine/seafloor/seafloor_options.h
   engine/session_keys.h
@@ -73,8 +75,6 @@ set(public_headers
   engine/trace/ray_by_ray.h
   engine/trace/ray_fan.h
   engine/trace/refraction/refraction_mode.h
-  engine/units.h
-  engine/work_control.h
   refine/error.h
   refine/fan_volume.h
   refine/progressive_mesh.h

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include <ensonify/engine/memory.h>
+#include <ensonify/engine/base/memory.h>
 
 namespace ensonify::engine {
 

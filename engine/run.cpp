@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/clock.h>
+#include <ensonify/engine/base/clock.h>
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/run/joined_files.h>

@@ -126,13 +126,13 @@ RefineStatistics ActiveMesh::refine(std::span<const FanVolume> volumes) {
   return statistics_;
 }
 
-/// Lists what refinement has to test: active inner vertices, and pairs of active siblings by the
-/// left one. Without branches, because they would be mispredicted here.
+/// Lists what refinement has to test: active inner vertices, and pairs of active siblings. A pair is
+/// listed by its left vertex. The loop has no `if`, because the processor would often mispredict it.
 void ActiveMesh::find_fronts() {
   inner_.resize(nodes_.size() + 1);
   twins_.resize(nodes_.size());
   std::size_t inner = 0, twins = 0;
-  // NOLINTBEGIN(clang-diagnostic-bitwise-instead-of-logical): without branches
+  // NOLINTBEGIN(clang-diagnostic-bitwise-instead-of-logical): without an `if`
   for (Index left = 0; left < nodes_.size(); left += 2) {
     const Node &a = nodes_[left], &b = nodes_[left + 1];
     inner_[inner] = left;

@@ -130,8 +130,8 @@ class HeaderParser {
                     quoted(word)));
   }
 
-  /// Finds the item of that name, or null; fails if there are two. (Only names that are read are
-  /// compared: a header may have too many names to compare all.)
+  /// Finds the item of that name, or null; fails if there are two. (The reader looks only for names
+  /// that it uses. A header may have so many names that comparing all pairs would take too long.)
   template <class Named>
   Named* find(std::vector<Named>& all, std::string_view name, std::size_t line) const {
     const auto found = std::ranges::find(all, name, &Named::name);

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/clock.h>
-#include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/base/clock.h>
+#include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/scene/keys/key_text.h>

@@ -19,8 +19,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
-#include <ensonify/engine/number_in.h>
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/number_in.h>
 #include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/prepare.h>

@@ -18,8 +18,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json_fwd.hpp>
 
-#include <ensonify/engine/clock.h>
-#include <ensonify/engine/memory.h>
+#include <ensonify/engine/base/clock.h>
+#include <ensonify/engine/base/memory.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/refine/printable.h>

@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/scene/checks/extrapolation.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/material.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/energy_bound.h>

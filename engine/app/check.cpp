@@ -8,8 +8,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/clock.h>
-#include <ensonify/engine/number_in.h>
+#include <ensonify/engine/base/clock.h>
+#include <ensonify/engine/base/number_in.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulate.h>

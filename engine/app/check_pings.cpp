@@ -4,7 +4,7 @@
 #include <array>
 #include <stdexcept>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/simulator/internals.h>
 
 namespace ensonify::engine::app {

@@ -1,4 +1,4 @@
-#include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/mosaic/mosaic.h>
 
 #include <memory>

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 
 #include "app.h"
 

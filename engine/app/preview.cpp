@@ -1,5 +1,5 @@
+#include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/dataset/preview.h>
-#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run/files_read.h>

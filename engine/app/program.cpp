@@ -19,10 +19,10 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/triangle_mesh.h>
 #include <ensonify/scatter/nearest_names.h>
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include <ensonify/engine/clock.h>
+#include <ensonify/engine/base/clock.h>
 
 #include "app.h"
 

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/scene/tables/profile_reader.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/eigenray.h>
 
 #include "app.h"

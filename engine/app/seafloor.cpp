@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/output/geotiff.h>
 #include <ensonify/engine/output/npz.h>
 #include <ensonify/engine/run.h>

@@ -19,8 +19,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
-#include <ensonify/engine/memory.h>
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/memory.h>
 #include <ensonify/scatter/kind_named.h>
 
 #include "app.h"

@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
-#include <ensonify/engine/units.h>
-#include <ensonify/engine/untrusted.h>
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/units.h>
+#include <ensonify/engine/base/untrusted.h>
 
 namespace ensonify::engine::app {
 namespace {

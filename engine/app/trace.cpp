@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <ensonify/engine/csv_table.h>
+#include <ensonify/engine/base/csv_table.h>
 #include <ensonify/engine/trace/intersector.h>
 
 #include "app.h"

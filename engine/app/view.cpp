@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/image/ping_rendering.h>
-#include <ensonify/engine/lower_case.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/run/files_read.h>

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/scatter/sea_water.h>
 
 #include "app.h"

@@ -9,7 +9,7 @@
 #include <optional>
 #include <span>
 
-#include <ensonify/engine/quantile.h>
+#include <ensonify/engine/base/quantile.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {

@@ -8,16 +8,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <ensonify/engine/base/number_in.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/comparison/picture_source.h>
 #include <ensonify/engine/mosaic/image_reader.h>
 #include <ensonify/engine/mosaic/recorded_run.h>
-#include <ensonify/engine/number_in.h>
 #include <ensonify/engine/output/recording.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/engine/run/output_folder.h>
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {

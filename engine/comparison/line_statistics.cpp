@@ -11,12 +11,12 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/quantile.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/comparison/bed_drift.h>
 #include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/tone_change.h>
-#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/recording/some_pings.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {

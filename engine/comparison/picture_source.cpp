@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
-#include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/seafloor/bed/files_beside.h>
 #include <ensonify/refine/read_file.h>

@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/base/lower_case.h>
 #include <ensonify/refine/printable.h>
 
 namespace ensonify::engine {

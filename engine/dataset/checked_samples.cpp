@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/tar.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {

@@ -10,8 +10,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
-#include <ensonify/engine/random.h>
 
 namespace ensonify::engine {
 namespace {

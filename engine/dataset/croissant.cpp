@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/json_text.h>
 
 namespace ensonify::engine {
 namespace {

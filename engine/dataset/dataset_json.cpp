@@ -9,10 +9,10 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/masks.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {

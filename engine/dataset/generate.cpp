@@ -12,7 +12,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/clock.h>
+#include <ensonify/engine/base/clock.h>
 #include <ensonify/engine/dataset/dataset_json.h>
 #include <ensonify/engine/dataset/products.h>
 #include <ensonify/engine/dataset/sample_folder.h>

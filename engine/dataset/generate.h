@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/base/memory.h>
 #include <ensonify/engine/dataset/recipe.h>
-#include <ensonify/engine/memory.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/checks/extrapolation.h>
 

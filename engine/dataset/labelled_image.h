@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include <ensonify/engine/base/memory.h>
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/waterfall.h>
-#include <ensonify/engine/memory.h>
 
 namespace ensonify::engine {
 

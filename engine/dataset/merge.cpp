@@ -10,6 +10,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/dataset/card.h>
 #include <ensonify/engine/dataset/checked_samples-inl.h>
 #include <ensonify/engine/dataset/croissant.h>
@@ -19,13 +21,11 @@
 #include <ensonify/engine/dataset/piece_sizes.h>
 #include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/dataset/webdataset.h>
-#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/keys/dataset_options.h>
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/read_file.h>
 

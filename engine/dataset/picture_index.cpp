@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/dataset/yolo_segments.h>
-#include <ensonify/engine/json_text.h>
-#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {

@@ -8,8 +8,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/scene_error.h>
 #include <ensonify/engine/scene/checks/check.h>
-#include <ensonify/engine/scene_error.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/sonar/vehicle/ground_path.h>

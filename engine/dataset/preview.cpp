@@ -7,12 +7,12 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/number_in.h>
 #include <ensonify/engine/dataset/chips.h>
 #include <ensonify/engine/dataset/labelled_image.h>
 #include <ensonify/engine/image/lettering.h>
 #include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/image/waterfall.h>
-#include <ensonify/engine/number_in.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/parallel_for.h>

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <functional>
 
+#include <ensonify/engine/base/memory.h>
 #include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/image/display.h>
-#include <ensonify/engine/memory.h>
 
 namespace ensonify::engine {
 

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/clock.h>
+#include <ensonify/engine/base/clock.h>
 #include <ensonify/engine/dataset/chips.h>
 #include <ensonify/engine/dataset/labelled_image.h>
 #include <ensonify/engine/dataset/piece_sizes.h>

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <functional>
 
+#include <ensonify/engine/base/memory.h>
 #include <ensonify/engine/dataset/recipe.h>
-#include <ensonify/engine/memory.h>
 #include <ensonify/engine/run.h>
 
 namespace ensonify::engine {

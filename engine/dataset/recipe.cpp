@@ -9,10 +9,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
 #include <ensonify/engine/dataset/possible_names.h>
 #include <ensonify/engine/dataset/sample_draws.h>
-#include <ensonify/engine/random.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>

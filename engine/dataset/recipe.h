@@ -55,8 +55,8 @@ class Recipe {
   /// Index of the sample's seafloor; neighbouring samples share one.
   std::size_t seafloor_of(std::size_t sample) const;
 
-  /// Throws SceneError if the values that were drawn make no valid scene, or lines that are smaller
-  /// than their tiles or chips.
+  /// Throws SceneError if the drawn values do not make a valid scene, or if the lines of the scene
+  /// are smaller than the tiles or chips that are cut from them.
   SampleScene sample(std::size_t number) const;
 
   /// What the recipe and its draws show before any sample is made: held-out values that no sample

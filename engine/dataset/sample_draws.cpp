@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/number_in.h>
+#include <ensonify/engine/base/number_in.h>
+#include <ensonify/engine/base/scene_error.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/output/manifest.h>
-#include <ensonify/engine/scene_error.h>
-#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {

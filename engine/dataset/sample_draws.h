@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/dataset/distribution.h>
 #include <ensonify/engine/dataset/recipe_reader.h>
-#include <ensonify/engine/random.h>
 
 namespace ensonify::engine {
 

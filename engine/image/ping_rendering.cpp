@@ -13,9 +13,9 @@
 
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/trace/intersector.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {

@@ -10,9 +10,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/quantile.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
-#include <ensonify/engine/quantile.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {

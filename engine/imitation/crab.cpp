@@ -8,11 +8,11 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/quantile.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/comparison/bed_drift.h>
 #include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/line_statistics.h>
-#include <ensonify/engine/quantile.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {

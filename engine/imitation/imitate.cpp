@@ -6,17 +6,17 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/quantile.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/imitation/crab.h>
 #include <ensonify/engine/imitation/line_fit.h>
 #include <ensonify/engine/imitation/ping_gains.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
-#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/sonar/instrument/shading.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/standard_floats.h>
 #include <ensonify/scatter/sea_water.h>
 

@@ -5,9 +5,9 @@
 #include <limits>
 #include <vector>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 

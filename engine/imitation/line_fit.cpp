@@ -9,11 +9,11 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/comparison/line_statistics.h>
 #include <ensonify/engine/imitation/lasting_peaks.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
-#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>

@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/quantile.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/output/png.h>
-#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/scene/keys/key_text.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {

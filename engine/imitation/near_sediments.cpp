@@ -7,8 +7,8 @@
 
 #include <Eigen/Dense>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/material.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/energy_bound.h>

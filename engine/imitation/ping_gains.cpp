@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <span>
 
+#include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
-#include <ensonify/engine/quantile.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {

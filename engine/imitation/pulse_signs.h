@@ -4,8 +4,8 @@
 
 namespace ensonify::engine {
 
-/// The least bandwidth of a model, over that of one sample: a sweep's side lobes would span more
-/// bins than a scene allows.
+/// The least bandwidth of a model's sweep, as a share of the bandwidth of a pulse that is one sample
+/// long. Below it, the side lobes of the sweep would span more bins than a scene allows.
 constexpr double min_bandwidth = 0.07;
 
 /// Correlation of two Rayleigh amplitudes of one power whose fields have the correlation rho:

@@ -9,12 +9,12 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/quantile.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
-#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/sonar/reception/transmit_leakage.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {

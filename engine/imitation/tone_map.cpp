@@ -7,10 +7,10 @@
 #include <optional>
 #include <utility>
 
+#include <ensonify/engine/base/quantile.h>
+#include <ensonify/engine/base/random.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/comparison/tone_change.h>
-#include <ensonify/engine/quantile.h>
-#include <ensonify/engine/random.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {

@@ -8,12 +8,12 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/quantile.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/comparison/find_bed.h>
-#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/recording/headings.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/sonar/vehicle/recorded_track.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {

@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/simulator/prepare.h>
-#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/clock.h>
+#include <ensonify/engine/base/clock.h>
 #include <ensonify/engine/live/change.h>
 #include <ensonify/engine/live/live_scene.h>
 

@@ -4,8 +4,8 @@
 #include <memory>
 #include <span>
 
+#include <ensonify/engine/base/memory.h>
 #include <ensonify/engine/live/frames.h>
-#include <ensonify/engine/memory.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/fan_volume.h>

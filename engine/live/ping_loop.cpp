@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/live/setting.h>
 #include <ensonify/engine/simulator/internals.h>

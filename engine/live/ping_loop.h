@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/clock.h>
+#include <ensonify/engine/base/clock.h>
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/live/line_ring.h>

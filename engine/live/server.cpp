@@ -20,8 +20,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/clock.h>
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/clock.h>
+#include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/refine/triangle_mesh.h>
 

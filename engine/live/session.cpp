@@ -7,14 +7,14 @@
 
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/live/change.h>
 #include <ensonify/engine/live/live_scene.h>
 #include <ensonify/engine/live/mailbox.h>
 #include <ensonify/engine/live/ping_loop.h>
 #include <ensonify/engine/session_keys.h>
 #include <ensonify/engine/simulator/prepare.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 

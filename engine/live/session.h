@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/base/memory.h>
 #include <ensonify/engine/live/line_ring.h>
-#include <ensonify/engine/memory.h>
 #include <ensonify/engine/scene/checks/extrapolation.h>
 
 namespace ensonify::engine {

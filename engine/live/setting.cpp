@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/image/line_layout.h>
-#include <ensonify/engine/json_text.h>
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/scatter/sediment.h>

@@ -22,9 +22,9 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {

@@ -9,13 +9,13 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/csv_table.h>
+#include <ensonify/engine/base/csv_table.h>
+#include <ensonify/engine/base/units.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/mosaic/image_reader.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/units.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {

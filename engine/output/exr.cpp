@@ -24,7 +24,7 @@
 #include <OpenEXR/ImfVersion.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/output/rle_lines.h>
 
 namespace ensonify::engine {

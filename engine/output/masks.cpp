@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/output/png.h>
 
 namespace ensonify::engine {

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 
 namespace ensonify::engine {
 namespace {

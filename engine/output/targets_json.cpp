@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/units.h>
 
 namespace ensonify::engine {
 namespace {

@@ -8,9 +8,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/packed_bytes.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/simulator/prepare.h>
-#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::python {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 
 namespace ensonify::python {
 namespace {

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/calls_at_fork.h>
+#include <ensonify/engine/base/calls_at_fork.h>
 #include <ensonify/engine/scene/checks/extrapolation.h>
 #include <ensonify/refine/printable.h>
 

@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/quantile.h>
+#include <ensonify/engine/base/quantile.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/recording/places.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {

@@ -12,13 +12,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/recording/formats.h>
 #include <ensonify/engine/recording/line_builder.h>
 #include <ensonify/engine/recording/packets.h>
 #include <ensonify/engine/recording/places.h>
 #include <ensonify/engine/recording/recording_bytes.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {

@@ -3,7 +3,7 @@
 #include <array>
 #include <numbers>
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 
 namespace ensonify::engine {
 namespace {

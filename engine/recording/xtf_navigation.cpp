@@ -10,9 +10,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/recording/layback.h>
 #include <ensonify/engine/recording/places.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {

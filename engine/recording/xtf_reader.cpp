@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/recording/byte_order.h>
 #include <ensonify/engine/recording/formats.h>
 #include <ensonify/engine/recording/joined_sides.h>
@@ -20,7 +21,6 @@
 #include <ensonify/engine/recording/recording_bytes.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/recording/xtf_navigation.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {

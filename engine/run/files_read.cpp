@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/scene_error.h>
 #include <ensonify/engine/run/output_folder.h>
 #include <ensonify/engine/run/run_files.h>
 #include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene_error.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 
 namespace ensonify::engine {

@@ -12,13 +12,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/units.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/output/targets_json.h>
 #include <ensonify/engine/run/joined_files.h>
 #include <ensonify/engine/run/json_record.h>
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/units.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {

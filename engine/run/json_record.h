@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/scene_error.h>
-#include <ensonify/engine/untrusted.h>
+#include <ensonify/engine/base/scene_error.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {

@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/clock.h>
+#include <ensonify/engine/base/clock.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {

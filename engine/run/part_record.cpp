@@ -7,11 +7,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/run/json_record.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/trace/check/agreement.h>
-#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {

@@ -7,7 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/run/json_record.h>
 #include <ensonify/engine/scene/dump.h>
@@ -15,7 +16,6 @@
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
-#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/clock.h>
+#include <ensonify/engine/base/clock.h>
 #include <ensonify/engine/run/output_folder.h>
 #include <ensonify/engine/run/part_record.h>
 #include <ensonify/engine/run/run_control.h>

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 
 namespace ensonify::engine {
 namespace {
@@ -69,8 +69,8 @@ void use_conditions(Scene& scene) {
       use_survey_recorder(sonar.receiver);
       use_survey_beam(sonar.vertical);
     }
-    // As on displays at sea: beds get darker with range. An even bed would need 50 by Lambert's
-    // law.
+    // On displays at sea, beds get darker with range. With Lambert's law, a gain of 50 would make the
+    // bed equally bright at all ranges.
     scene.display.spreading = 30.0;
     scene.display.track_smoothing_px = 0.45;  // rows at even distances
   } else if (scene.conditions == Conditions::ideal) {

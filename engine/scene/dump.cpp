@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/scene/keys/dataset_options.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {

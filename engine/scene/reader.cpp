@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include <ensonify/engine/number_in.h>
+#include <ensonify/engine/base/number_in.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/name_check.h>

@@ -8,10 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/base/input_file.h>
+#include <ensonify/engine/base/scene_error.h>
 #include <ensonify/engine/image/display_options.h>
-#include <ensonify/engine/input_file.h>
 #include <ensonify/engine/output/layer_encoding.h>
-#include <ensonify/engine/scene_error.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/quantile.h>
+#include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/water_check.h>
 #include <ensonify/engine/scene/world_reference.h>

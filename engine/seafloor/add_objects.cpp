@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene_error.h>
+#include <ensonify/engine/base/scene_error.h>
 #include <ensonify/engine/seafloor/bed/tessellate.h>
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/layers/bed_labels.h>

@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/json_text.h>
+#include <ensonify/engine/base/json_text.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/progressive_mesh_file.h>
 
 namespace ensonify::engine {

@@ -4,11 +4,11 @@
 #include <memory>
 #include <span>
 
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
-#include <ensonify/engine/work_control.h>
 #include <ensonify/refine/height_tiles.h>
 
 namespace ensonify::engine {

@@ -8,8 +8,8 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/trace/exact/exact_side.h>
-#include <ensonify/engine/work_control.h>
 #include <ensonify/refine/height_grid.h>
 
 namespace ensonify::engine {

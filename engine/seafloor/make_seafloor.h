@@ -4,13 +4,13 @@
 #include <functional>
 #include <span>
 
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/seafloor/seafloor_memory.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
-#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 

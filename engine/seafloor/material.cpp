@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/energy_bound.h>

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/input_file.h>
+#include <ensonify/engine/base/input_file.h>
 #include <ensonify/scatter/sediment.h>
 
 namespace ensonify::scatter {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include <ensonify/engine/memory.h>
+#include <ensonify/engine/base/memory.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/refine/height_grid.h>
 #include <ensonify/refine/mesh_repair.h>
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include <ensonify/engine/input_file.h>
+#include <ensonify/engine/base/input_file.h>
 #include <ensonify/engine/seafloor/bed/fractal.h>
 #include <ensonify/engine/seafloor/bed/ripples.h>
 #include <ensonify/engine/seafloor/bed/survey_detail.h>

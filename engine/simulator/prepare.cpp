@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/clock.h>
+#include <ensonify/engine/base/clock.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/bed/survey.h>

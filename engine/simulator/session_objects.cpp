@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/trace/intersector.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::engine {

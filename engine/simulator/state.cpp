@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/quantile.h>
+#include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/ball_tree.h>

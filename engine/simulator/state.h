@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/calls_at_fork.h>
+#include <ensonify/engine/base/calls_at_fork.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/scene/track_poses.h>
 #include <ensonify/engine/simulate.h>

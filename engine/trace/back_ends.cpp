@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/trace/embree/embree.h>
 #include <ensonify/engine/trace/exact/brute_force.h>
 #include <ensonify/engine/trace/exact/pluecker.h>

@@ -94,8 +94,9 @@ double place_of(const Growing& function, double value, double below, double miss
   return below;
 }
 
-/// The distribution over the launch angle that is even in the range of bent rays between two ranges
-/// (over the sonar's height). Ranges that several rays have count as often.
+/// Distributes launch angles so that the ranges of their bent rays are even between two ranges. These
+/// are divided by the height of the sonar. A range that several launch angles reach counts once for
+/// each of them.
 class BentDistribution {
  public:
   BentDistribution(std::span<const LaunchRange> bent, double from, double to) : bent_(bent) {

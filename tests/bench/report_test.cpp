@@ -15,7 +15,7 @@
 #include "support/catch.h"
 #include "support/paths.h"
 
-#include <ensonify/engine/clock.h>
+#include <ensonify/engine/base/clock.h>
 
 using namespace ensonify;
 using namespace ensonify::bench;

@@ -16,7 +16,7 @@
 #include "support/meshes.h"
 #include "support/paths.h"
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor.h>
@@ -97,8 +97,8 @@ constexpr float no_end = std::numeric_limits<float>::infinity();
 TEST_CASE("a face is hit from both sides, at the right distance and place") {
   const refine::TriangleMesh mesh = one_face();
   for_every_intersector(mesh, [](const Intersector& tracer) {
-    //      | z
-    //   o--+--> t = 2          from above and from below
+    // The face lies in the plane z = 0. The ray begins 2 above it or 2 below it, and runs straight
+    // towards it.
     for (const double side : {1.0, -1.0}) {
       const Hit hit = shoot(tracer, {{0.25, 0.5, 2.0 * side}, {0, 0, -side}});
       REQUIRE(hit);

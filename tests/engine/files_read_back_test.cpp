@@ -8,8 +8,8 @@
 
 #include <sys/stat.h>
 
+#include <ensonify/engine/base/csv_table.h>
 #include <ensonify/engine/comparison/picture_source.h>
-#include <ensonify/engine/csv_table.h>
 #include <ensonify/engine/dataset/dataset_json.h>
 #include <ensonify/engine/dataset/merge.h>
 #include <ensonify/engine/mosaic/image_reader.h>

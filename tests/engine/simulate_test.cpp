@@ -19,8 +19,8 @@
 #include "support/paths.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/image/display.h>
-#include <ensonify/engine/random.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/bed/tessellate.h>
 #include <ensonify/engine/simulator/ping_all.h>

@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene_error.h>
+#include <ensonify/engine/base/scene_error.h>
 #include <ensonify/engine/seafloor/objects/path_reader.h>
 
 #include "fuzz/fuzz.h"

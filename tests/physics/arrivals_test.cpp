@@ -12,7 +12,7 @@
 #include "support/lines.h"
 #include "support/other_paths.h"
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/surface_scatter.h>
 

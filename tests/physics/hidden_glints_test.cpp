@@ -14,8 +14,8 @@
 #include "physics/body_in_water.h"
 #include "support/catch.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/objects/solids.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

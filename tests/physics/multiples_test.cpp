@@ -14,8 +14,8 @@
 #include "support/lines.h"
 #include "support/other_paths.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>

@@ -15,11 +15,11 @@
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/sonar/echo/plane_spacing.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/solid_target.h>

@@ -15,8 +15,8 @@
 #include "support/catch.h"
 #include "support/lines.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/sonar/echo/steady_field.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

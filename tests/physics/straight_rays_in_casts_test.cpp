@@ -22,9 +22,11 @@ using namespace ensonify::engine;
 using namespace ensonify::tests;
 
 TEST_CASE("with straight rays the echo's spreading is right in water of constant gradient") {
-  // There a wave from a point spreads over c_1 c_2 sinh^2(g t) / g^2, the geometric mean of both
-  // ways, with cosh(g t) = 1 + g^2 s^2 / (2 c_1 c_2). That is the straight line's s^2 up to the
-  // second order of the gradient, so a factor (c_bed / c_sonar)^2 would be wrong here.
+  // In such water a wave from a point spreads over c_1 c_2 sinh^2(g t) / g^2 (the geometric mean of
+  // the way out and the way back). The travel time t follows from cosh(g t) = 1 + g^2 s^2 / (2 c_1
+  // c_2), where s is the straight distance. The result is s^2 (1 + g^2 s^2 / (4 c_1 c_2)): it has no
+  // term of first order in the gradient g. The factor (c_bed / c_sonar)^2 has one, so it would be
+  // wrong here.
   struct Case {
     double sonar_mps, bed_mps;
   };

@@ -9,7 +9,7 @@
 #include "support/lines.h"
 #include "support/other_paths.h"
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/forward_lobe.h>

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/output/recording.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::tests {
 

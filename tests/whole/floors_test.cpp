@@ -18,21 +18,7 @@ namespace fs = std::filesystem;
 
 // The rooms (folders) of engine in order; each may include those before it. A file that combines
 // the inner rooms of its folder is a room by itself, for example "trace/back_ends".
-constexpr std::array rooms{"clock",
-                           "memory",
-                           "random",
-                           "units",
-                           "json_text",
-                           "number_in",
-                           "lower_case",
-                           "input_file",
-                           "scene_error",
-                           "csv_table",
-                           "untrusted",
-                           "quantile",
-                           "work_control",
-                           "calls_at_fork",
-                           "made_once",
+constexpr std::array rooms{"base",
                            "simd",
                            "trace",
                            "trace/exact",
@@ -137,7 +123,7 @@ std::string wrong_line(const fs::path& file, const std::string& line) {
   const std::string code = std::regex_replace(line, text, "");
   if (FloorAndRoom(file).is_library() && std::regex_search(code, found, call))
     return "a library prints or ends the program: " + found.str(1);
-  const bool door = file == "engine/untrusted.h" || file == "engine/scene/keys/toml_value.cpp";
+  const bool door = file == "engine/base/untrusted.h" || file == "engine/scene/keys/toml_value.cpp";
   const bool parses = std::ranges::any_of(
       std::array{"toml::parse(", "son::parse(", "son::accept("},
       [&](const char* parser) { return code.find(parser) != std::string::npos; });
@@ -192,7 +178,7 @@ TEST_CASE("the floors hold: planted breaches are found") {
       {"engine/trace/a.h", "#include <ensonify/engine/sonar/echo/b.h>",
        "the room trace includes sonar/echo"},
       {"engine/scene/a.h", " # include <ensonify/engine/run.h>", "the room scene includes run"},
-      {"engine/random.cpp", "#include <ensonify/engine/trace/ray.h>",
+      {"engine/base/random.cpp", "#include <ensonify/engine/trace/ray.h>",
        "the room random includes trace"},
       {"engine/trace/b.cpp", "#include <ensonify/engine/attic/b.h>",
        "the room trace includes attic"},
@@ -231,7 +217,7 @@ TEST_CASE("the floors hold: planted breaches are found") {
       {"engine/trace/embree/d-inl.h", "#include <embree3/rtcore.h>", ""},
       {"engine/app/c.cpp", "#include \"arguments.h\"", ""},
       {"engine/app/d.cpp", "  std::cout << 1;", ""},
-      {"engine/untrusted.h", "    return Json::parse(text);", ""},
+      {"engine/base/untrusted.h", "    return Json::parse(text);", ""},
       {"bench/b.cpp", "  return nlohmann::json::parse(text);", ""},
       {"refine/d.cpp", "  static constexpr int one = 1;", ""},
       {"bench/a.cpp", "#include <ensonify/engine/trace/ray.h>", ""},
@@ -296,7 +282,7 @@ TEST_CASE("files are opened for reading by the one door, FileReader") {
   // What these open was not named by a user and is not in a folder that is read back: files of the
   // system, locks, and files that they write.
   const std::set<std::string> others{
-      "engine/app/program.cpp", "engine/memory.cpp",       "engine/output/staging.cpp",
+      "engine/app/program.cpp", "engine/base/memory.cpp",  "engine/output/staging.cpp",
       "refine/atomic_file.cpp", "refine/height_tiles.cpp", "refine/progressive_mesh_file.cpp",
       "refine/read_file.cpp"};
   static const std::regex opens(R"(\bifstream\b|\bfopen\(|(^|[^\w>])::open\(|read_open_filename)");

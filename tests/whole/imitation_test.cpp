@@ -26,11 +26,11 @@
 #include "support/data.h"
 #include "support/paths.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/atomic_file.h>
 
 using namespace ensonify;

@@ -8,8 +8,8 @@
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
-#include <ensonify/engine/units.h>
 
 #include "support/catch.h"
 #include "support/data.h"

@@ -18,9 +18,9 @@
 #include "support/program.h"
 #include "support/tiny_scene.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using Json = nlohmann::json;

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/recording.h>
 #include <ensonify/engine/output/xtf.h>
@@ -14,7 +15,6 @@
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/trace/intersector.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
 
 namespace ensonify::engine {

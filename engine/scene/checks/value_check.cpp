@@ -4,11 +4,11 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/name_check.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/refine/printable.h>
 
 namespace ensonify::engine {

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/solid_target.h>

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/scene/output_formats.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/trace/face_source.h>

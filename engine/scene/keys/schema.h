@@ -6,7 +6,7 @@
 #include <variant>
 #include <vector>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/scene/keys/key.h>
 #include <ensonify/engine/scene/scene.h>
 

@@ -1,6 +1,6 @@
 #include <ensonify/engine/scene/keys/schema.h>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 
 namespace ensonify::engine {
 

@@ -1,7 +1,7 @@
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
 

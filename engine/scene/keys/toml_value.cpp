@@ -12,9 +12,9 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <ensonify/engine/base/units.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/scene/keys/key_text.h>
-#include <ensonify/engine/units.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/nearest_names.h>
 

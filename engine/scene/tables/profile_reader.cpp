@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include <ensonify/engine/csv_table.h>
+#include <ensonify/engine/base/csv_table.h>
 
 namespace ensonify::engine {
 namespace {

@@ -12,13 +12,13 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/csv_table.h>
-#include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/base/csv_table.h>
+#include <ensonify/engine/base/lower_case.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/recording/headings.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/seafloor/bed/reference_map.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {

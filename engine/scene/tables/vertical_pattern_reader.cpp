@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/csv_table.h>
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/csv_table.h>
+#include <ensonify/engine/base/units.h>
 
 namespace ensonify::engine {
 namespace {

@@ -14,10 +14,10 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
-#include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/base/lower_case.h>
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {

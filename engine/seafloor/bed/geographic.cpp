@@ -11,7 +11,7 @@
 #include <GeographicLib/LocalCartesian.hpp>
 #include <GeographicLib/TransverseMercator.hpp>
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 #endif
 
 namespace ensonify::engine {

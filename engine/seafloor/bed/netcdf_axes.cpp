@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
-#include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/seafloor/bed/unit_of_length.h>
 
 namespace ensonify::engine {

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <ogr_spatialref.h>
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 
 namespace ensonify::engine {
 

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
-#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 
 namespace ensonify::engine {

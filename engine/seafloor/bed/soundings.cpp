@@ -14,7 +14,7 @@
 #include <fmt/format.h>
 #include <gdal_alg.h>
 
-#include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed/unit_of_length.h>

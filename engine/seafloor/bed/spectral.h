@@ -2,9 +2,9 @@
 
 #include <functional>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
-#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 

@@ -24,8 +24,9 @@
 #include <hdf5.h>
 #include <ogr_spatialref.h>
 
-#include <ensonify/engine/lower_case.h>
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/lower_case.h>
+#include <ensonify/engine/base/random.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/bed/ascii_grid.h>
 #include <ensonify/engine/seafloor/bed/files_beside.h>
 #include <ensonify/engine/seafloor/bed/gdal_cache.h>
@@ -38,7 +39,6 @@
 #include <ensonify/engine/seafloor/bed/survey_mosaic.h>
 #include <ensonify/engine/seafloor/bed/unmarked_grid.h>
 #include <ensonify/engine/seafloor/bed/variable_resolution.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/refine/triangle_mesh.h>

@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
-#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 

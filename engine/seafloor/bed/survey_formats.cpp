@@ -8,7 +8,7 @@
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
-#include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/base/lower_case.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/progressive_mesh_file.h>
 #include <ensonify/refine/read_file.h>

@@ -12,11 +12,11 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
+#include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/seafloor/bed/files_beside.h>
 #include <ensonify/engine/seafloor/bed/hdf5_parts.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
-#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/refine/triangle_mesh.h>
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/seafloor/bed/grid_transform.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/bed/spectral.h>

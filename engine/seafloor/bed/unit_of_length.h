@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include <ensonify/engine/lower_case.h>
+#include <ensonify/engine/base/lower_case.h>
 
 namespace ensonify::engine {
 

@@ -12,9 +12,9 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
 #include <ensonify/engine/seafloor/layers/area_files.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/input_file.h>
+#include <ensonify/engine/base/input_file.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/layers/layer_draws.h>
 

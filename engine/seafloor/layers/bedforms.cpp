@@ -11,12 +11,12 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/bed/catmull_rom.h>
 #include <ensonify/engine/seafloor/bed/interpolated.h>
 #include <ensonify/engine/seafloor/bed/points_near.h>
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
@@ -90,8 +90,8 @@ class Forks {
   std::vector<double> turns_, height_;
 };
 
-/// Irregularities of some two wavelengths: normal numbers of variance 1, which are interpolated
-/// between the points of a lattice.
+/// Random irregularities, each about two wavelengths of the bedforms long. Each point of a lattice
+/// gets a normal random number of variance 1. Between the points, values are interpolated.
 std::vector<double> ragged(const Heightfield& grid, double wavelength_m, const LayerDraws& draws,
                            std::uint64_t what) {
   return interpolated(

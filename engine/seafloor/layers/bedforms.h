@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/layers/relief_kind.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <numbers>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
-#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/seafloor/bed/fractal.h>
 #include <ensonify/engine/seafloor/bed/points_near.h>
 

@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/layers/area.h>
 #include <ensonify/engine/seafloor/layers/layer_draws.h>

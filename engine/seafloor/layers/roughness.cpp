@@ -1,6 +1,6 @@
 #include <ensonify/engine/seafloor/layers/roughness.h>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/seafloor/layers/roughness_in_windows.h>
 
 namespace ensonify::engine {

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene_error.h>
+#include <ensonify/engine/base/scene_error.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {

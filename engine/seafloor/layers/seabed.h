@@ -5,6 +5,7 @@
 #include <tuple>
 #include <vector>
 
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/layers/area.h>
 #include <ensonify/engine/seafloor/layers/bedforms.h>
@@ -14,7 +15,6 @@
 #include <ensonify/engine/seafloor/layers/relief_kind.h>
 #include <ensonify/engine/seafloor/layers/roughness.h>
 #include <ensonify/engine/seafloor/layers/trawl_marks.h>
-#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/scene_error.h>
+#include <ensonify/engine/base/scene_error.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/layers/seabed.h>
 #include <ensonify/refine/height_tiles.h>

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/seafloor/bed/catmull_rom.h>
 
 namespace ensonify::engine {

@@ -10,7 +10,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/work_control.h>
+#include <ensonify/engine/base/work_control.h>
 
 namespace ensonify::engine {
 namespace {

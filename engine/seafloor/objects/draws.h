@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 
 namespace ensonify::engine {
 

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/object_mesh.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 

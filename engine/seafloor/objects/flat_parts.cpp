@@ -12,9 +12,9 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/seafloor/objects/curved_facets.h>
 #include <ensonify/engine/seafloor/objects/facets.h>
-#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 namespace {

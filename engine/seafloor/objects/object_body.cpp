@@ -14,7 +14,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/seafloor/objects/facets.h>
 #include <ensonify/engine/seafloor/objects/path_reader.h>
 #include <ensonify/engine/seafloor/objects/set_down.h>

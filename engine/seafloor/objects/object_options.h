@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/input_file.h>
+#include <ensonify/engine/base/input_file.h>
 #include <ensonify/engine/seafloor/objects/shape_size.h>
 
 namespace ensonify::engine {

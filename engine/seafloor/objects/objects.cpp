@@ -16,14 +16,14 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <ensonify/engine/random.h>
-#include <ensonify/engine/scene_error.h>
+#include <ensonify/engine/base/random.h>
+#include <ensonify/engine/base/scene_error.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/objects/facets.h>
 #include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/seafloor/objects/set_down.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/objects/spacing.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {

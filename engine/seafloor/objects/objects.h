@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/memory_plan.h>
@@ -15,7 +16,6 @@
 #include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/work_control.h>
 #include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::engine {

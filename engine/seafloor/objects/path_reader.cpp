@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/csv_table.h>
+#include <ensonify/engine/base/csv_table.h>
 
 namespace ensonify::engine {
 namespace {

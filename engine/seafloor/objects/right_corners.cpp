@@ -7,8 +7,8 @@
 
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/units.h>
-#include <ensonify/engine/work_control.h>
+#include <ensonify/engine/base/units.h>
+#include <ensonify/engine/base/work_control.h>
 
 namespace ensonify::engine {
 namespace {

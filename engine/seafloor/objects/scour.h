@@ -5,10 +5,10 @@
 #include <optional>
 #include <span>
 
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
-#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 

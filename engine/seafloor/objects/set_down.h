@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/object_mesh.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/seafloor/objects/shape_family.h>
 #include <ensonify/scatter/kind_named.h>
 

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/seafloor/object_mesh.h>
 #include <ensonify/engine/seafloor/objects/shape_size.h>
 #include <ensonify/refine/triangle_mesh.h>

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 
 namespace ensonify::engine {
 namespace {

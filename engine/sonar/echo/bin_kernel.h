@@ -55,13 +55,13 @@ struct EchoBins {
   std::size_t other_count, other_room;
 };
 
-/// Pieces as they are laid into bins: columns with the room of PieceGeometry's, the names as in
-/// PieceEchoes.
+/// The pieces that are laid into bins, as columns with one value for each piece. The columns have
+/// padding at their ends, as in PieceGeometry, and the names of PieceEchoes.
 struct PiecesToLay {
   std::size_t count;
-  /// The number of pieces, from the first on, that lie past nadir. They count as another plane:
-  /// where a side hears the bed on both sides of nadir is no layover, and a shadow on its own side
-  /// is one.
+  /// The number of pieces, from the first on, that lie past nadir. They count as another plane.
+  /// Where a side hears the bed on both sides of nadir, this is no layover. A shadow on the bed of
+  /// its own side still counts as a shadow.
   std::size_t past;
   const std::int32_t* answers;
   const double *from_m, *until_m, *energy;

@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 
 namespace ensonify::engine {

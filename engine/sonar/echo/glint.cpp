@@ -8,7 +8,7 @@
 #include <numbers>
 #include <span>
 
-#include <ensonify/engine/made_once.h>
+#include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/sonar/echo/glint_in_beam.h>
 #include <ensonify/engine/sonar/instrument/sinc.h>
 #include <ensonify/scatter/rigid_body.h>

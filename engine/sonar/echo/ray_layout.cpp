@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/nearest_floats.h>
 #include <ensonify/engine/trace/refraction/bent_ranges.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 

@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include <ensonify/engine/input_file.h>
+#include <ensonify/engine/base/input_file.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/sonar/instrument/sector.h>
 #include <ensonify/engine/sonar/instrument/shading.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include <ensonify/engine/made_once.h>
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/made_once.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/sea_water.h>
 

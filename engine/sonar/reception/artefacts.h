@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 

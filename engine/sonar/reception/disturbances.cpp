@@ -9,7 +9,7 @@
 
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {

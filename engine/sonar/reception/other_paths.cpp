@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/sonar/reception/bin_steps.h>
 #include <ensonify/engine/sonar/reception/textured_ground.h>
 #include <ensonify/scatter/decibel.h>

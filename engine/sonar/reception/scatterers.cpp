@@ -8,7 +8,7 @@
 #include <numbers>
 #include <optional>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
 
 namespace ensonify::engine {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <optional>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
 #include <ensonify/engine/sonar/reception/transmit_leakage.h>
 #include <ensonify/scatter/decibel.h>

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <utility>
 
-#include <ensonify/engine/made_once.h>
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/made_once.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
 
 namespace ensonify::engine {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 
 namespace ensonify::engine {
 namespace {

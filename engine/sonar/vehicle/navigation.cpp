@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 
 namespace ensonify::engine {
 namespace {

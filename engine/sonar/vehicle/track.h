@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/input_file.h>
+#include <ensonify/engine/base/input_file.h>
 
 namespace ensonify::engine {
 

@@ -9,7 +9,7 @@
 
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/trace/nearest_floats.h>
 
 namespace ensonify::engine {

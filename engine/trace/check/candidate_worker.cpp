@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/trace/check/height_comparison.h>
 #include <ensonify/engine/trace/check/near_faces.h>
 

@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/trace/check/near_faces.h>
 #include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
 #include <ensonify/engine/trace/ray_fan.h>

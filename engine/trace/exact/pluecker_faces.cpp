@@ -8,9 +8,9 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/trace/exact/exact_side.h>
 #include <ensonify/engine/trace/intersector.h>
-#include <ensonify/engine/work_control.h>
 
 namespace ensonify::engine {
 namespace {

@@ -9,7 +9,7 @@
 #include <span>
 #include <utility>
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/scatter/sound_ray.h>
 
 namespace ensonify::engine {

@@ -5,8 +5,8 @@
 #include "support/catch.h"
 #include "support/recipes.h"
 
+#include <ensonify/engine/base/scene_error.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
-#include <ensonify/engine/scene_error.h>
 
 using namespace ensonify::engine;
 using namespace ensonify::tests;

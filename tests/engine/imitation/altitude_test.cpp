@@ -10,8 +10,8 @@
 #include "support/data.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
-#include <ensonify/engine/quantile.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>

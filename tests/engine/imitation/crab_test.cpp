@@ -10,13 +10,13 @@
 #include "support/files.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/imitation/crab.h>
 #include <ensonify/engine/imitation/line_model.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

@@ -18,6 +18,7 @@
 
 #include "made_line.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/imitation/imitate.h>
 #include <ensonify/engine/imitation/line_fit.h>
@@ -29,7 +30,6 @@
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/material.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>

@@ -10,8 +10,8 @@
 #include <random>
 #include <vector>
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/recording/recorded_line.h>
-#include <ensonify/engine/units.h>
 
 namespace ensonify::tests {
 

@@ -7,11 +7,11 @@
 
 #include "made_line.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/imitation/imitate.h>
 #include <ensonify/engine/imitation/line_fit.h>
 #include <ensonify/engine/imitation/near_sediments.h>
 #include <ensonify/engine/seafloor/material.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 

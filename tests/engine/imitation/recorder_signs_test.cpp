@@ -10,9 +10,9 @@
 
 #include "made_line.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/imitation/bed_levels.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify;

@@ -8,9 +8,9 @@
 
 #include "made_line.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/recording/recording_reader.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

@@ -7,10 +7,10 @@
 
 #include "support/catch.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/recording.h>
 #include <ensonify/engine/output/xtf.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;
 

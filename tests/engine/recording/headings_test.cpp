@@ -7,8 +7,8 @@
 
 #include "support/catch.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/recording/headings.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

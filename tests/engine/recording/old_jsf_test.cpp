@@ -16,9 +16,9 @@
 #include "support/catch.h"
 #include "support/small_recording.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/recording/recording_reader.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

@@ -18,10 +18,10 @@
 #include "support/small_recording.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/recording/recording_reader.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

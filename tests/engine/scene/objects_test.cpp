@@ -4,9 +4,9 @@
 #include "support/catch.h"
 #include "support/parsed_scene.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;
 using ensonify::tests::error_of;

@@ -19,10 +19,10 @@
 #include "support/parsed_scene.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/keys/toml_value.h>
 #include <ensonify/engine/session_keys.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;
 using ensonify::tests::contents;

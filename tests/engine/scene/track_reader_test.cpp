@@ -12,12 +12,12 @@
 #include "support/small_recording.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

@@ -2,7 +2,7 @@
 
 #include "support/catch.h"
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 
 using namespace ensonify::engine;
 

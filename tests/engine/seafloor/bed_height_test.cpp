@@ -6,7 +6,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/trace/intersector.h>
 

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 
 #include "engine/seafloor/spectrum.h"
 #include "engine/seafloor/variogram.h"

@@ -1,5 +1,5 @@
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
-#include <ensonify/engine/units.h>
 
 #include <cmath>
 #include <stdexcept>

@@ -8,7 +8,7 @@
 
 #include "support/catch.h"
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/ground_texture.h>

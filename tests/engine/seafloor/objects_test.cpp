@@ -10,7 +10,7 @@
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
-#include <ensonify/engine/scene_error.h>
+#include <ensonify/engine/base/scene_error.h>
 #include <ensonify/engine/seafloor/objects/path_reader.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 

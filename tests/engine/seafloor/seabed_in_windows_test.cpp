@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/seafloor/bed/fractal.h>
 #include <ensonify/refine/height_tiles.h>
 

@@ -9,13 +9,13 @@
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/objects/spacing.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/mesh_reader.h>
 
 using namespace ensonify;

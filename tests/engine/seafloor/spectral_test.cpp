@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/seafloor/bed/relief_fields.h>
 
 #include "engine/seafloor/spectrum.h"

@@ -11,7 +11,7 @@
 #include "support/catch.h"
 #include "support/lines.h"
 
-#include <ensonify/engine/units.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify;

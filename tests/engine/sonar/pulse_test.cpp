@@ -162,8 +162,9 @@ TEST_CASE("a sweep's matched filter gains 10 log10(B T) over the noise of a tone
 }
 
 TEST_CASE("the echo of a point that closes is compressed nearer, by its speed times f T / B") {
-  // Second implementation: the sweep's phase at the time when what arrives now was sent, by the
-  // exact paths to and from a moving point, correlated with the sweep that was sent.
+  // A second implementation. For each time of arrival, the exact paths to and from the moving point
+  // give the time at which that sound was sent, and so the phase of the echo. The echo is then
+  // correlated with the sweep that was sent.
   constexpr double pi = std::numbers::pi, c = sound_speed_mps;
   for (const double frequency_hz : {100e3, 400e3})
     for (const double length_s : {2e-3, 10e-3})

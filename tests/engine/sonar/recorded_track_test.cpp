@@ -1,5 +1,5 @@
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/sonar/vehicle/recorded_track.h>
-#include <ensonify/engine/units.h>
 
 #include <cmath>
 

@@ -10,7 +10,7 @@
 
 #include "support/catch.h"
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/sonar/echo/steady_field.h>
 
 using namespace ensonify;

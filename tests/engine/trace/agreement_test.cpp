@@ -14,7 +14,7 @@
 #include "support/hits.h"
 #include "support/meshes.h"
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 #include <ensonify/engine/trace/check/adversarial_rays.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/check/fan_comparison.h>

@@ -14,10 +14,10 @@
 #include "support/hits.h"
 #include "support/targets.h"
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
-#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

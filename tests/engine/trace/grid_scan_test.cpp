@@ -13,11 +13,11 @@
 #include "support/heights.h"
 #include "support/meshes.h"
 
+#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/trace/check/adversarial_rays.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/trace/grid_scan/grid_scan.h>
 #include <ensonify/engine/trace/intersector.h>
-#include <ensonify/engine/units.h>
 #include <ensonify/refine/ball_tree.h>
 
 using namespace ensonify;

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/scene_error.h>
+#include <ensonify/engine/base/scene_error.h>
 
 namespace ensonify::engine {
 

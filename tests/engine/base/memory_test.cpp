@@ -1,4 +1,4 @@
-#include <ensonify/engine/memory.h>
+#include <ensonify/engine/base/memory.h>
 
 #include <algorithm>
 #include <filesystem>

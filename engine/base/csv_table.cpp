@@ -1,4 +1,4 @@
-#include <ensonify/engine/csv_table.h>
+#include <ensonify/engine/base/csv_table.h>
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/number_in.h>
+#include <ensonify/engine/base/number_in.h>
 #include <ensonify/refine/printable.h>
 #include <ensonify/refine/read_file.h>
 

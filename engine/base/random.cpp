@@ -1,4 +1,4 @@
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/base/random.h>
 
 #include <algorithm>
 #include <cmath>

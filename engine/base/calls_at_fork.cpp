@@ -1,4 +1,4 @@
-#include <ensonify/engine/calls_at_fork.h>
+#include <ensonify/engine/base/calls_at_fork.h>
 
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-#include <ensonify/engine/untrusted.h>
+#include <ensonify/engine/base/untrusted.h>
 
 #include <cstdint>
 #include <stdexcept>

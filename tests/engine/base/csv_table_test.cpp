@@ -1,4 +1,4 @@
-#include <ensonify/engine/csv_table.h>
+#include <ensonify/engine/base/csv_table.h>
 
 #include <array>
 #include <cmath>
