@@ -93,7 +93,7 @@ std::string obstacle_to_windows(const Heightfield& grid, const SeabedOptions& op
           "{}: this bed is made in tiles and cannot have this layer, which is made for all of the bed "
           "at once (roughness only if its cells are not square); remove it, or make the bed smaller",
           key);
-    else if (!area.image.path.empty())
+    else if (area.pixels || !area.image.path.empty())
       obstacle = fmt::format(
           "{}: a bed that is made in tiles takes areas as polygons; make an outline of the image "
           "with gdal_polygonize.py, in GeoJSON",
