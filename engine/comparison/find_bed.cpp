@@ -425,27 +425,20 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
         std::ranges::count_if(samples, [](const auto& sample) { return sample.has_value(); }));
   };
   FoundBed found{.first_sample = std::vector<std::size_t>(pings)};
-  if (2 * known(as_stated) >= pings && ranges_are_even(line, side)) {
-    found.stated = true;
-    bed = as_stated;
-  } else if (begins_behind_bed(smooth, recorded_from, as_stated)) {
-    found.stated = true;
-    bed = as_stated;
-  } else if (2 * known(bed) < pings) {
-    found.stated = 2 * known(as_stated) >= pings;
-    if (found.stated) bed = as_stated;
-    // else the line is too short in pings, or too dark, to be followed: the rises as they are
-    else
-      for (std::size_t i = 0; i < pings; ++i)
-        bed[i] = rises[i].empty() ? 0.0 : static_cast<double>(rises[i].front().sample);
+  const bool most_stated = 2 * known(as_stated) >= pings, few_followed = 2 * known(bed) < pings;
+  found.stated = (most_stated && (few_followed || ranges_are_even(line, side))) ||
+                 begins_behind_bed(smooth, recorded_from, as_stated);
+  if (!found.stated) {
+    // A line that is too short in pings, or too dark, to be followed: the rises as they are.
+    for (std::size_t i = 0; few_followed && i < pings; ++i)
+      bed[i] = rises[i].empty() ? 0.0 : static_cast<double>(rises[i].front().sample);
+    found.water_darker_db = water_darker_db(line, side, recorded_from, bed);
+    found.stated = begins_as_stated(line, side, water.growth, as_stated, bed) ||
+                   (found.doubtful() && most_stated);
   }
-  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-  found.water_darker_db = found.stated ? unknown : water_darker_db(line, side, recorded_from, bed);
-  if (!found.stated && (begins_as_stated(line, side, water.growth, as_stated, bed) ||
-                        (found.doubtful() && 2 * known(as_stated) >= pings))) {
-    found.stated = true;
-    found.water_darker_db = unknown;
+  if (found.stated) {
     bed = as_stated;
+    found.water_darker_db = std::numeric_limits<double>::quiet_NaN();
   }
   for (std::size_t i = 0; i < pings; ++i)
     if (!bed[i]) bed[i] = stated[i];

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -357,14 +358,12 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
     if (control.progress && !control.progress(stage, done, of))
       throw Stopped("imitate was stopped; nothing was written");
   };
-  LineModel part = model;
-  part.path = some_pings(model.path, halves.simulated);
+  VehiclePath whole = std::exchange(model.path, some_pings(model.path, halves.simulated));
   const std::vector<NearSediment> sediments =
-      fit_line(part, LineWithBed(some_pings(even, halves.simulated)), control.threads,
+      fit_line(model, LineWithBed(some_pings(even, halves.simulated)), control.threads,
                beam_is_stated, std::bind_front(report, "fit"));
-  part.path = model.path;
-  part.ping_gain_db = gains.rms_db;
-  model = std::move(part);
+  model.path = std::move(whole);
+  model.ping_gain_db = gains.rms_db;
   for (const NearSediment& sediment : sediments) made.materials.push_back(sediment.name);
   made.imitated =
       LineWithBed(simulated_line(model, control.threads, std::bind_front(report, "pings")).line);

@@ -96,21 +96,12 @@ double distance_over_length(double correlation) {
   return low;
 }
 
-/// Fills cells of NaN from their neighbours.
+/// Fills cells of NaN: with the known cell before, or the first known one; with 0 if there is none.
 void fill(std::vector<double>& cells) {
-  std::size_t known = cells.size();
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (!std::isfinite(cells[i])) continue;
-    if (known == cells.size())
-      std::fill(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(i), cells[i]);
-    known = i;
-  }
-  if (known == cells.size()) std::ranges::fill(cells, 0.0);
-  double last = cells.front();
-  for (double& cell : cells) {
-    if (std::isfinite(cell)) last = cell;
-    cell = last;
-  }
+  const auto is_known = [](double cell) { return std::isfinite(cell); };
+  const auto first = std::ranges::find_if(cells, is_known);
+  double last = first == cells.end() ? 0.0 : *first;
+  for (double& cell : cells) cell = last = is_known(cell) ? cell : last;
 }
 
 /// A line whose pings are not scaled, as the recorder scales them: each side of each ping to the

@@ -6,6 +6,7 @@
 #include <memory>
 #include <numbers>
 #include <span>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -60,20 +61,25 @@ class Keys {
     };
   }
 
-  /// Sets a key; a number is in the key's unit.
+  /// Sets a key, whose type the value has; a number is in the key's unit.
   template <class Value>
-  void add(std::string_view key, const Value& value, Evidence evidence = {}) {
+  void add(std::string_view key, Value value, Evidence evidence = {}) {
     const KeyOption its = option_of_(key);
     if constexpr (std::is_same_v<Value, double>)
-      set(its.option, its.in_degrees ? value * degree : value);
-    else
-      set(its.option, value);
-    const auto read = std::visit([](auto* option) -> ConstOption { return option; }, its.option);
-    add_text(key, option_text(read, its.in_degrees, its.choices).value(), std::move(evidence));
+      if (its.in_degrees) value *= degree;
+    const auto set = [&]<class Own>(Own* option) -> ConstOption {
+      if constexpr (std::is_same_v<Own, Value> || std::is_same_v<Own, std::optional<Value>>)
+        *option = value;
+      else
+        throw std::logic_error(fmt::format("{}: the value has another type", key));
+      return option;
+    };
+    add_text(key, option_text(std::visit(set, its.option), its.in_degrees, its.choices).value(),
+             std::move(evidence));
   }
   template <class Value>
-  void assume(std::string_view key, const Value& value, std::string why) {
-    add(key, value, {Confidence::assumed, std::move(why)});
+  void assume(std::string_view key, Value value, std::string why) {
+    add(key, std::move(value), {Confidence::assumed, std::move(why)});
   }
   /// A key of a recipe, whose value is drawn.
   void add_text(std::string_view key, std::string text, Evidence evidence) {
@@ -93,16 +99,6 @@ class Keys {
     std::span<const std::string_view> choices;
     bool in_degrees;
   };
-
-  template <class Value>
-  static void set(const Option& option, const Value& value) {
-    if constexpr (std::is_same_v<Value, double>)
-      if (auto* const* number = std::get_if<std::optional<double>*>(&option)) {
-        **number = value;
-        return;
-      }
-    *std::get<Value*>(option) = value;
-  }
 
   const LineModel& model_;
   std::string section_;
@@ -389,16 +385,6 @@ void add_oscillations(const VehiclePath& path, Keys& keys) {
 }
 
 }  // namespace
-
-std::string_view name_of(Confidence how) {
-  switch (how) {
-    case Confidence::stated: return "stated";
-    case Confidence::measured: return "measured";
-    case Confidence::fitted: return "fitted";
-    case Confidence::assumed: break;
-  }
-  return "assumed";
-}
 
 BedExtent bed_extent(const LineModel& model) {
   const auto [west, east] = std::ranges::minmax(model.path.x_m);

@@ -294,19 +294,16 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
 void set_altitudes(const LineWithBed& line, VehiclePath& path) {
   const std::size_t pings = line.pings.size();
   const Values ranges = first_bed_echoes_m(line);
-  const bool altitudes = !column(line, &RecordedPing::altitude_m).empty();
-  if (!altitudes && ranges_are_even(line))
+  const Values stated_m = column(line, &RecordedPing::altitude_m);
+  if (stated_m.empty() && ranges_are_even(line))
     throw RecordingError(
         "the recording is equally bright at all ranges, the water column as well, as an automatic "
         "gain makes it, or noise that hides all echoes, and its pings have no altitude; expected "
         "altitudes, or a recording without automatic gain");
-  if (ranges.empty()) {
-    path.altitude_m = moving_median(column(line, &RecordedPing::altitude_m), 2);
-    if (path.altitude_m.empty())
-      throw RecordingError(
-          "the recording shows no bottom line in most of its pings, and they have no altitude; "
-          "expected a water column before the bed, or altitudes");
-  }
+  if (stated_m.empty() && ranges.empty())
+    throw RecordingError(
+        "the recording shows no bottom line in most of its pings, and they have no altitude; "
+        "expected a water column before the bed, or altitudes");
   const std::vector<Side> sides = line.sides();
   if (std::ranges::all_of(sides, [&](Side side) { return line.bed(side).doubtful(); }))
     throw RecordingError(fmt::format(
@@ -314,9 +311,9 @@ void set_altitudes(const LineWithBed& line, VehiclePath& path) {
         "noise hides the water column or where it was cut off, and most pings have no altitude; "
         "expected a water column that is {:.0f} dB darker or more, or altitudes",
         std::max(line.bed(sides.front()).water_darker_db, 0.0), clearly_darker_db));
-  path.altitude_m.resize(pings);
-  for (std::size_t i = 0; i < ranges.size(); ++i)
-    path.altitude_m[i] = ranges[i] * (path.pitch_rad.empty() ? 1.0 : std::cos(path.pitch_rad[i]));
+  path.altitude_m = ranges.empty() ? moving_median(stated_m, 2) : ranges;
+  if (!ranges.empty() && !path.pitch_rad.empty())
+    for (std::size_t i = 0; i < pings; ++i) path.altitude_m[i] *= std::cos(path.pitch_rad[i]);
   const bool shown = !ranges.empty() &&
                      std::ranges::any_of(sides, [&](Side side) { return !line.bed(side).stated; });
   path.altitude = shown ? Evidence{Confidence::measured, "bottom line"}
