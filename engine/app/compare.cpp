@@ -37,9 +37,10 @@ void compare(const CompareArguments& arguments) {
   const auto stop_if_asked = [] {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
   };
-  const RecordedLine a = read_line(arguments.a, arguments.sonar_a);
+  const LineWithBed a(read_line(arguments.a, arguments.sonar_a));
   stop_if_asked();
-  const RecordedLine b = read_line(arguments.b, arguments.sonar_b);
+  const LineWithBed b(read_line(arguments.b, arguments.sonar_b));
+  stop_if_asked();
   print_warnings(a.warnings);
   print_warnings(b.warnings);
   nlohmann::ordered_json all = nlohmann::ordered_json::object();

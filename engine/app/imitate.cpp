@@ -111,12 +111,14 @@ void make_imitation(const ImitateArguments& arguments) {
                     arguments.folder.string()));
   require_new();
   StagingFolder staging(folder);
+  const std::string file = arguments.recordings.front().string();
   const Imitation made = watched(arguments.quiet, [&](const auto& progress) {
     try {
       return imitate(line, staging.path(), {.threads = arguments.threads, .progress = progress});
     } catch (const RecordingError& error) {
-      throw RecordingError(
-          fmt::format("{}: {}", arguments.recordings.front().string(), error.what()));
+      throw RecordingError(fmt::format("{}: {}", file, error.what()));
+    } catch (const SceneError& error) {
+      throw SceneError(fmt::format("{}: {}", file, error.what()));
     }
   });
   const std::string name = arguments.recordings.front().filename().string();

@@ -296,24 +296,6 @@ BedSamples followed_rises(const RecordedLine& line, const std::vector<std::vecto
   return followed;
 }
 
-/// Gaps are filled on straight lines between the known samples, and beyond them with the nearest
-/// known one.
-void fill_gaps(BedSamples& samples) {
-  std::optional<std::size_t> before;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (!samples[i]) continue;
-    for (std::size_t gap = before ? *before + 1 : 0; gap < i; ++gap)
-      samples[gap] =
-          before ? std::lerp(*samples[*before], *samples[i],
-                             static_cast<double>(gap - *before) / static_cast<double>(i - *before))
-                 : *samples[i];
-    before = i;
-  }
-  if (before)
-    std::fill(samples.begin() + static_cast<std::ptrdiff_t>(*before), samples.end(),
-              samples[*before]);
-}
-
 /// Whether the bed begins at the stated altitudes, long before the samples show it clearly: those
 /// behind them are brighter than the water before them, on the mean of all pings.
 bool begins_as_stated(const RecordedLine& line, Side side, const Growth& growth,
@@ -403,6 +385,21 @@ double water_darker_db(const RecordedLine& line, Side side, std::size_t recorded
 
 }  // namespace
 
+void fill_gaps(std::vector<std::optional<double>>& values) {
+  std::optional<std::size_t> before;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!values[i]) continue;
+    for (std::size_t gap = before ? *before + 1 : 0; gap < i; ++gap)
+      values[gap] =
+          before ? std::lerp(*values[*before], *values[i],
+                             static_cast<double>(gap - *before) / static_cast<double>(i - *before))
+                 : *values[i];
+    before = i;
+  }
+  if (before)
+    std::fill(values.begin() + static_cast<std::ptrdiff_t>(*before), values.end(), values[*before]);
+}
+
 FoundBed find_bed(const RecordedLine& line, Side side) {
   const std::size_t pings = line.pings.size();
   const double near = std::max(6.0, static_cast<double>(line.samples) / 50.0);
@@ -428,27 +425,20 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
         std::ranges::count_if(samples, [](const auto& sample) { return sample.has_value(); }));
   };
   FoundBed found{.first_sample = std::vector<std::size_t>(pings)};
-  if (2 * known(as_stated) >= pings && ranges_are_even(line, side)) {
-    found.stated = true;
-    bed = as_stated;
-  } else if (begins_behind_bed(smooth, recorded_from, as_stated)) {
-    found.stated = true;
-    bed = as_stated;
-  } else if (2 * known(bed) < pings) {
-    found.stated = 2 * known(as_stated) >= pings;
-    if (found.stated) bed = as_stated;
-    // else the line is too short in pings, or too dark, to be followed: the rises as they are
-    else
-      for (std::size_t i = 0; i < pings; ++i)
-        bed[i] = rises[i].empty() ? 0.0 : static_cast<double>(rises[i].front().sample);
+  const bool most_stated = 2 * known(as_stated) >= pings, few_followed = 2 * known(bed) < pings;
+  found.stated = (most_stated && (few_followed || ranges_are_even(line, side))) ||
+                 begins_behind_bed(smooth, recorded_from, as_stated);
+  if (!found.stated) {
+    // A line that is too short in pings, or too dark, to be followed: the rises as they are.
+    for (std::size_t i = 0; few_followed && i < pings; ++i)
+      bed[i] = rises[i].empty() ? 0.0 : static_cast<double>(rises[i].front().sample);
+    found.water_darker_db = water_darker_db(line, side, recorded_from, bed);
+    found.stated = begins_as_stated(line, side, water.growth, as_stated, bed) ||
+                   (found.doubtful() && most_stated);
   }
-  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-  found.water_darker_db = found.stated ? unknown : water_darker_db(line, side, recorded_from, bed);
-  if (!found.stated && (begins_as_stated(line, side, water.growth, as_stated, bed) ||
-                        (found.doubtful() && 2 * known(as_stated) >= pings))) {
-    found.stated = true;
-    found.water_darker_db = unknown;
+  if (found.stated) {
     bed = as_stated;
+    found.water_darker_db = std::numeric_limits<double>::quiet_NaN();
   }
   for (std::size_t i = 0; i < pings; ++i)
     if (!bed[i]) bed[i] = stated[i];
@@ -459,6 +449,9 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
         silent[i]
             ? line.samples
             : static_cast<std::size_t>(std::clamp(std::round(bed[i].value_or(0.0)), begin, end));
+  for (const std::size_t first : found.first_sample)
+    found.edge.push_back(
+        first > 0 && first + bed_found_early < line.samples ? first + bed_found_early : first);
   return found;
 }
 

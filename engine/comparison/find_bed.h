@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <limits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include <ensonify/engine/recording/recorded_line.h>
@@ -19,6 +22,7 @@ struct FoundBed {
   /// By ping: the first sample of the bed, set bed_found_early samples before its edge; the first
   /// recorded one if all are bed, the number of samples if the ping is silent.
   std::vector<std::size_t> first_sample;
+  std::vector<std::size_t> edge;  ///< by ping: the first sample of the bed at its edge
   bool stated = false;  ///< the bed is from the stated altitudes: the samples do not show it
   /// How much darker the water column is than the bed just behind it: its brightest third, or, if
   /// one is darker by 10 dB, its darkest. NaN without a column, or if the bed is from the stated
@@ -44,6 +48,24 @@ struct FoundBed {
 ///   brighter, on average, than the samples before it;
 /// - if the line is doubtful(), or if ranges_are_even().
 FoundBed find_bed(const RecordedLine& line, Side side);
+
+/// A line with the bed of its sides, which is found once. The line must not be changed.
+class LineWithBed : public RecordedLine {
+ public:
+  LineWithBed() = default;
+  explicit LineWithBed(RecordedLine line) : RecordedLine(std::move(line)) {
+    for (const Side side : sides()) beds_[static_cast<std::size_t>(side)] = find_bed(*this, side);
+  }
+  /// Of a side that the line has.
+  const FoundBed& bed(Side side) const { return beds_[static_cast<std::size_t>(side)]; }
+
+ private:
+  std::array<FoundBed, 2> beds_;
+};
+
+/// Fills gaps on straight lines between the known values, and beyond them with the nearest known
+/// one.
+void fill_gaps(std::vector<std::optional<double>>& values);
 
 /// Whether all ranges are equally bright, on the mean of all pings. No water column is as bright as
 /// the bed: the recorder has an automatic gain that evens each range, or noise hides all echoes.

@@ -14,7 +14,6 @@
 #include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/base/units.h>
 #include <ensonify/engine/comparison/bed_drift.h>
-#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/scatter/decibel.h>
@@ -67,9 +66,7 @@ std::vector<Block> blocks_of(const RecordedLine& line, Side side, std::span<cons
                              std::size_t first, std::size_t end) {
   std::vector<Block> blocks;
   for (std::size_t ping = first; ping + block_pings <= end; ping += block_pings) {
-    const std::size_t begin =
-        *std::max_element(bed.begin() + static_cast<std::ptrdiff_t>(ping),
-                          bed.begin() + static_cast<std::ptrdiff_t>(ping + block_pings));
+    const std::size_t begin = std::ranges::max(bed.subspan(ping, block_pings));
     for (std::size_t sample = begin; sample + block_samples <= line.samples;
          sample += block_samples) {
       Block block{};
@@ -132,9 +129,9 @@ void over_neighbours(const std::vector<double>& values, F&& take) {
   }
 }
 
-void add_side(const RecordedLine& line, Side side, std::size_t first, std::size_t end,
+void add_side(const LineWithBed& line, Side side, std::size_t first, std::size_t end,
               float full_scale, Samples& to) {
-  const std::vector<std::size_t> bed = find_bed(line, side).first_sample;
+  const std::vector<std::size_t>& bed = line.bed(side).first_sample;
   const std::vector<Block> blocks = blocks_of(line, side, bed, first, end);
   to.blocks.insert(to.blocks.end(), blocks.begin(), blocks.end());
   to.drift_m[static_cast<std::size_t>(side)] = bed_drift_m(line, side, bed, first, end);
@@ -206,7 +203,7 @@ double of_blocks(const Samples& samples, double low_deg, double high_deg, F&& nu
 
 }  // namespace
 
-std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t first,
+std::vector<LineStatistic> line_statistics(const LineWithBed& line, std::size_t first,
                                            std::size_t end,
                                            const std::function<void()>& stop_check) {
   Samples samples;
@@ -294,19 +291,18 @@ double ComparedStatistic::ratio() const {
   return difference <= rounding * std::abs(a) ? 0.0 : difference / spread;
 }
 
-std::array<std::vector<std::size_t>, 2> halves_at_equal_altitude(const RecordedLine& line) {
+std::array<std::vector<std::size_t>, 2> halves_at_equal_altitude(const LineWithBed& line) {
   constexpr std::size_t block = 32;
   constexpr double alike = 0.05;
   const std::size_t pings = line.pings.size(),
                     blocks = 2 * std::max<std::size_t>(1, pings / (2 * block));
-  std::vector<std::vector<std::size_t>> beds;
-  for (const Side side : line.sides()) beds.push_back(find_bed(line, side).first_sample);
   const auto first_of = [&](std::size_t part, std::size_t parts) { return part * pings / parts; };
   const auto bed_in = [&](std::size_t part, std::size_t parts) {
     std::vector<double> samples;
-    for (const std::vector<std::size_t>& bed : beds)
+    for (const Side side : line.sides())
       for (std::size_t i = first_of(part, parts); i < first_of(part + 1, parts); ++i)
-        if (bed[i] < line.samples) samples.push_back(static_cast<double>(bed[i]));
+        if (const std::size_t bed = line.bed(side).first_sample[i]; bed < line.samples)
+          samples.push_back(static_cast<double>(bed));
     return median(std::move(samples));
   };
   std::vector<std::size_t> order(blocks);
@@ -334,10 +330,10 @@ std::array<std::vector<std::size_t>, 2> halves_at_equal_altitude(const RecordedL
   return halves;
 }
 
-std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b,
+std::vector<ComparedStatistic> compare_lines(const LineWithBed& a, const LineWithBed& b,
                                              const std::function<void()>& stop_check) {
   const std::size_t pings = a.pings.size(), half = pings / 2;
-  const auto statistics = [&](const RecordedLine& line, std::size_t begin, std::size_t end) {
+  const auto statistics = [&](const LineWithBed& line, std::size_t begin, std::size_t end) {
     return line_statistics(line, begin, end, stop_check);
   };
   using Statistics = std::vector<LineStatistic>;
@@ -346,7 +342,7 @@ std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const Record
   const std::array<std::vector<std::size_t>, 2> equal = halves_at_equal_altitude(a);
   const bool as_they_are = equal[0].empty() || equal[0].back() < equal[1].front();
   const auto at_equal = [&](std::size_t which) {
-    const RecordedLine part = some_pings(a, equal[which]);
+    const LineWithBed part(some_pings(a, equal[which]));
     return statistics(part, 0, part.pings.size());
   };
   const Statistics one = as_they_are ? first : at_equal(0),

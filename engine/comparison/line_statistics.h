@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/recording/recorded_line.h>
+#include <ensonify/engine/comparison/find_bed.h>
 
 namespace ensonify::engine {
 
@@ -42,7 +42,7 @@ struct LineStatistic {
 /// normal distribution with the same median square; speckle alone gives 0.54 dB.
 ///
 /// `stop_check` is called before each side; what it throws ends the work.
-std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t first,
+std::vector<LineStatistic> line_statistics(const LineWithBed& line, std::size_t first,
                                            std::size_t end,
                                            const std::function<void()>& stop_check = {});
 
@@ -62,10 +62,10 @@ struct ComparedStatistic {
 /// halves at two altitudes would excuse nearly any difference. In that case blocks of some 32 pings
 /// are ordered by their altitude, and of each two in succession the earlier ping's is in the first
 /// half.
-std::array<std::vector<std::size_t>, 2> halves_at_equal_altitude(const RecordedLine& line);
+std::array<std::vector<std::size_t>, 2> halves_at_equal_altitude(const LineWithBed& line);
 
 /// `stop_check` as in line_statistics().
-std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b,
+std::vector<ComparedStatistic> compare_lines(const LineWithBed& a, const LineWithBed& b,
                                              const std::function<void()>& stop_check = {});
 
 /// How alike two lines are.

@@ -12,6 +12,7 @@
 
 #include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/base/units.h>
+#include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/scatter/decibel.h>
 
@@ -32,20 +33,13 @@ double before_clipping(double power) {
   return low;
 }
 
-/// The level of the bed in a block of pings.
-struct LevelAtRange {
-  std::size_t block;
-  double decades;  // of the range in metres
-  double level_db;
-};
-
 /// The levels of one side, by cells of grazing angle. If the recorder scaled each ping, they are
 /// relative to the water column of the same ping, which has the same scale.
 std::array<std::vector<LevelAtRange>, grazing_cells> levels_at_ranges(
-    const RecordedLine& line, Side side, const RecorderSigns& recorder) {
+    const LineWithBed& line, Side side, const RecorderSigns& recorder) {
   constexpr std::size_t block = 24, low_cell = 5, high_cell = 36;  // 10 to 72 degrees
   std::array<std::vector<LevelAtRange>, grazing_cells> points;
-  const std::vector<std::size_t> bed = bed_edge(line, side);
+  const std::vector<std::size_t>& bed = line.bed(side).edge;
   for (std::size_t ping = 0; ping + block <= line.pings.size(); ping += block) {
     const std::size_t middle = ping + block / 2;
     if (bed[middle] < 24 || bed[middle] >= line.samples) continue;
@@ -69,12 +63,8 @@ std::array<std::vector<LevelAtRange>, grazing_cells> levels_at_ranges(
   return points;
 }
 
-/// A straight line through the levels of each cell; the lines share their slope.
-struct SharedSlope {
-  double variance = 0.0, covariance = 0.0;
-  double value() const { return covariance / variance; }
-};
-/// Without the blocks [first, end).
+}  // namespace
+
 SharedSlope shared_slope(const std::vector<std::vector<LevelAtRange>>& cells, std::size_t first,
                          std::size_t end) {
   SharedSlope slope;
@@ -97,24 +87,26 @@ SharedSlope shared_slope(const std::vector<std::vector<LevelAtRange>>& cells, st
   return slope;
 }
 
-}  // namespace
-
 double grazing_cell_rad(std::size_t cell) {
   return (static_cast<double>(cell) + 0.5) * grazing_cell_deg * degree;
 }
 
-GrazingLevels grazing_levels(const RecordedLine& line, Side side, const RecorderSigns& recorder,
+std::size_t grazing_cell(double grazing_rad) {
+  return std::min(static_cast<std::size_t>(grazing_rad / degree / grazing_cell_deg),
+                  grazing_cells - 1);
+}
+
+GrazingLevels grazing_levels(const LineWithBed& line, Side side, const RecorderSigns& recorder,
                              std::size_t first, std::size_t end, std::size_t enough) {
   GrazingLevels sums{}, counts{};
-  const std::vector<std::size_t> bed = bed_edge(line, side);
+  const std::vector<std::size_t>& bed = line.bed(side).edge;
   for (std::size_t ping = first; ping < end; ++ping) {
     const std::span<const float> row = line.row(side, ping);
     if (bed[ping] == 0) continue;
     const double altitude = nearest_bed(line, ping, bed[ping]);
     for (std::size_t k = bed[ping]; k < line.samples; ++k) {
       const double grazing = std::asin(std::min(1.0, altitude / static_cast<double>(k)));
-      const auto cell = std::min(static_cast<std::size_t>(grazing / degree / grazing_cell_deg),
-                                 grazing_cells - 1);
+      const std::size_t cell = grazing_cell(grazing);
       const double amplitude = expanded(row[k] / recorder.full_scale, recorder);
       sums[cell] += amplitude * amplitude;
       counts[cell] += 1.0;
@@ -127,7 +119,7 @@ GrazingLevels grazing_levels(const RecordedLine& line, Side side, const Recorder
   return sums;
 }
 
-std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
+std::array<GrazingLevels, 2> grazing_levels_of_sides(const LineWithBed& line,
                                                      const RecorderSigns& recorder) {
   std::array<GrazingLevels, 2> levels;
   for (const Side side : {Side::port, Side::starboard}) {
@@ -138,7 +130,18 @@ std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
   return levels;
 }
 
-double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder) {
+GrazingLevels mean_of_sides(const std::array<GrazingLevels, 2>& levels_db) {
+  GrazingLevels mean;
+  for (std::size_t i = 0; i < grazing_cells; ++i) {
+    const double port = levels_db[0][i], starboard = levels_db[1][i];
+    mean[i] = std::isnan(port)        ? starboard
+              : std::isnan(starboard) ? port
+                                      : 0.5 * (port + starboard);
+  }
+  return mean;
+}
+
+double range_slope_db(const LineWithBed& line, const RecorderSigns& recorder) {
   if (recorder.has_automatic_gain()) return unknown_level;
   std::vector<std::vector<LevelAtRange>> cells;  // of both sides
   std::size_t blocks = 0;
@@ -189,6 +192,36 @@ RangeLaw corrected_law(const RangeLaw& law, double slope_db, double ours_db,
   better.spreading = std::clamp(better.spreading, least, most);
   better.from = within_limits(std::move(better.from), better.spreading, least, most);
   return better;
+}
+
+double lasting_peaks(const LineWithBed& line) {
+  constexpr double bright = 4.0, lowest_rad = 8.0 * degree, highest_rad = 20.0 * degree;
+  constexpr double fewest = 30.0;
+  double sum = 0.0, peaks = 0.0;
+  for (const Side side : line.sides()) {
+    const std::vector<std::size_t>& bed = line.bed(side).edge;
+    for (std::size_t ping = 0; ping + block_pings <= line.pings.size(); ping += block_pings) {
+      const auto nearest = static_cast<double>(bed[ping + block_pings / 2]);
+      const auto first = static_cast<std::size_t>(std::ceil(nearest / std::sin(highest_rad)));
+      for (std::size_t sample = first; sample + block_samples <= line.samples &&
+                                       nearest > std::sin(lowest_rad) * static_cast<double>(sample);
+           sample += block_samples) {
+        double mean = 0.0;
+        for (std::size_t i = ping; i < ping + block_pings; ++i)
+          for (const float value : line.row(side, i).subspan(sample, block_samples))
+            mean += value / double{block_pings * block_samples};
+        for (std::size_t i = ping + 1; i + 1 < ping + block_pings; ++i)
+          for (std::size_t k = sample; k < sample + block_samples; ++k) {
+            const double value = line.row(side, i)[k];
+            if (!(value > bright * mean)) continue;
+            const double around = 0.5 * (line.row(side, i - 1)[k] + line.row(side, i + 1)[k]);
+            sum += (around - mean) / (value - mean);
+            peaks += 1.0;
+          }
+      }
+    }
+  }
+  return peaks < fewest ? std::numeric_limits<double>::quiet_NaN() : sum / peaks;
 }
 
 }  // namespace ensonify::engine

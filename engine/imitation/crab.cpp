@@ -11,7 +11,6 @@
 #include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/base/units.h>
 #include <ensonify/engine/comparison/bed_drift.h>
-#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/line_statistics.h>
 
 namespace ensonify::engine {
@@ -37,8 +36,7 @@ double rms(const std::vector<double>& values) {
 
 /// Whether the bed of both sides has long forms in pings [first, first + window), so that its drift
 /// does not show how the vehicle moves.
-bool has_long_forms(const RecordedLine& line, const std::array<std::vector<std::size_t>, 2>& bed,
-                    std::size_t first, double step_m) {
+bool has_long_forms(const LineWithBed& line, std::size_t first, double step_m) {
   // The speckle of pings is alike within the length of the array.
   constexpr double longest_array_m = 0.5;  // of most sonars
   constexpr double min_lag = 4, max_lag = 0.5 * window;
@@ -49,21 +47,21 @@ bool has_long_forms(const RecordedLine& line, const std::array<std::vector<std::
       static_cast<std::size_t>(std::clamp(std::ceil(longest_array_m / step_m), min_lag, max_lag));
   double likeness = 0.0;
   for (const Side side : {Side::port, Side::starboard})
-    likeness += 0.5 * lasting_likeness(line, side, bed[static_cast<std::size_t>(side)], first,
-                                       first + window, lag);
+    likeness +=
+        0.5 * lasting_likeness(line, side, line.bed(side).first_sample, first, first + window, lag);
   return likeness > max_likeness;
 }
 
 /// Where both are known.
-std::vector<Crab> crabs_of(const RecordedLine& line, const VehiclePath& path) {
-  const std::array bed{find_bed(line, Side::port).first_sample,
-                       find_bed(line, Side::starboard).first_sample};
+std::vector<Crab> crabs_of(const LineWithBed& line, const VehiclePath& path) {
   std::vector<Crab> crabs;
   for (std::size_t first = 0; first + window <= line.pings.size(); first += window / 2) {
     const std::size_t end = first + window, last = end - 1;
+    const auto drift_of = [&](Side side) {
+      return bed_drift_m(line, side, line.bed(side).first_sample, first, end);
+    };
     const std::optional<double> drift_m =
-        sideways_drift_m(bed_drift_m(line, Side::port, bed[0], first, end),
-                         bed_drift_m(line, Side::starboard, bed[1], first, end));
+        sideways_drift_m(drift_of(Side::port), drift_of(Side::starboard));
     const double east_m = path.x_m[last] - path.x_m[first],
                  north_m = path.y_m[last] - path.y_m[first];
     const double step_m = std::hypot(east_m, north_m) / static_cast<double>(last - first);
@@ -79,14 +77,14 @@ std::vector<Crab> crabs_of(const RecordedLine& line, const VehiclePath& path) {
     for (std::size_t i = first; i < end && !path.heading_rad.empty(); ++i)
       stated_rad += turn(path.heading_rad[i] - course_rad) / double{window};
     crabs.push_back({static_cast<double>(first) + 0.5 * window, stated_rad, std::asin(sideways),
-                     has_long_forms(line, bed, first, step_m)});
+                     has_long_forms(line, first, step_m)});
   }
   return crabs;
 }
 
 }  // namespace
 
-HeadingCheck correct_heading(const RecordedLine& line, VehiclePath& path) {
+HeadingCheck correct_heading(const LineWithBed& line, VehiclePath& path) {
   HeadingCheck check;
   if (line.port.empty() || line.starboard.empty() || path.place.how != Confidence::stated)
     return check;

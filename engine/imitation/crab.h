@@ -1,7 +1,7 @@
 #pragma once
 
+#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
-#include <ensonify/engine/recording/recorded_line.h>
 
 namespace ensonify::engine {
 
@@ -19,6 +19,6 @@ struct HeadingCheck {
 /// bed comes nearer on one side and gets farther on the other (sideways_drift_m()). Headings may be
 /// magnetic, or a file may have exchanged port and starboard; then the drift does not agree with
 /// sin(c).
-HeadingCheck correct_heading(const RecordedLine& line, VehiclePath& path);
+HeadingCheck correct_heading(const LineWithBed& line, VehiclePath& path);
 
 }  // namespace ensonify::engine

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -12,7 +14,10 @@ enum class Confidence {
   fitted,    ///< chosen so that the imitation's statistics become the recording's
   assumed    ///< the recording does not show it; a usual value
 };
-std::string_view name_of(Confidence how);
+constexpr std::string_view name_of(Confidence how) {
+  constexpr std::array<std::string_view, 4> names{"stated", "measured", "fitted", "assumed"};
+  return names[static_cast<std::size_t>(how)];
+}
 
 /// The evidence for a value.
 struct Evidence {

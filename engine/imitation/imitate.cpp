@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -25,7 +27,6 @@ namespace {
 
 constexpr std::size_t max_pings = 3000, fewest_pings = 64;
 constexpr std::size_t block = 32, max_fit_blocks = 7;
-constexpr int rounds = 10;
 
 /// The middle of the line, of pings of one range. Throws RecordingError.
 RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unknown) {
@@ -78,7 +79,7 @@ void leave_out_silent_side(RecordedLine& line, std::vector<std::string>& unknown
                starboard = silent_share(line, Side::starboard);
   constexpr double nearly_all = 0.9;
   if (std::max(port, starboard) < nearly_all || std::min(port, starboard) >= nearly_all) return;
-  const std::string_view side = port > starboard ? "port" : "starboard";
+  const std::string_view side = name_of(port > starboard ? Side::port : Side::starboard);
   std::vector<float>& rows = port > starboard ? line.port : line.starboard;
   unknown.push_back(
       rows.empty() ? fmt::format("the {} side: the recording has no samples of it", side)
@@ -184,7 +185,7 @@ void note_missing(const RecordedLine& line, const LineModel& model,
     if (const double share = silent_share(line, side); share > noticed)
       unknown.push_back(fmt::format(
           "why the {} side is silent in {:.0f} % of the pings; it is imitated as if it were not",
-          side == Side::port ? "port" : "starboard", 100.0 * share));
+          name_of(side), 100.0 * share));
   }
 }
 
@@ -219,7 +220,7 @@ void note_gaps(const RecordedLine& line, const LineModel& model,
 }
 
 /// The model before any simulation.
-LineModel first_model(const RecordedLine& line) {
+LineModel first_model(const LineWithBed& line) {
   LineModel model;
   model.path = vehicle_path(line);
   model.recorder = recorder_signs(line);
@@ -268,7 +269,7 @@ struct Halves {
 };
 
 /// Where objects lie that the imitation lacks.
-void note_objects(const RecordedLine& line, const LineModel& model,
+void note_objects(const LineWithBed& line, const LineModel& model,
                   std::vector<std::string>& unknown) {
   const std::vector<BrightObject> objects = bright_objects(line, model.path, model.recorder);
   if (objects.empty()) return;
@@ -276,7 +277,7 @@ void note_objects(const RecordedLine& line, const LineModel& model,
   std::string places;
   for (std::size_t i = 0; i < std::min(objects.size(), named); ++i)
     places += fmt::format("{}{:.1f} m to {} of ping {} ({:.0f} dB)", i == 0 ? "" : ", ",
-                          objects[i].range_m, objects[i].side == Side::port ? "port" : "starboard",
+                          objects[i].range_m, name_of(objects[i].side),
                           line.pings[objects[i].ping].number, objects[i].over_bed_db);
   if (objects.size() > named) places += fmt::format(" and {} more", objects.size() - named);
   unknown.push_back(
@@ -316,21 +317,20 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
                   const ImitationControl& control) {
   const refine::StandardFloats floats;
   Imitation made;
-  made.line = usable_part(recording, made.unknown);
-  leave_out_silent_side(made.line, made.unknown);
-  const VehiclePath path = vehicle_path(made.line);
-  note_altitudes(made.line, path, made.unknown);
+  RecordedLine line = usable_part(recording, made.unknown);
+  leave_out_silent_side(line, made.unknown);
+  const VehiclePath path = vehicle_path(LineWithBed(line));
+  note_altitudes(line, path, made.unknown);
   // The bottom line of the whole recording leads the search for it in parts of the recording.
-  for (std::size_t i = 0; i < made.line.pings.size(); ++i)
-    made.line.pings[i].altitude_m = path.altitude_m[i];
+  for (std::size_t i = 0; i < line.pings.size(); ++i) line.pings[i].altitude_m = path.altitude_m[i];
+  made.line = LineWithBed(std::move(line));
   const Halves halves(made.line.pings.size());
-  made.judged = halves.judged;
   LineModel& model = made.model;
   // The bed, the beam and the sediment are those of pings with one gain.
   const RecorderSigns recorder = recorder_signs(made.line);
   const PingGains gains = ping_gains(made.line, recorder);
-  const RecordedLine even = without_ping_gains(made.line, gains, recorder);
-  const RecordedLine half = some_pings(even, halves.fit);
+  const LineWithBed even = without_ping_gains(made.line, gains, recorder);
+  const LineWithBed half(some_pings(even, halves.fit));
   model = first_model(half);
   note_gaps(half, model, made.unknown);
   // The path is that of all pings: where the vehicle is, is not fitted.
@@ -358,39 +358,28 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
     if (control.progress && !control.progress(stage, done, of))
       throw Stopped("imitate was stopped; nothing was written");
   };
-  const std::size_t in_round = halves.simulated.size();
-  LineModel part = model;
-  part.path = some_pings(model.path, halves.simulated);
-  std::vector<NearSediment> sediments;
-  fit_line(part, some_pings(even, halves.simulated), folder, control.threads, rounds,
-           beam_is_stated, sediments, [&](int round) -> AfterPings {
-             return [&, round](std::size_t done, std::size_t) {
-               report("fit", static_cast<std::size_t>(round) * in_round + done, rounds * in_round);
-             };
-           });
-  part.path = model.path;
-  part.ping_gain_db = gains.rms_db;
-  model = std::move(part);
+  VehiclePath whole = std::exchange(model.path, some_pings(model.path, halves.simulated));
+  const std::vector<NearSediment> sediments =
+      fit_line(model, LineWithBed(some_pings(even, halves.simulated)), control.threads,
+               beam_is_stated, std::bind_front(report, "fit"));
+  model.path = std::move(whole);
+  model.ping_gain_db = gains.rms_db;
   for (const NearSediment& sediment : sediments) made.materials.push_back(sediment.name);
   made.imitated =
-      simulated_line(model, folder, control.threads,
-                     [&](std::size_t done, std::size_t of) { report("pings", done, of); });
-  made.statistics =
-      compare_lines(some_pings(made.line, made.judged), some_pings(made.imitated, made.judged));
+      LineWithBed(simulated_line(model, control.threads, std::bind_front(report, "pings")).line);
+  made.judged = LineWithBed(some_pings(made.line, halves.judged));
+  made.judged_imitated = LineWithBed(some_pings(made.imitated, halves.judged));
+  made.statistics = compare_lines(made.judged, made.judged_imitated);
   note_limits(made, made.unknown);
   note_objects(even, model, made.unknown);
   made.unknown.emplace_back(
       "single objects and forms of the bed: only their statistics are imitated");
   made.unknown.emplace_back(
       "source level, bed strength and gain separately; only their sum is known");
-  const auto how = [&](const char* key) {
-    const auto found = model.evidence.find(key);
-    return found == model.evidence.end() ? Confidence::assumed : found->second.how;
-  };
-  if (how("sonar.sidescan.array_length_m") == Confidence::fitted)
+  if (model.how("sonar.sidescan.array_length_m") == Confidence::fitted)
     made.unknown.emplace_back("the array's length: texture and relief change the same statistic");
-  if (how("sonar.sidescan.bandwidth_hz") == Confidence::stated &&
-      how("sonar.sidescan.pulse") == Confidence::assumed)
+  if (model.how("sonar.sidescan.bandwidth_hz") == Confidence::stated &&
+      model.how("sonar.sidescan.pulse") == Confidence::assumed)
     made.unknown.emplace_back("the pulse: the file states its bandwidth alone, so it is CW here");
   if (has_several_beams(made.line))
     made.unknown.emplace_back(
@@ -415,6 +404,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   if (!beam_is_stated && !model.recorder.has_automatic_gain())
     made.unknown.emplace_back(
         "the vertical beam apart from the bed's material: both make the level over the angle");
+  write_scene(model, folder);
   return made;
 }
 

@@ -24,9 +24,9 @@ struct ImitationControl {
 /// The result of an imitation.
 struct Imitation {
   LineModel model;
-  RecordedLine line;                          ///< the part of the recording that is imitated
-  RecordedLine imitated;                      ///< the same pings, simulated with the scene
-  std::vector<std::size_t> judged;            ///< pings of both lines that the fit did not use
+  LineWithBed line;                           ///< the part of the recording that is imitated
+  LineWithBed imitated;                       ///< the same pings, simulated with the scene
+  LineWithBed judged, judged_imitated;        ///< their pings that the fit did not use
   std::vector<ComparedStatistic> statistics;  ///< of these pings, the recording first
   std::vector<std::string> materials;  ///< nearest first, by their level over the grazing angle
   std::vector<std::string> unknown;    ///< what the recording does not show

@@ -9,8 +9,6 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/comparison/comparison_page.h>
-#include <ensonify/engine/comparison/find_bed.h>
-#include <ensonify/engine/recording/some_pings.h>
 
 namespace ensonify::engine {
 namespace {
@@ -79,13 +77,13 @@ std::array<Curve, 2> curves(const Imitation& made, StatisticCurve curve) {
 }
 
 /// The histogram of the bed's amplitudes over their mean, both sides.
-Curve histogram(const RecordedLine& line) {
+Curve histogram(const LineWithBed& line) {
   constexpr std::size_t bars = 60;
   constexpr double most = 4.0;
   std::vector<double> values;
   double sum = 0.0;
   for (const Side side : line.sides()) {
-    const std::vector<std::size_t> bed = find_bed(line, side).first_sample;
+    const std::vector<std::size_t>& bed = line.bed(side).first_sample;
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
       for (std::size_t k = bed[ping]; k < line.samples; ++k) {
         values.push_back(line.row(side, ping)[k]);
@@ -105,15 +103,13 @@ Curve histogram(const RecordedLine& line) {
 }
 
 /// The range of the first return of the first side by ping.
-Curve first_returns(const RecordedLine& line) {
+Curve first_returns(const LineWithBed& line) {
   const Side side = line.port.empty() ? Side::starboard : Side::port;
-  const std::vector<std::size_t> bed = find_bed(line, side).first_sample;
+  const std::vector<std::size_t>& bed = line.bed(side).first_sample;
   Curve curve;
   for (std::size_t ping = 0; ping < bed.size(); ++ping)
     if (bed[ping] < line.samples)
-      curve.push_back(
-          {static_cast<double>(ping), static_cast<double>(bed[ping]) * line.pings[ping].range_m /
-                                          static_cast<double>(line.samples)});
+      curve.push_back({static_cast<double>(ping), line.sample_range_m(ping, bed[ping])});
   return curve;
 }
 
@@ -134,9 +130,8 @@ std::string imitation_page(const std::string& name, const Imitation& made) {
   add("Level over range", "% of the range", "dB", curves(made, StatisticCurve::level_over_range));
   add("Contrast over grazing angle", "degrees", "sd / mean",
       curves(made, StatisticCurve::contrast_over_grazing));
-  const RecordedLine real = some_pings(made.line, made.judged),
-                     ours = some_pings(made.imitated, made.judged);
-  add("Amplitudes of the bed", "over their mean", "%", {histogram(real), histogram(ours)});
+  add("Amplitudes of the bed", "over their mean", "%",
+      {histogram(made.judged), histogram(made.judged_imitated)});
   add("First return, all pings", "ping", "m",
       {first_returns(made.line), first_returns(made.imitated)});
   page += statistics_section(name, "its imitation", made.statistics);

@@ -11,7 +11,6 @@
 
 #include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/comparison/line_statistics.h>
-#include <ensonify/engine/imitation/lasting_peaks.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/seafloor/material.h>
@@ -21,9 +20,35 @@
 namespace ensonify::engine {
 namespace {
 
+/// A number that the fit corrects in every round, within limits.
+struct FittedKey {
+  const char* key;
+  const char* statistic;         ///< the evidence
+  double least, most;            ///< that are tried
+  double least_step, most_step;  ///< of a round: a term of levels and exponents, else a factor
+
+  double step(double change) const { return std::clamp(change, least_step, most_step); }
+  Evidence set(double to, double& value) const {
+    value = std::clamp(to, least, most);
+    return within_limits({Confidence::fitted, statistic}, value, least, most);
+  }
+};
+// clang-format off
+constexpr FittedKey  // key, statistic; values, steps
+    spreading{"sonar.sidescan.tvg_spreading", "level over range",
+              0.0, 80.0, -8.0, 8.0},
+    output_noise{"sonar.sidescan.output_noise_db", "level of the water column",
+                 -150.0, -3.0, -20.0, 20.0},
+    relief{"seafloor.fractal.height_at_1m_m", "correlation over 2 and 4 samples",
+           5e-4, 0.08, 0.6, 1.5},
+    texture_shape{"material.bed.texture_shape", "contrast at low grazing angles",
+                  0.005, 20.0, 0.2, 5.0},
+    glint_share{"material.bed.glint_share", "kurtosis at 8 to 20 degrees",
+                0.01, 0.8, 0.5, 2.0},
+    array_length{"sonar.sidescan.array_length_m", "correlation of neighbouring pings",
+                 0.05, 5.0, 0.7, 1.4};
+// clang-format on
 constexpr const char* bandwidth_key = "sonar.sidescan.bandwidth_hz";
-constexpr const char* texture_shape_key = "material.bed.texture_shape";
-constexpr const char* glint_share_key = "material.bed.glint_share";
 /// The bands of grazing angle whose samples show texture best, degrees.
 constexpr std::array low_bands{"8_to_14", "14_to_20"};
 
@@ -36,7 +61,7 @@ struct Figures {
   std::array<GrazingLevels, 2> levels;
   double lasting_peaks;
 
-  Figures(const RecordedLine& line, const RecorderSigns& recorder)
+  Figures(const LineWithBed& line, const RecorderSigns& recorder)
       : levels(grazing_levels_of_sides(line, recorder)),
         lasting_peaks(engine::lasting_peaks(line)) {
     for (const LineStatistic& one : line_statistics(line, 0, line.pings.size())) {
@@ -59,9 +84,10 @@ double array_correlation(double distance_over_length) {
   const double field = 1.5 * spline;
   return field * field;
 }
-/// The inverse, between 0.02 and 0.98.
+/// The inverse.
 double distance_over_length(double correlation) {
-  const double wanted = std::clamp(correlation, 0.02, 0.98);
+  constexpr double least = 0.02, most = 0.98;  // beyond, it hardly depends on the distance
+  const double wanted = std::clamp(correlation, least, most);
   double low = 0.0, high = 1.0;
   for (int i = 0; i < 50; ++i) {
     const double middle = 0.5 * (low + high);
@@ -70,29 +96,21 @@ double distance_over_length(double correlation) {
   return low;
 }
 
-/// Fills cells of NaN from their neighbours.
+/// Fills cells of NaN: with the known cell before, or the first known one; with 0 if there is none.
 void fill(std::vector<double>& cells) {
-  std::size_t known = cells.size();
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (!std::isfinite(cells[i])) continue;
-    if (known == cells.size())
-      std::fill(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(i), cells[i]);
-    known = i;
-  }
-  if (known == cells.size()) std::ranges::fill(cells, 0.0);
-  double last = cells.front();
-  for (double& cell : cells) {
-    if (std::isfinite(cell)) last = cell;
-    cell = last;
-  }
+  const auto is_known = [](double cell) { return std::isfinite(cell); };
+  const auto first = std::ranges::find_if(cells, is_known);
+  double last = first == cells.end() ? 0.0 : *first;
+  for (double& cell : cells) cell = last = is_known(cell) ? cell : last;
 }
 
 /// A line whose pings are not scaled, as the recorder scales them: each side of each ping to the
 /// mean of that amplitude. Pings at other altitudes then count as much as in the recording.
-RecordedLine scaled(RecordedLine line, const RecorderSigns& recorder) {
+LineWithBed scaled(const LineWithBed& line, const RecorderSigns& recorder) {
   if (recorder.ping_mean == 0.0 || recorder.curve != TransferCurve::linear) return line;
+  RecordedLine all = line;
   const std::size_t begin = line.samples / 50;  // beyond the transmitted pulse
-  for (std::vector<float>* side : {&line.port, &line.starboard})
+  for (std::vector<float>* side : {&all.port, &all.starboard})
     for (std::size_t first = 0; first < side->size(); first += line.samples) {
       const std::span<float> row = std::span(*side).subspan(first, line.samples);
       double sum = 0.0;
@@ -103,18 +121,18 @@ RecordedLine scaled(RecordedLine line, const RecorderSigns& recorder) {
       for (float& value : row)
         value = std::min(factor * value, static_cast<float>(recorder.full_scale));
     }
-  return line;
+  return LineWithBed(std::move(all));
 }
 
 class Fit {
  public:
-  Fit(LineModel& model, const RecordedLine& line)
+  Fit(LineModel& model, const LineWithBed& line)
       : model_(model), real_(line, model.recorder), array_shows_(!has_several_beams(line)) {
     begin_pulse();
   }
 
   /// After a simulation with pings that are not scaled: the gain and the gain over range.
-  void correct_geometry(const RecordedLine& ours, double gain_db) {
+  void correct_geometry(const LineWithBed& ours, double gain_db) {
     RecorderSigns unscaled = model_.recorder;
     unscaled.ping_mean = 0.0;
     const RangeLaw before = model_.range_law;
@@ -132,7 +150,7 @@ class Fit {
 
   /// From the first echo of the bed. After a simulation with the line's beam: where the nearest bed
   /// is received more weakly, it seems to begin later.
-  void correct_altitude(const RecordedLine& ours) {
+  void correct_altitude(const LineWithBed& ours) {
     // The path has the altitudes that the whole recording shows. The rest is the error of
     // find_bed(), which is small: a larger difference comes from another beam or noise floor, and
     // means nothing.
@@ -144,13 +162,12 @@ class Fit {
           off_m[i] * (model_.path.pitch_rad.empty() ? 1.0 : std::cos(model_.path.pitch_rad[i]));
     constexpr double most_bins = 5.0;
     const double shift_m = model_.altitude_shift_m + median(std::move(off_m));
-    if (std::abs(shift_m) <= most_bins * bin_m()) model_.altitude_shift_m = shift_m;
+    if (std::abs(shift_m) <= most_bins * model_.bin_m()) model_.altitude_shift_m = shift_m;
   }
 
   /// After a simulation with the sonar's plain beam and automatic gain: material, and the beam
-  /// where the file does not state it.
-  void begin(const RecordedLine& ours, double gain_db, bool beam_is_stated,
-             std::vector<NearSediment>& sediments) {
+  /// where the file does not state it. Returns nearest_sediments().
+  std::vector<NearSediment> begin(const LineWithBed& ours, double gain_db, bool beam_is_stated) {
     // The gain is that before the pings are scaled; the level over the angle is that behind.
     const GrazingLevels unscaled = excess_over(grazing_levels_of_sides(ours, model_.recorder));
     const Figures simulated(scaled(ours, model_.recorder), model_.recorder);
@@ -160,29 +177,32 @@ class Fit {
       by_law = choose_range_law(both);
       for (std::size_t i = 0; i < grazing_cells; ++i) both[i] -= by_law[i];
     }
-    sediments = nearest_sediments(model_, both, beam_is_stated);
-    const LineModel before = model_;
+    std::vector<NearSediment> sediments = nearest_sediments(model_, both, beam_is_stated);
+    const std::string before = model_.material;
     if (!sediments.empty()) model_.material = sediments.front().name;
     note_sediments(sediments, beam_is_stated);
     constexpr double plain_enough_db = 1.5, sides_alike_db = 1.0;
     const bool plain = beam_is_stated && !sediments.empty() &&
                        sediments.front().rms_db < plain_enough_db &&
                        !(std::abs(port_over_starboard_db(simulated)) > sides_alike_db);
+    GrazingLevels weaker_db = strength_db(model_, before);  // than before, by the material
+    const GrazingLevels now_db = strength_db(model_, model_.material);
+    for (std::size_t i = 0; i < grazing_cells; ++i) weaker_db[i] -= now_db[i];
     std::vector<double> offsets, gain_offsets;
     for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
       if (std::isfinite(both[i])) {
-        offsets.push_back(both[i] + strength_change_db(before, i));
-        gain_offsets.push_back(unscaled[i] - by_law[i] + strength_change_db(before, i));
+        offsets.push_back(both[i] + weaker_db[i]);
+        gain_offsets.push_back(unscaled[i] - by_law[i] + weaker_db[i]);
       }
     model_.gain_db = gain_db + mean_of(gain_offsets);
-    if (plain) return;
+    if (plain) return sediments;
     const VerticalPattern beam{.beamwidth_rad = model_.beamwidth_rad, .tilt_rad = model_.tilt_rad};
     for (const std::size_t side : {0u, 1u}) {
       std::vector<double>& vertical = model_.vertical_db[side];
       vertical.clear();
       for (std::size_t i = 0; i < grazing_cells; ++i)
         vertical.push_back(model_.levels_db[side][i] - simulated.levels[side][i] - by_law[i] +
-                           strength_change_db(before, i) - mean_of(offsets));
+                           weaker_db[i] - mean_of(offsets));
       fill(vertical);
       for (std::size_t i = 0; i < grazing_cells; ++i)
         vertical[i] += 20.0 * std::log10(beam.power(grazing_cell_rad(i), sidescan_sectors[side]));
@@ -190,10 +210,11 @@ class Fit {
     complete_pattern();
     model_.evidence["sonar.sidescan.vertical_pattern"] = {
         Confidence::fitted, "level over the grazing angle of each side"};
+    return sediments;
   }
 
   /// After a simulation of the whole chain.
-  void correct(const RecordedLine& ours) {
+  void correct(const LineWithBed& ours) {
     const Figures simulated(ours, model_.recorder);
     // A fitted beam takes all of the level over the angle, and with it most of that over range.
     if (!model_.has_pattern()) correct_range_law(simulated);
@@ -208,15 +229,11 @@ class Fit {
  private:
   /// The recording's level over the angle less a simulation's, the mean of the sides.
   GrazingLevels excess_over(const std::array<GrazingLevels, 2>& simulated) const {
-    GrazingLevels both;
-    for (std::size_t i = 0; i < grazing_cells; ++i) {
-      std::vector<double> sides;
-      for (const std::size_t side : {0u, 1u})
-        if (const double off = model_.levels_db[side][i] - simulated[side][i]; std::isfinite(off))
-          sides.push_back(off);
-      both[i] = sides.empty() ? std::numeric_limits<double>::quiet_NaN() : mean_of(sides);
-    }
-    return both;
+    std::array<GrazingLevels, 2> excess_db;
+    for (const std::size_t side : {0u, 1u})
+      for (std::size_t i = 0; i < grazing_cells; ++i)
+        excess_db[side][i] = model_.levels_db[side][i] - simulated[side][i];
+    return mean_of_sides(excess_db);
   }
   void note_sediments(const std::vector<NearSediment>& sediments, bool beam_is_stated) {
     std::string why = "too few angles to tell";
@@ -235,9 +252,8 @@ class Fit {
   }
   /// What a gain over range amplifies at the range of a cell.
   double law_db(const RangeLaw& law, std::size_t cell) const {
-    const double r = mean_of(model_.path.altitude_m) / std::sin(grazing_cell_rad(cell));
-    return law.spreading * std::log10(r) +
-           (law.absorption ? 2.0 * model_.absorption_db_per_m * r : 0.0);
+    return law.gain_db(mean_of(model_.path.altitude_m) / std::sin(grazing_cell_rad(cell)),
+                       model_.absorption_db_per_m);
   }
   /// How much louder port is than in a simulation with equal sides; NaN if the line has one side.
   double port_over_starboard_db(const Figures& simulated) const {
@@ -249,16 +265,6 @@ class Fit {
         off.push_back(one);
     return median(std::move(off));
   }
-  /// How much stronger the first material is than the model's, at a cell's angle.
-  double strength_change_db(const LineModel& before, std::size_t cell) const {
-    const auto strength = [&](const std::string& name) {
-      return scatter::to_db(
-          backscatter_of(material_named(name, {}), model_.frequency_hz, model_.sound_speed_mps, 0.0)
-              ->cross_section(grazing_cell_rad(cell)));
-    };
-    return strength(before.material) - strength(model_.material);
-  }
-
   /// Chooses the gain over range where the altitude does not show it: the usual one with which some
   /// sediment comes nearest to the level over the angle, with the stated beam. Returns by how much
   /// it amplifies more than the gain so far.
@@ -299,18 +305,21 @@ class Fit {
   }
 
   void correct_levels(const Figures& simulated) {
+    constexpr double most_db = 10.0, share = 0.9;  // of a round; of the difference
     std::vector<double> offsets;
     for (const std::size_t side : {0u, 1u}) {
       std::vector<double> off;
       for (std::size_t i = 0; i < grazing_cells; ++i)
-        off.push_back(std::clamp(real_.levels[side][i] - simulated.levels[side][i], -10.0, 10.0));
+        off.push_back(
+            std::clamp(real_.levels[side][i] - simulated.levels[side][i], -most_db, most_db));
       for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
         if (std::isfinite(off[i])) offsets.push_back(off[i]);
       if (!model_.has_pattern()) continue;
       fill(off);
       for (std::size_t i = 0; i < grazing_cells; ++i) {
         const std::size_t before = i == 0 ? i : i - 1, next = std::min(i + 1, grazing_cells - 1);
-        model_.vertical_db[side][i] += 0.9 * (0.25 * off[before] + 0.5 * off[i] + 0.25 * off[next]);
+        model_.vertical_db[side][i] +=
+            share * (0.25 * off[before] + 0.5 * off[i] + 0.25 * off[next]);
       }
     }
     if (model_.has_pattern())
@@ -325,47 +334,38 @@ class Fit {
     // At a constant altitude the level over the angle has all the information.
     if (model_.range_law.from.how == Confidence::assumed || std::isnan(model_.range_slope_db))
       return;
-    std::vector<double> x, y;
+    std::vector<LevelAtRange> off;
     for (const auto& [percent, level_db] : real_.level_over_range)
-      if (const double off = level_db - simulated.level_over_range.at(percent);
-          percent >= 20 && std::isfinite(off)) {
+      if (const double off_db = level_db - simulated.level_over_range.at(percent);
+          percent >= 20 && std::isfinite(off_db)) {
         const int tenth = percent / 10;
-        x.push_back(std::log10(model_.range_m * (0.1 * tenth + 0.05)));
-        y.push_back(off);
+        off.push_back({0, std::log10(model_.range_m * (0.1 * tenth + 0.05)), off_db});
       }
-    if (x.size() < 5) return;
-    const double mean_x = mean_of(x), mean_y = mean_of(y);
-    double xx = 0.0, xy = 0.0;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      xx += (x[i] - mean_x) * (x[i] - mean_x);
-      xy += (x[i] - mean_x) * (y[i] - mean_y);
-    }
-    const double change = std::clamp(0.7 * xy / xx, -8.0, 8.0);
+    constexpr std::size_t fewest = 5;
+    if (off.size() < fewest) return;
+    constexpr double share_of_slope = 0.7;  // of the correction that the slope asks for
     const double before = model_.range_law.spreading;
-    model_.range_law.spreading = std::clamp(before + change, 0.0, 80.0);
+    model_.range_law.from =
+        spreading.set(before + spreading.step(share_of_slope * shared_slope({off}, 0, 0).value()),
+                      model_.range_law.spreading);
     // The gain stays the same at half the range.
     model_.gain_db =
         *model_.gain_db - (model_.range_law.spreading - before) * std::log10(0.5 * model_.range_m);
-    model_.range_law.from = within_limits({Confidence::fitted, "level over range"},
-                                          model_.range_law.spreading, 0.0, 80.0);
   }
 
   void correct_floor(const Figures& simulated) {
     const double has = real_["column_over_bed"], now = simulated["column_over_bed"];
     // One of them may lie below the digitiser's first step.
+    constexpr double into_samples_db = 3.0, out_of_samples_db = -10.0;
     const double off = has > 0.0 && now > 0.0
                            ? real_["column_over_bed_db"] - simulated["column_over_bed_db"]
-                       : has > 0.0 ? 3.0
-                       : now > 0.0 ? -10.0
+                       : has > 0.0 ? into_samples_db
+                       : now > 0.0 ? out_of_samples_db
                                    : 0.0;
     if (!std::isfinite(has + now + off)) return;
-    constexpr double least_db = -150.0, most_db = -3.0;
-    model_.output_noise_db =
-        std::clamp(model_.output_noise_db + std::clamp(off, -20.0, 20.0), least_db, most_db);
-    if (has > 0.0)
-      model_.evidence["sonar.sidescan.output_noise_db"] =
-          within_limits({Confidence::fitted, "level of the water column"}, model_.output_noise_db,
-                        least_db, most_db);
+    double& noise_db = model_.output_noise_db;
+    Evidence fitted = output_noise.set(noise_db + output_noise.step(off), noise_db);
+    if (has > 0.0) model_.evidence[output_noise.key] = std::move(fitted);
   }
 
   /// Relief correlates samples at some distance from each other; texture below the cell does not.
@@ -374,14 +374,11 @@ class Fit {
     for (const char* name : {"range_correlation_2", "range_correlation_4"})
       off += 0.5 * (real_[name] - simulated[name]);
     if (!std::isfinite(off)) return;
-    constexpr double alike = 0.02;
+    constexpr double alike = 0.02, factor_per_correlation = 4.0;
     if (std::abs(off) < alike) return;
-    constexpr double least_m = 5e-4, most_m = 0.08;
-    model_.height_at_1m_m =
-        std::clamp(model_.height_at_1m_m * std::clamp(1.0 + 4.0 * off, 0.6, 1.5), least_m, most_m);
-    model_.evidence["seafloor.fractal.height_at_1m_m"] =
-        within_limits({Confidence::fitted, "correlation over 2 and 4 samples"},
-                      model_.height_at_1m_m, least_m, most_m);
+    double& height_m = model_.height_at_1m_m;
+    model_.evidence[relief.key] =
+        relief.set(height_m * relief.step(1.0 + factor_per_correlation * off), height_m);
   }
 
   /// Contrast at low grazing angles above that of the bed without texture is attributed to texture.
@@ -417,33 +414,29 @@ class Fit {
     };
     if (first) {
       if (excess(has) < noticed * even && peaked < noticed_peaks) return;
-      model_.texture_shape = 0.5;
-      model_.glint_share = 0.3;
+      constexpr double first_shape = 0.5, first_share = 0.3;
+      model_.texture_shape = first_shape;
+      model_.glint_share = first_share;
       return;
     }
     const double uneven = excess(has) / excess(now);
-    constexpr double min_shape = 0.005, max_shape = 20.0, alike = 5.0;
-    model_.texture_shape =
-        std::clamp(model_.texture_shape / std::clamp(uneven, 0.2, 5.0), min_shape, max_shape);
+    constexpr double alike = 5.0;
+    double &shape = model_.texture_shape, &share = model_.glint_share;
+    model_.evidence[texture_shape.key] =
+        texture_shape.set(shape / texture_shape.step(uneven), shape);
     // Where the patches hardly differ, the points make the contrast too.
-    const double change = model_.texture_shape < alike ? peaked : std::sqrt(peaked * uneven);
-    constexpr double min_share = 0.01, max_share = 0.8, as_lasting = 0.1;
+    const double change = shape < alike ? peaked : std::sqrt(peaked * uneven);
+    constexpr double as_lasting = 0.1;
     const bool too_lasting = simulated.lasting_peaks > real_.lasting_peaks + as_lasting;
-    model_.glint_share =
-        std::clamp(model_.glint_share * (too_lasting ? 0.5 : std::clamp(change, 0.5, 2.0)),
-                   min_share, max_share);
-    model_.evidence[texture_shape_key] =
-        within_limits({Confidence::fitted, "contrast at low grazing angles"}, model_.texture_shape,
-                      min_shape, max_shape);
-    Evidence of_share =
-        within_limits({Confidence::fitted, "kurtosis at 8 to 20 degrees"}, model_.glint_share, 0.0,
-                      max_share);  // the smallest is none
+    glint_share.set(share * glint_share.step(too_lasting ? 0.0 : change), share);
+    Evidence of_share = within_limits({Confidence::fitted, glint_share.statistic}, share, 0.0,
+                                      glint_share.most);  // the smallest is none
     if (too_lasting && peaked > 1.0) {
       of_share.at_limit = true;
       of_share.why +=
           "; more points would last longer from ping to ping than its bright samples do";
     }
-    model_.evidence[glint_share_key] = std::move(of_share);
+    model_.evidence[glint_share.key] = std::move(of_share);
   }
 
   /// The pulse that the correlations of samples show, where the file does not state it. No file
@@ -472,19 +465,22 @@ class Fit {
     const auto apart = [&](double correlation) {
       return time_times_bandwidth(model_.pulse, std::clamp(correlation, 0.0, 0.9));
     };
-    model_.pulse.bandwidth_hz =
-        std::clamp(model_.pulse.bandwidth_hz * std::clamp(apart(has) / apart(now), 0.6, 1.6),
-                   min_bandwidth_hz(), max_bandwidth_hz());
-    model_.evidence[bandwidth_key] =
-        within_limits({Confidence::fitted, "correlation of neighbouring samples"},
-                      model_.pulse.bandwidth_hz, min_bandwidth_hz(), max_bandwidth_hz());
+    const FittedKey bandwidth{bandwidth_key,
+                              "correlation of neighbouring samples",
+                              min_bandwidth_hz(),
+                              max_bandwidth_hz(),
+                              0.6,
+                              1.6};
+    double& bandwidth_hz = model_.pulse.bandwidth_hz;
+    model_.evidence[bandwidth.key] =
+        bandwidth.set(bandwidth_hz * bandwidth.step(apart(has) / apart(now)), bandwidth_hz);
   }
 
   /// Fits the array's length to the correlation of pings. In the near field, or where something
   /// else correlates the pings, the correlation does not depend on the length; then the length
   /// stays. It also stays if pings are more than half of it apart, and for rows of several beams.
   void correct_array(const Figures& simulated) {
-    if (stated("sonar.sidescan.array_length_m") || !array_shows_) return;
+    if (stated(array_length.key) || !array_shows_) return;
     const double has = real_["track_correlation_1"], now = simulated["track_correlation_1"];
     if (!(has > array_correlation(0.5)) || !std::isfinite(now)) return;
     const double length_m = model_.array_length_m;
@@ -502,11 +498,10 @@ class Fit {
     tried_length_m_ = length_m;
     tried_correlation_ = now;
     const double factor = distance_over_length(now) / distance_over_length(has);
-    constexpr double least_m = 0.05, most_m = 5.0;
-    set_array(std::clamp(length_m * std::clamp(factor, 0.7, 1.4), least_m, most_m));
-    model_.evidence["sonar.sidescan.array_length_m"] =
-        within_limits({Confidence::fitted, "correlation of neighbouring pings"},
-                      model_.array_length_m, least_m, most_m);
+    double corrected_m = length_m;
+    model_.evidence[array_length.key] =
+        array_length.set(length_m * array_length.step(factor), corrected_m);
+    set_array(corrected_m);
   }
   /// The gain compensates for the smaller area that a longer array's beam sees.
   void set_array(double length_m) {
@@ -515,17 +510,13 @@ class Fit {
     model_.array_length_m = length_m;
   }
 
-  double one_sample_hz() const { return 0.5 * model_.sound_speed_mps / bin_m(); }
+  double one_sample_hz() const { return 0.5 * model_.sound_speed_mps / model_.bin_m(); }
   double max_bandwidth_hz() const { return std::min(one_sample_hz(), 0.5 * model_.frequency_hz); }
   double min_bandwidth_hz() const {
     return std::min(min_bandwidth * one_sample_hz(), max_bandwidth_hz());
   }
-  double bin_m() const { return model_.range_m / static_cast<double>(model_.samples); }
 
-  bool stated(const std::string& key) const {
-    const auto found = model_.evidence.find(key);
-    return found != model_.evidence.end() && found->second.how == Confidence::stated;
-  }
+  bool stated(const std::string& key) const { return model_.how(key) == Confidence::stated; }
 
   LineModel& model_;
   Figures real_;
@@ -537,30 +528,32 @@ class Fit {
 
 }  // namespace
 
-void fit_line(LineModel& model, const RecordedLine& line, const std::filesystem::path& folder,
-              int threads, int rounds, bool beam_is_stated, std::vector<NearSediment>& sediments,
-              const std::function<AfterPings(int round)>& begins) {
+std::vector<NearSediment> fit_line(LineModel& model, const LineWithBed& line, int threads,
+                                   bool beam_is_stated, const AfterPings& after_pings) {
   Fit fit(model, line);
-  constexpr int plain_rounds = 3;
-  for (int round = 0; round < rounds; ++round) {
+  std::vector<NearSediment> sediments;
+  constexpr std::size_t rounds = 10, plain_rounds = 3, rounds_of_altitude = 2;
+  for (std::size_t round = 0; round < rounds; ++round) {
     LineModel tried = model;
     if (round < plain_rounds) {
       tried.recorder.ping_mean = 0.0;  // levels relative to the gain
       tried.tones.steps.clear();       // compared with levels of more pings than are simulated
     }
-    double gain_db = 0.0;
-    const RecordedLine ours = simulated_line(tried, folder, threads, begins(round), &gain_db);
+    SimulatedLine made = simulated_line(tried, threads, [&](std::size_t done, std::size_t of) {
+      after_pings(round * of + done, rounds * of);
+    });
+    const LineWithBed ours(std::move(made.line));
     if (round < plain_rounds - 1)
-      fit.correct_geometry(ours, gain_db);
+      fit.correct_geometry(ours, made.gain_db);
     else if (round == plain_rounds - 1)
-      fit.begin(ours, gain_db, beam_is_stated, sediments);
+      sediments = fit.begin(ours, made.gain_db, beam_is_stated);
     else
       fit.correct(ours);
-    constexpr int rounds_of_altitude = 2;
-    const int with_beam = beam_is_stated ? 0 : plain_rounds;
+    const std::size_t with_beam = beam_is_stated ? 0 : plain_rounds;
     if (round >= with_beam && round < with_beam + rounds_of_altitude && !model.recorder.even_ranges)
       fit.correct_altitude(ours);
   }
+  return sediments;
 }
 
 }  // namespace ensonify::engine

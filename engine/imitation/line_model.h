@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <optional>
@@ -12,6 +13,7 @@
 #include <ensonify/engine/imitation/evidence.h>
 #include <ensonify/engine/imitation/tone_map.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
+#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/sonar/instrument/pulse.h>
 #include <ensonify/scatter/sea_water.h>
 
@@ -41,8 +43,8 @@ struct LineModel {
   double ping_gain_db = 0.0;  ///< as ReceiverOptions::ping_gain_db
   double output_noise_db = -60.0;
   double beamwidth_rad = 0.0, tilt_rad = 0.0;  ///< of the vertical beam
-  /// By side and cell of grazing angle: two-way level of the vertical beam, dB; empty: the sonar's
-  /// beam is that of beamwidth_rad and tilt_rad.
+  /// By side and cell of grazing angle: two-way level of the vertical beam, dB below the largest;
+  /// empty: the sonar's beam is that of beamwidth_rad and tilt_rad.
   std::array<std::vector<double>, 2> vertical_db;
   /// Added to the altitudes of the path, because the first return may differ from the bottom line.
   double altitude_shift_m = 0.0;
@@ -55,6 +57,12 @@ struct LineModel {
   std::map<std::string, Evidence> evidence;  ///< by key
 
   bool has_pattern() const { return !vertical_db[0].empty(); }
+  Confidence how(const std::string& key) const {
+    const auto found = evidence.find(key);
+    return found == evidence.end() ? Confidence::assumed : found->second.how;
+  }
+  bool has_texture() const { return texture_shape > 0.0; }
+  double bin_m() const { return range_m / static_cast<double>(samples); }
 };
 
 /// The seabed for the model's path and range.
@@ -67,16 +75,15 @@ struct FoundKey {
   Evidence evidence;
   std::string name() const { return section.empty() ? key : section + "." + key; }
 };
-/// Every key of the model's scene, by section; those of lists have a number at the end. Its files
-/// are navigation.csv and, where the model has a pattern or tones, beam.csv and tones.png.
+/// Every key of the model's scene, by section; those of lists have a number at the end.
 std::vector<FoundKey> found_keys(const LineModel& model);
 
-std::string scene_text(const LineModel& model);
-std::string navigation_csv(const LineModel& model);
-/// The picture of the tones: 0 where there is none, else max_steps + 1 + the step.
-std::vector<std::byte> tones_png(const LineModel& model);
-/// The vertical beam, one way.
-std::string beam_csv(const LineModel& model);
+/// The model's scene, with the content of the files that it names. Its numbers are rounded as
+/// write_scene() writes them.
+Scene scene_of(const LineModel& model);
+/// Writes scene.toml, navigation.csv and, where the model has a pattern or tones, beam.csv and
+/// tones.png. They read back to scene_of().
+void write_scene(const LineModel& model, const std::filesystem::path& folder);
 /// A dataset recipe with distributions about the model's numbers. Its data folder has beam.csv.
 std::string recipe_text(const LineModel& model);
 

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
-#include <numeric>
 
 #include <Eigen/Dense>
 
+#include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/backscatter.h>
@@ -37,21 +38,14 @@ struct Cell {
 std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& excess_db,
                                  bool beam_is_stated) {
   const std::vector<double>& altitudes_m = model.path.altitude_m;
-  const double altitude_m = std::accumulate(altitudes_m.begin(), altitudes_m.end(), 0.0) /
-                            std::max(1.0, static_cast<double>(altitudes_m.size())),
+  const double altitude_m = mean_of(altitudes_m),
                altitude_bins = altitude_m * static_cast<double>(model.samples) / model.range_m,
                rows = static_cast<double>(altitudes_m.size()) *
                       (model.port && model.starboard ? 2.0 : 1.0);
   // Twice that of the amplitude.
   const double power_contrast =
       2.0 * speckle_of(model.recorder.detector, model.recorder.looks).contrast;
-  GrazingLevels level_db;  // of the recording
-  for (std::size_t i = 0; i < grazing_cells; ++i) {
-    const double port = model.levels_db[0][i], starboard = model.levels_db[1][i];
-    level_db[i] = std::isnan(port)        ? starboard
-                  : std::isnan(starboard) ? port
-                                          : 0.5 * (port + starboard);
-  }
+  const GrazingLevels level_db = mean_of_sides(model.levels_db);  // of the recording
   std::vector<Cell> cells;
   for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i) {
     if (!std::isfinite(excess_db[i])) continue;
@@ -80,20 +74,24 @@ std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& ex
   return cells;
 }
 
+std::unique_ptr<scatter::Backscatter> bottom_of(const LineModel& model, std::string_view material) {
+  return backscatter_of(material_named(material, {}), model.frequency_hz, model.sound_speed_mps,
+                        0.0);
+}
+
 }  // namespace
+
+GrazingLevels strength_db(const LineModel& model, std::string_view material) {
+  GrazingLevels levels;
+  const auto bottom = bottom_of(model, material);
+  for (std::size_t i = 0; i < grazing_cells; ++i)
+    levels[i] = scatter::to_db(bottom->cross_section(grazing_cell_rad(i)));
+  return levels;
+}
 
 std::vector<NearSediment> nearest_sediments(const LineModel& model, const GrazingLevels& excess_db,
                                             bool beam_is_stated) {
-  const auto backscatter = [&](std::string_view name) {
-    return backscatter_of(material_named(name, {}), model.frequency_hz, model.sound_speed_mps, 0.0);
-  };
-  const auto strength = [](const scatter::Backscatter& material) {
-    GrazingLevels levels;
-    for (std::size_t i = 0; i < grazing_cells; ++i)
-      levels[i] = scatter::to_db(material.cross_section(grazing_cell_rad(i)));
-    return levels;
-  };
-  const GrazingLevels base = strength(*backscatter(model.material));
+  const GrazingLevels base = strength_db(model, model.material);
   const std::vector<Cell> cells = weighted_cells(model, excess_db, beam_is_stated);
   constexpr std::size_t fewest_cells = 5;
   if (cells.size() < fewest_cells) return {};
@@ -103,9 +101,8 @@ std::vector<NearSediment> nearest_sediments(const LineModel& model, const Grazin
   std::vector<NearSediment> all;
   for (const scatter::NamedSediment& sediment : scatter::named_sediments()) {
     if (!beam_is_stated && !sediment.mean_grain_size_phi) continue;
-    const auto its_backscatter = backscatter(sediment.name);
-    if (scatter::energy_excess(*its_backscatter)) continue;
-    const GrazingLevels levels = strength(*its_backscatter);
+    if (scatter::energy_excess(*bottom_of(model, sediment.name))) continue;
+    const GrazingLevels levels = strength_db(model, sediment.name);
     Eigen::Matrix<double, unknowns, unknowns> squares = known;
     Unknowns products = Unknowns::Zero();
     const auto left_db = [&](const Cell& cell) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/imitation/line_model.h>
@@ -11,6 +12,9 @@ namespace ensonify::engine {
 /// The level of a bed shows its material between these cells, 8 to 76 degrees: below, noise floor
 /// and shadows affect it; above, a cell has few samples.
 constexpr std::size_t first_sediment_cell = 4, end_sediment_cell = 38;
+
+/// The backscatter strength of a material by cell, at the model's frequency.
+GrazingLevels strength_db(const LineModel& model, std::string_view material);
 
 /// The sediments, ordered by how well their backscatter over the grazing angle explains
 /// `excess_db`, up to any constant and to what small errors of altitude and gain over range change.

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <span>
+#include <utility>
 
 #include <ensonify/engine/base/quantile.h>
-#include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
@@ -26,12 +26,12 @@ double log_mean(std::span<const float> samples, const RecorderSigns& recorder) {
   return std::log(sum / static_cast<double>(samples.size()));
 }
 
-std::vector<Brightness> brightness_of(const RecordedLine& line, const RecorderSigns& recorder) {
+std::vector<Brightness> brightness_of(const LineWithBed& line, const RecorderSigns& recorder) {
   std::vector<Brightness> all(line.pings.size());
   const auto sides = line.sides();
   const double share = 1.0 / static_cast<double>(sides.size());
   for (const Side side : sides) {
-    const std::vector<std::size_t> bed = bed_edge(line, side);
+    const std::vector<std::size_t>& bed = line.bed(side).edge;
     for (std::size_t ping = 0; ping < all.size(); ++ping) {
       // Clear of the first return, whose level changes with the altitude.
       const std::size_t begin = std::min(bed[ping] + bed[ping] / 4 + 1, line.samples);
@@ -57,7 +57,7 @@ double robust_covariance(std::span<const Brightness> pairs) {
 
 }  // namespace
 
-PingGains ping_gains(const RecordedLine& line, const RecorderSigns& recorder) {
+PingGains ping_gains(const LineWithBed& line, const RecorderSigns& recorder) {
   constexpr double noticed = 0.03;                // of the amplitude
   constexpr std::size_t fewest = 50, reach = 10;  // pings
   PingGains found;
@@ -87,11 +87,12 @@ PingGains ping_gains(const RecordedLine& line, const RecorderSigns& recorder) {
   return found;
 }
 
-RecordedLine without_ping_gains(RecordedLine line, const PingGains& gains,
-                                const RecorderSigns& recorder) {
+LineWithBed without_ping_gains(const LineWithBed& line, const PingGains& gains,
+                               const RecorderSigns& recorder) {
   if (gains.factors.empty()) return line;
+  RecordedLine even = line;
   for (const Side side : line.sides()) {
-    std::vector<float>& rows = side == Side::port ? line.port : line.starboard;
+    std::vector<float>& rows = side == Side::port ? even.port : even.starboard;
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
       const double factor = gains.factors[ping];
       for (float& value : std::span(rows).subspan(ping * line.samples, line.samples))
@@ -103,7 +104,7 @@ RecordedLine without_ping_gains(RecordedLine line, const PingGains& gains,
                                             recorder.curve_range_db));
     }
   }
-  return line;
+  return LineWithBed(std::move(even));
 }
 
 }  // namespace ensonify::engine

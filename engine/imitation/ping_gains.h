@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/imitation/recorder_signs.h>
-#include <ensonify/engine/recording/recorded_line.h>
 
 namespace ensonify::engine {
 
@@ -17,10 +17,10 @@ struct PingGains {
 /// and the bed itself change them separately. So the covariance of the halves' changes from ping to
 /// ping is that of the gain alone. Changes below 3 % are not looked for, nor is the gain of a
 /// recorder with an automatic gain.
-PingGains ping_gains(const RecordedLine& line, const RecorderSigns& recorder);
+PingGains ping_gains(const LineWithBed& line, const RecorderSigns& recorder);
 
 /// The line as if it had been recorded without these changes.
-RecordedLine without_ping_gains(RecordedLine line, const PingGains& gains,
-                                const RecorderSigns& recorder);
+LineWithBed without_ping_gains(const LineWithBed& line, const PingGains& gains,
+                               const RecorderSigns& recorder);
 
 }  // namespace ensonify::engine

@@ -56,14 +56,12 @@ void set_full_scale(const RecordedLine& line, RecorderSigns& signs) {
 struct Spread {
   double mean, sd, skew, grazing_rad;
 };
-std::vector<Spread> spreads(const RecordedLine& line, double full_scale) {
+std::vector<Spread> spreads(const LineWithBed& line, double full_scale) {
   std::vector<Spread> all;
   for (const Side side : line.sides()) {
-    const std::vector<std::size_t> bed = bed_edge(line, side);
+    const std::vector<std::size_t>& bed = line.bed(side).edge;
     for (std::size_t ping = 0; ping + block_pings <= line.pings.size(); ping += block_pings) {
-      const std::size_t begin =
-          *std::max_element(bed.begin() + static_cast<std::ptrdiff_t>(ping),
-                            bed.begin() + static_cast<std::ptrdiff_t>(ping + block_pings));
+      const std::size_t begin = std::ranges::max(std::span(bed).subspan(ping, block_pings));
       for (std::size_t k = begin; k + block_samples <= line.samples; k += block_samples) {
         double sum = 0.0, squares = 0.0, cubes = 0.0;
         bool clipped = false;
@@ -342,12 +340,12 @@ void set_automatic_gain(const RecordedLine& line, RecorderSigns& signs) {
 
 /// The level of the water column; and the length of the transmitted pulse, from the range at which
 /// its leakage is no longer 4 times the column's amplitude.
-void set_column(const RecordedLine& line, RecorderSigns& signs) {
+void set_column(const LineWithBed& line, RecorderSigns& signs) {
   constexpr double over_column = 4.0;
   std::vector<double> lengths_m, columns, levels;
   float largest = 0.0f;
   for (const Side side : line.sides()) {
-    const std::vector<std::size_t> bed = bed_edge(line, side);
+    const std::vector<std::size_t>& bed = line.bed(side).edge;
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
       if (bed[ping] < 24 || bed[ping] >= line.samples) continue;
       const std::span<const float> row = line.row(side, ping);
@@ -359,8 +357,7 @@ void set_column(const RecordedLine& line, RecorderSigns& signs) {
       const double threshold = over_column * columns.back();
       std::size_t k = 0;
       while (k < bed[ping] / 3 && row[k] > threshold) ++k;
-      lengths_m.push_back(static_cast<double>(k) * line.pings[ping].range_m /
-                          static_cast<double>(line.samples));
+      lengths_m.push_back(line.sample_range_m(ping, k));
       largest = std::max(largest, std::ranges::max(row));
       if (k > 0) levels.push_back(std::ranges::max(row.first(k)));
     }
@@ -444,7 +441,7 @@ Speckle speckle_of(Detector detector, int looks, TransferCurve curve) {
   return {logarithmic ? std::sqrt(variance) : std::sqrt(variance) / mean, skew};
 }
 
-RecorderSigns recorder_signs(const RecordedLine& line) {
+RecorderSigns recorder_signs(const LineWithBed& line) {
   RecorderSigns signs;
   set_full_scale(line, signs);
   const std::vector<Spread> blocks = spreads(line, signs.clips ? signs.full_scale : 1e30);

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/imitation/evidence.h>
-#include <ensonify/engine/recording/recorded_line.h>
 #include <ensonify/engine/sonar/instrument/receiver_options.h>
 
 namespace ensonify::engine {
@@ -31,7 +31,7 @@ struct RecorderSigns {
   Evidence bits_from, ping_mean_from, curve_from, curve_range_from, looks_from, burst_from,
       column_from;
 };
-RecorderSigns recorder_signs(const RecordedLine& line);
+RecorderSigns recorder_signs(const LineWithBed& line);
 
 /// The amplitude before the transfer curve, over full scale; `share` is a sample over full scale.
 double expanded(double share, const RecorderSigns& recorder);

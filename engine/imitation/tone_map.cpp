@@ -29,10 +29,10 @@ struct Spot {
   double level_db;
 };
 
-std::vector<Spot> spots_of(const RecordedLine& line, Side side, const VehiclePath& path,
+std::vector<Spot> spots_of(const LineWithBed& line, Side side, const VehiclePath& path,
                            const RecorderSigns& recorder) {
   std::vector<Spot> spots;
-  const std::vector<std::size_t> bed = bed_edge(line, side);
+  const std::vector<std::size_t>& bed = line.bed(side).edge;
   for (std::size_t ping = 0; ping + block_pings <= line.pings.size(); ping += block_pings) {
     const std::size_t middle = ping + block_pings / 2;
     const double sample_m = line.pings[middle].range_m / static_cast<double>(line.samples);
@@ -53,10 +53,8 @@ std::vector<Spot> spots_of(const RecordedLine& line, Side side, const VehiclePat
       spots.push_back({middle, k / block_samples, range_m,
                        Eigen::Vector2d(path.x_m[middle], path.y_m[middle]) +
                            ground_m * Eigen::Vector2d(std::sin(turned), std::cos(turned)),
-                       std::min(static_cast<std::size_t>(std::asin(altitude_m / range_m) / degree /
-                                                         grazing_cell_deg),
-                                grazing_cells - 1),
-                       std::log10(range_m), scatter::to_db(power)});
+                       grazing_cell(std::asin(altitude_m / range_m)), std::log10(range_m),
+                       scatter::to_db(power)});
     }
   }
   return spots;
@@ -169,7 +167,7 @@ void draw_steps(const std::vector<double>& tones, ToneMap& map) {
 
 }  // namespace
 
-std::vector<BrightObject> bright_objects(const RecordedLine& line, const VehiclePath& path,
+std::vector<BrightObject> bright_objects(const LineWithBed& line, const VehiclePath& path,
                                          const RecorderSigns& recorder) {
   std::vector<BrightObject> blocks;
   for (const Side side : line.sides()) {
@@ -196,7 +194,7 @@ std::vector<BrightObject> bright_objects(const RecordedLine& line, const Vehicle
   return objects;
 }
 
-ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const RecorderSigns& recorder,
+ToneMap tone_map(const LineWithBed& line, const VehiclePath& path, const RecorderSigns& recorder,
                  double range_slope_db, double extent_east_m, double extent_north_m) {
   ToneMap map;
   const double range_m = line.pings.front().range_m;

@@ -27,7 +27,7 @@ struct BrightObject {
 /// The objects that tone_map() leaves out, the brightest first: blocks of the bed (8 pings x 16
 /// samples) that are 6 dB brighter than the median of the 49 around. None if more than a fiftieth
 /// of the blocks differ so much.
-std::vector<BrightObject> bright_objects(const RecordedLine& line, const VehiclePath& path,
+std::vector<BrightObject> bright_objects(const LineWithBed& line, const VehiclePath& path,
                                          const RecorderSigns& recorder);
 
 /// From some pings of a line and their path; tiles between them are filled from their neighbours.
@@ -35,7 +35,7 @@ std::vector<BrightObject> bright_objects(const RecordedLine& line, const Vehicle
 /// removed. Single bright objects and
 /// their shadows are left out. There is a single tone if fewer than a twentieth of the tiles differ
 /// by 2 dB from the mean.
-ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const RecorderSigns& recorder,
+ToneMap tone_map(const LineWithBed& line, const VehiclePath& path, const RecorderSigns& recorder,
                  double range_slope_db, double extent_east_m, double extent_north_m);
 
 }  // namespace ensonify::engine

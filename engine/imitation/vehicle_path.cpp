@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
-#include <numeric>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/base/units.h>
-#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/recording/headings.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/sonar/vehicle/recorded_track.h>
@@ -23,24 +22,13 @@ using Values = std::vector<double>;
 using MaybeValues = std::vector<std::optional<double>>;
 constexpr double place_smoothing_s = 3.0;  // navigation is often rounded, or slower than the pings
 
-/// Gaps are filled between their neighbours. Empty if fewer than half of the values are known.
-Values filled(const MaybeValues& maybe) {
-  Values values(maybe.size());
-  std::vector<std::size_t> known;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (maybe[i]) {
-      values[i] = *maybe[i];
-      known.push_back(i);
-    }
-  if (2 * known.size() < values.size()) return {};
-  for (std::size_t i = 0; i < known.front(); ++i) values[i] = values[known.front()];
-  for (std::size_t i = known.back(); i < values.size(); ++i) values[i] = values[known.back()];
-  for (std::size_t k = 1; k < known.size(); ++k)
-    for (std::size_t i = known[k - 1] + 1; i < known[k]; ++i) {
-      const double share =
-          static_cast<double>(i - known[k - 1]) / static_cast<double>(known[k] - known[k - 1]);
-      values[i] = std::lerp(values[known[k - 1]], values[known[k]], share);
-    }
+/// By fill_gaps(). Empty if fewer than half of the values are known.
+Values filled(MaybeValues maybe) {
+  const auto known = std::ranges::count_if(maybe, [](const auto& value) { return !!value; });
+  if (2 * known < std::ssize(maybe)) return {};
+  fill_gaps(maybe);
+  Values values;
+  for (const std::optional<double>& value : maybe) values.push_back(value.value());
   return values;
 }
 
@@ -48,8 +36,8 @@ Values filled(const MaybeValues& maybe) {
 template <class F>
 Values column(const RecordedLine& line, F&& value_of) {
   MaybeValues values;
-  for (const RecordedPing& ping : line.pings) values.push_back(value_of(ping));
-  return filled(values);
+  for (const RecordedPing& ping : line.pings) values.push_back(std::invoke(value_of, ping));
+  return filled(std::move(values));
 }
 
 bool all_equal(const Values& values) {
@@ -68,14 +56,17 @@ Values moving_mean(const Values& values, std::size_t reach) {
   return means;
 }
 
+/// The median of the values within `reach` places of one.
+double median_around(const Values& values, std::size_t i, std::size_t reach) {
+  const std::size_t begin = i < reach ? 0 : i - reach, end = std::min(i + reach + 1, values.size());
+  return median(Values(values.begin() + static_cast<std::ptrdiff_t>(begin),
+                       values.begin() + static_cast<std::ptrdiff_t>(end)));
+}
+
 Values moving_median(const Values& values, std::size_t reach) {
-  Values medians(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::size_t begin = i < reach ? 0 : i - reach,
-                      end = std::min(i + reach + 1, values.size());
-    medians[i] = median(Values(values.begin() + static_cast<std::ptrdiff_t>(begin),
-                               values.begin() + static_cast<std::ptrdiff_t>(end)));
-  }
+  Values medians;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    medians.push_back(median_around(values, i, reach));
   return medians;
 }
 
@@ -91,10 +82,7 @@ Values without_single(Values values, double far) {
 /// end of the line would seem to be far off.
 double usual_at(const Values& values, std::size_t i) {
   constexpr std::size_t fewest = 5, most = 40;
-  const std::size_t reach = std::clamp(std::min(i, values.size() - 1 - i), fewest, most),
-                    begin = i < reach ? 0 : i - reach, end = std::min(i + reach + 1, values.size());
-  return median(Values(values.begin() + static_cast<std::ptrdiff_t>(begin),
-                       values.begin() + static_cast<std::ptrdiff_t>(end)));
+  return median_around(values, i, std::clamp(std::min(i, values.size() - 1 - i), fewest, most));
 }
 
 /// Whether a ping comes so long after the one before that the recording paused, or that its clock
@@ -120,7 +108,7 @@ std::optional<double> mean_interval_s(const Values& t_s) {
 }
 
 void set_times(const RecordedLine& line, VehiclePath& path) {
-  path.t_s = column(line, [](const RecordedPing& ping) { return ping.t_s; });
+  path.t_s = column(line, &RecordedPing::t_s);
   if (const std::optional<double> interval_s = mean_interval_s(path.t_s)) {
     path.ping_interval_s = *interval_s;
     path.time = {Confidence::stated, "times of the pings"};
@@ -193,7 +181,7 @@ NavigationLog places_of(const RecordedLine& line, const std::optional<Geographic
 
 /// At the stated speed along the headings, or north if there are none.
 void go_by_heading(const RecordedLine& line, const std::string& why, VehiclePath& path) {
-  const Values speeds = column(line, [](const RecordedPing& ping) { return ping.speed_mps; });
+  const Values speeds = column(line, &RecordedPing::speed_mps);
   const double speed_mps = speeds.empty() ? 1.5 : median(speeds);
   double x_m = 0.0, y_m = 0.0;
   for (std::size_t i = 0; i < path.t_s.size(); ++i) {
@@ -287,7 +275,7 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
     if (heading_rad) last += std::remainder(*heading_rad - last, 2.0 * std::numbers::pi);
     unwrapped.push_back(heading_rad ? std::optional(last) : std::nullopt);
   }
-  path.heading_rad = filled(unwrapped);
+  path.heading_rad = filled(std::move(unwrapped));
   std::string from;
   for (Values* values : {&path.roll_rad, &path.pitch_rad})
     if (std::ranges::all_of(*values, [](double value) { return value == 0.0; }))
@@ -303,41 +291,34 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
 }
 
 /// The altitude of each ping. Throws RecordingError if the line neither shows nor states it.
-void set_altitudes(const RecordedLine& line, VehiclePath& path) {
+void set_altitudes(const LineWithBed& line, VehiclePath& path) {
   const std::size_t pings = line.pings.size();
   const Values ranges = first_bed_echoes_m(line);
-  const bool altitudes =
-      2 * std::ranges::count_if(
-              line.pings, [](const RecordedPing& ping) { return ping.altitude_m.has_value(); }) >=
-      std::ssize(line.pings);
-  if (!altitudes && ranges_are_even(line))
+  const Values stated_m = column(line, &RecordedPing::altitude_m);
+  if (stated_m.empty() && ranges_are_even(line))
     throw RecordingError(
         "the recording is equally bright at all ranges, the water column as well, as an automatic "
         "gain makes it, or noise that hides all echoes, and its pings have no altitude; expected "
         "altitudes, or a recording without automatic gain");
-  if (ranges.empty()) {
-    path.altitude_m =
-        moving_median(column(line, [](const RecordedPing& ping) { return ping.altitude_m; }), 2);
-    if (path.altitude_m.empty())
-      throw RecordingError(
-          "the recording shows no bottom line in most of its pings, and they have no altitude; "
-          "expected a water column before the bed, or altitudes");
-  }
-  std::vector<FoundBed> beds;
-  for (const Side side : line.sides()) beds.push_back(find_bed(line, side));
-  if (std::ranges::all_of(beds, &FoundBed::doubtful))
+  if (stated_m.empty() && ranges.empty())
+    throw RecordingError(
+        "the recording shows no bottom line in most of its pings, and they have no altitude; "
+        "expected a water column before the bed, or altitudes");
+  const std::vector<Side> sides = line.sides();
+  if (std::ranges::all_of(sides, [&](Side side) { return line.bed(side).doubtful(); }))
     throw RecordingError(fmt::format(
         "what lies before the bottom line is only {:.1f} dB darker than the bed behind it, as where "
         "noise hides the water column or where it was cut off, and most pings have no altitude; "
         "expected a water column that is {:.0f} dB darker or more, or altitudes",
-        std::max(beds.front().water_darker_db, 0.0), clearly_darker_db));
-  path.altitude_m.resize(pings);
-  for (std::size_t i = 0; i < ranges.size(); ++i)
-    path.altitude_m[i] = ranges[i] * (path.pitch_rad.empty() ? 1.0 : std::cos(path.pitch_rad[i]));
-  const bool shown = !ranges.empty() && !std::ranges::all_of(beds, &FoundBed::stated);
+        std::max(line.bed(sides.front()).water_darker_db, 0.0), clearly_darker_db));
+  path.altitude_m = ranges.empty() ? moving_median(stated_m, 2) : ranges;
+  if (!ranges.empty() && !path.pitch_rad.empty())
+    for (std::size_t i = 0; i < pings; ++i) path.altitude_m[i] *= std::cos(path.pitch_rad[i]);
+  const bool shown = !ranges.empty() &&
+                     std::ranges::any_of(sides, [&](Side side) { return !line.bed(side).stated; });
   path.altitude = shown ? Evidence{Confidence::measured, "bottom line"}
                         : Evidence{Confidence::stated, "altitudes that they state"};
-  const Values depths = column(line, [](const RecordedPing& ping) { return ping.depth_m; });
+  const Values depths = column(line, &RecordedPing::depth_m);
   const double highest_m = std::ranges::max(path.altitude_m);
   if (!depths.empty()) {
     Values beds(pings);
@@ -354,13 +335,6 @@ void set_altitudes(const RecordedLine& line, VehiclePath& path) {
 
 }  // namespace
 
-std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side) {
-  std::vector<std::size_t> bed = find_bed(line, side).first_sample;
-  for (std::size_t& first : bed)
-    if (first > 0 && first + bed_found_early < line.samples) first += bed_found_early;
-  return bed;
-}
-
 bool begins_behind_edge(const RecordedPing& ping, std::size_t edge) {
   return ping.unrecorded > 0 && edge <= ping.unrecorded + bed_found_early;
 }
@@ -372,15 +346,14 @@ double nearest_bed(const RecordedLine& line, std::size_t ping, std::size_t edge)
              : static_cast<double>(edge);
 }
 
-Values first_bed_echoes_m(const RecordedLine& line) {
+Values first_bed_echoes_m(const LineWithBed& line) {
   const std::size_t pings = line.pings.size();
   std::vector<Values> found(pings);
   for (const Side side : line.sides()) {
-    const std::vector<std::size_t> bed = bed_edge(line, side);
+    const std::vector<std::size_t>& bed = line.bed(side).edge;
     for (std::size_t i = 0; i < pings; ++i)
       if (bed[i] > 0 && bed[i] < line.samples && !begins_behind_edge(line.pings[i], bed[i]))
-        found[i].push_back(static_cast<double>(bed[i]) * line.pings[i].range_m /
-                           static_cast<double>(line.samples));
+        found[i].push_back(line.sample_range_m(i, bed[i]));
   }
   constexpr double unlike_sides = 1.12, far_off = 0.25;
   MaybeValues nearest(pings);
@@ -393,10 +366,10 @@ Values first_bed_echoes_m(const RecordedLine& line) {
   if (whole.empty()) return {};
   for (std::size_t i = 0; i < pings; ++i)
     if (std::abs(whole[i] / usual_at(whole, i) - 1.0) > far_off) nearest[i].reset();
-  return moving_median(filled(nearest), 2);
+  return moving_median(filled(std::move(nearest)), 2);
 }
 
-VehiclePath vehicle_path(const RecordedLine& line) {
+VehiclePath vehicle_path(const LineWithBed& line) {
   VehiclePath path;
   set_times(line, path);
   set_attitude(line, path);

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/imitation/evidence.h>
-#include <ensonify/engine/recording/recorded_line.h>
 #include <ensonify/engine/sonar/vehicle/motion_options.h>
 
 namespace ensonify::engine {
@@ -30,12 +30,12 @@ struct VehiclePath {
 /// Finds the bottom line (first_bed_echoes_m()) and takes the rest from the navigation. Throws
 /// RecordingError for a line without a bottom line or altitudes. A sonar that is pitched by p meets
 /// a level bed at altitude / cos(p).
-VehiclePath vehicle_path(const RecordedLine& line);
+VehiclePath vehicle_path(const LineWithBed& line);
 
 /// By ping, the range of the first echo of the bed: find_bed() of both sides, smoothed. Where the
 /// sides differ much, the nearer echo is taken to be from something in the water. Echoes far from
 /// those of the pings around are left out. Empty if most pings have none.
-std::vector<double> first_bed_echoes_m(const RecordedLine& line);
+std::vector<double> first_bed_echoes_m(const LineWithBed& line);
 
 /// Whether a ping has several rows, one after another: the file states their beams, or many rows
 /// have the same time as the row before, fractions of a second included.
@@ -46,8 +46,6 @@ double course_rad(const VehiclePath& path, std::size_t ping);
 /// The heading of a ping; without one, the course.
 double heading_rad(const VehiclePath& path, std::size_t ping);
 
-/// By ping, the sample at the bed's edge: that of find_bed() plus bed_found_early.
-std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side);
 /// Whether the recording of a ping begins behind the nearest bed, whose edge is then the first
 /// recorded sample.
 bool begins_behind_edge(const RecordedPing& ping, std::size_t edge);

@@ -85,7 +85,7 @@ class TrackBuilder {
   }
 
   void read() {
-    const NavigationLog log = read_track(track_, ground_.frame);
+    const NavigationLog log = track_.log ? *track_.log : read_track(track_, ground_.frame);
     const std::string name = track_.file.name;
     flight_.warnings = log.warnings;
     if (const std::size_t repeated = log.repeated_places();

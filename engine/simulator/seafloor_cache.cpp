@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <span>
 #include <string>
 #include <system_error>
 #include <variant>
@@ -130,7 +131,13 @@ std::string seafloor_key(const Scene& scene) {
   const bool bed_alone = needs_tiles(scene.seafloor);
   for_each_list(scene, [&](const auto& section, const auto& list) {
     if (bed_alone && section.name == object_section().name) return;
-    for (const auto& item : list) add_keys(text, section, item);
+    for (const auto& item : list) {
+      add_keys(text, section, item);
+      if constexpr (requires { item.area.pixels; })
+        if (const auto& pixels = item.area.pixels)
+          text += fmt::format("{} x {} pixels = {}\n", pixels->columns, pixels->rows,
+                              xxh128(std::as_bytes(std::span(pixels->values))));
+    }
   });
   return xxh128(text);
 }

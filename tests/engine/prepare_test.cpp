@@ -167,7 +167,13 @@ TEST_CASE("a seafloor's key follows what lies beside its survey and its images")
     write_text(folder / "map.pgw", std::string("9\n0\n0\n-9\n") + place + "\n9\n");
     keys.insert(seafloor_key(scene));
   }
-  CHECK(keys.size() == 5);
+  // Or a scene has its pixels in memory.
+  for (const std::uint8_t pixel : {1, 2}) {
+    scene.seafloor.seabed.patches.front().area.pixels =
+        std::make_shared<const AreaPixels>(AreaPixels{2, 1, {1, pixel}});
+    keys.insert(seafloor_key(scene));
+  }
+  CHECK(keys.size() == 7);
 }
 
 TEST_CASE("a run's warnings name its own mesh files, whatever another run has cached") {

@@ -290,7 +290,9 @@ class MaskMaker {
                                                        ? std::vector<PolygonWithHoles>()
                                                        : read_outlines(area_.outline.path, grid_);
     std::optional<AreaImage> image;
-    if (!area_.image.path.empty())
+    if (area_.pixels)
+      image.emplace(image_over(grid_, *area_.pixels, area_.image_value));
+    else if (!area_.image.path.empty())
       image.emplace(read_area_image(area_.image.path, grid_, area_.image_value));
     if (area_.polygon_m.empty() && outlines.empty() && !image && area_.radius_m == 0.0) return;
     std::vector<double> shift_east, shift_north;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +18,12 @@ namespace ensonify::engine {
 /// Points of a closed polygon, local metres (east, north). The first may be repeated at the end.
 using Polygon = std::vector<Eigen::Vector2d>;
 
+/// The pixels of a raster that is stretched over the seabed, the northern row first.
+struct AreaPixels {
+  int columns = 0, rows = 0;
+  std::vector<std::uint8_t> values;
+};
+
 /// A part of the seabed. All limits that are given hold at once; with none it is everywhere.
 struct Area {
   Polygon polygon_m;
@@ -23,8 +31,9 @@ struct Area {
   double radius_m = 0.0;  ///< a disc; 0: none
   double middle_east_m = 0.0;
   double middle_north_m = 0.0;
-  InputFile image;      ///< a raster: the seabed from above if it has no coordinates
-  int image_value = 1;  ///< the pixels that count
+  InputFile image;  ///< a raster: the seabed from above if it has no coordinates
+  std::shared_ptr<const AreaPixels> pixels;          ///< its content, if it need not be read
+  int image_value = 1;                               ///< the pixels that count
   std::optional<double> shallowest_m, deepest_m;     ///< depth of the bed before its layers
   std::optional<double> gentlest_rad, steepest_rad;  ///< its slope, averaged over the border
   std::string on;         ///< where the map has this material; empty: anywhere

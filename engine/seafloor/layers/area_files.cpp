@@ -70,6 +70,14 @@ void require_reference(const std::filesystem::path& file, const OGRSpatialRefere
                           its->GetName() ? its->GetName() : "", tool));
 }
 
+/// Places an image without coordinates.
+void stretch_over(const Heightfield& grid, AreaImage& image) {
+  image.west_m = grid.x_m(0);
+  image.north_m = grid.y_m(grid.rows - 1);
+  image.pixel_east_m = (grid.x_m(grid.columns - 1) - image.west_m) / image.columns;
+  image.pixel_north_m = (image.north_m - grid.y_m(0)) / image.rows;
+}
+
 void place(AreaImage& image, GDALDataset& dataset, const std::filesystem::path& file,
            const Heightfield& grid) {
   const double east = grid.x_m(grid.columns - 1) - grid.x_m(0);
@@ -103,10 +111,7 @@ void place(AreaImage& image, GDALDataset& dataset, const std::filesystem::path& 
         file, fmt::format("has {} x {} pixels and no coordinates, and so would be stretched over a "
                           "seabed of {:.1f} x {:.1f} m; give it the seabed's proportions",
                           image.columns, image.rows, east, north));
-  image.west_m = grid.x_m(0);
-  image.north_m = grid.y_m(grid.rows - 1);
-  image.pixel_east_m = east / image.columns;
-  image.pixel_north_m = north / image.rows;
+  stretch_over(grid, image);
 }
 
 }  // namespace
@@ -118,6 +123,15 @@ bool AreaImage::holds(const Eigen::Vector2d& place_m) const {
   const auto c = static_cast<std::size_t>(std::clamp(column, 0.0, columns - 1.0));
   const auto r = static_cast<std::size_t>(std::clamp(row, 0.0, rows - 1.0));
   return counts[r * static_cast<std::size_t>(columns) + c] != 0;
+}
+
+AreaImage image_over(const Heightfield& grid, const AreaPixels& pixels, int value) {
+  AreaImage image;
+  image.columns = pixels.columns;
+  image.rows = pixels.rows;
+  stretch_over(grid, image);
+  for (const std::uint8_t pixel : pixels.values) image.counts.push_back(pixel == value);
+  return image;
 }
 
 AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& grid, int value) {

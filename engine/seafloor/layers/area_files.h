@@ -24,6 +24,9 @@ struct AreaImage {
   bool holds(const Eigen::Vector2d& place) const;
 };
 
+/// Which of these pixels have the value, stretched over the grid.
+AreaImage image_over(const Heightfield& grid, const AreaPixels& pixels, int value);
+
 /// Reads an image of integers (PNG, indexed or grey; GeoTIFF). An image with coordinates lies at
 /// these in the grid's world, and must cover the grid; one without is stretched over the grid, and
 /// must have its proportions within 2 per cent. Throws refine::MeshError for an image that cannot

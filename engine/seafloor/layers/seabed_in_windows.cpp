@@ -96,7 +96,7 @@ std::optional<SceneError> obstacle_to_windows(const Heightfield& grid,
               "{}: this bed is made in tiles and cannot have this layer, which is made for all of the bed "
               "at once (roughness only if its cells are not square); remove it, or make the bed smaller",
               key));
-    else if (!area.image.path.empty())
+    else if (area.pixels || !area.image.path.empty())
       obstacle.emplace(
           key,
           fmt::format(

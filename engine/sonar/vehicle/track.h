@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include <Eigen/Core>
@@ -7,6 +8,8 @@
 #include <ensonify/engine/base/input_file.h>
 
 namespace ensonify::engine {
+
+struct NavigationLog;
 
 /// The position and attitude of a sonar or vehicle at a time.
 ///
@@ -58,6 +61,8 @@ struct TrackOptions {
   bool ping_in_turns = true;
   // file
   InputFile file;
+  std::shared_ptr<const NavigationLog>
+      log;                ///< its content, if it need not be read; in local metres
   double smooth_s = 0.0;  ///< time over which a file's places and heights are smoothed
   std::optional<double> origin_latitude_rad, origin_longitude_rad;  ///< of the middle of the seabed
 };

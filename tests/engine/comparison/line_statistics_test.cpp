@@ -52,7 +52,7 @@ RecordedLine speckled_line(double shape = 0.0, double amplitude = 1000.0) {
 
 std::map<std::string, double> numbers_of(const RecordedLine& line) {
   std::map<std::string, double> numbers;
-  for (const LineStatistic& one : line_statistics(line, 0, line.pings.size()))
+  for (const LineStatistic& one : line_statistics(LineWithBed(line), 0, line.pings.size()))
     numbers[one.name] = one.value;
   return numbers;
 }
@@ -220,7 +220,8 @@ TEST_CASE("changes of tone along the track are those of the bed and of the speck
 TEST_CASE("the page of statistics has one row for each, and no others") {
   // Numbers that differ from name to name are letters on the page.
   std::set<std::string> names;
-  for (const LineStatistic& one : line_statistics(speckled_line(), 0, speckled_pings)) {
+  for (const LineStatistic& one :
+       line_statistics(LineWithBed(speckled_line()), 0, speckled_pings)) {
     const std::string of_ranges =
         std::regex_replace(one.name, std::regex("_at_\\d+_to_\\d+"), "_at_A_to_B");
     names.insert(std::regex_replace(of_ranges, std::regex("(_over_|_correlation_)\\d+"), "$1N"));
@@ -235,7 +236,7 @@ TEST_CASE("the page of statistics has one row for each, and no others") {
 
 TEST_CASE("a recorder's scale changes no statistic, and a line equals itself") {
   const RecordedLine line = speckled_line(), louder = speckled_line(0.0, 4000.0);
-  for (const ComparedStatistic& one : compare_lines(line, louder)) {
+  for (const ComparedStatistic& one : compare_lines(LineWithBed(line), LineWithBed(louder))) {
     CAPTURE(one.name);
     CHECK((std::isnan(one.a) == std::isnan(one.b)));
     if (!std::isnan(one.a)) CHECK(one.b == Approx(one.a).epsilon(1e-4).margin(1e-4));
@@ -271,7 +272,7 @@ TEST_CASE("the halves of a line that are compared are at equal altitude, and are
   for (const bool falls : {true, false}) {
     CAPTURE(falls);
     const RecordedLine line = lambert_line(falls);
-    const auto halves = halves_at_equal_altitude(line);
+    const auto halves = halves_at_equal_altitude(LineWithBed(line));
     std::set<std::size_t> all;
     std::array<double, 2> mean{};
     for (const std::size_t half : {0u, 1u})
@@ -285,7 +286,7 @@ TEST_CASE("the halves of a line that are compared are at equal altitude, and are
     CHECK(mean[1] - mean[0] == Approx(falls ? 400.0 / 12.0 : 200.0).margin(1.0));
     // The level over the whole line's at one range is that of the altitude: 10 log10 of (120 /
     // 60)^2 from end to end, half as much between plain halves.
-    for (const ComparedStatistic& one : compare_lines(line, line)) {
+    for (const ComparedStatistic& one : compare_lines(LineWithBed(line), LineWithBed(line))) {
       CAPTURE(one.name);
       CHECK((std::isnan(one.a) || one.ratio() == 0.0));
       if (one.name == "level_at_80_to_90_percent_of_range_db") CHECK(one.spread < 1.0);
@@ -316,7 +317,7 @@ TEST_CASE("a line too short to tell gives unknown numbers") {
   RecordedLine line{.samples = 10};
   line.pings.push_back({.samples = 10});
   line.port.assign(10, 1.0f);
-  for (const LineStatistic& one : line_statistics(line, 0, 1)) {
+  for (const LineStatistic& one : line_statistics(LineWithBed(line), 0, 1)) {
     CAPTURE(one.name);
     CHECK(std::isnan(one.value));
   }

@@ -67,7 +67,7 @@ std::vector<double> altitudes_of(const RecordedLine& line) {
 
 /// How far a path is off, in bins: nine of ten pings are nearer.
 double bins_off(const RecordedLine& line, const std::vector<double>& altitudes_m) {
-  const VehiclePath path = vehicle_path(line);
+  const VehiclePath path = vehicle_path(LineWithBed(line));
   std::vector<double> off;
   for (std::size_t i = 0; i < altitudes_m.size(); ++i)
     off.push_back(std::abs(path.altitude_m[i] - altitudes_m[i]) / line.pings[i].range_m *
@@ -126,18 +126,18 @@ TEST_CASE("a line without a bottom line has the altitude that the file states, o
   const TemporaryFolder folder;
   RecordedLine line = recorded_line(folder.path());
   const std::vector<double> truth_m = altitudes_of(line);
-  CHECK(vehicle_path(line).altitude.how == Confidence::measured);
+  CHECK(vehicle_path(LineWithBed(line)).altitude.how == Confidence::measured);
   std::ranges::fill(line.port, 100.0f);
   std::ranges::fill(line.starboard, 100.0f);
   CHECK(bins_off(line, truth_m) < 1.0);
-  CHECK(vehicle_path(line).altitude.how == Confidence::stated);
+  CHECK(vehicle_path(LineWithBed(line)).altitude.how == Confidence::stated);
   std::ranges::fill(line.port, 0.0f);
   std::ranges::fill(line.starboard, 0.0f);
   CHECK(bins_off(line, truth_m) < 1.0);
-  CHECK(vehicle_path(line).altitude.how == Confidence::stated);
-  CHECK_THROWS_AS(
-      vehicle_path(with_altitudes(line, [](std::size_t, double) { return std::nullopt; })),
-      RecordingError);
+  CHECK(vehicle_path(LineWithBed(line)).altitude.how == Confidence::stated);
+  CHECK_THROWS_AS(vehicle_path(LineWithBed(
+                      with_altitudes(line, [](std::size_t, double) { return std::nullopt; }))),
+                  RecordingError);
 }
 
 TEST_CASE("altitudes that are moved do not move the path of real recordings") {
@@ -149,7 +149,7 @@ TEST_CASE("altitudes that are moved do not move the path of real recordings") {
     }
     CAPTURE(name);
     const RecordedLine line = read_recording(*file).at(0);
-    const std::vector<double> before_m = vehicle_path(line).altitude_m;
+    const std::vector<double> before_m = vehicle_path(LineWithBed(line)).altitude_m;
     const bool stated = line.pings.back().altitude_m.has_value();
     if (stated) {
       std::vector<double> off_m;

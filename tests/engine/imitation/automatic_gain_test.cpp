@@ -74,14 +74,14 @@ TEST_CASE("an automatic gain that evens each range is known, and the stated alti
     const auto eight_m = +[](std::size_t) { return 8.0; };
     const RecordedLine line =
         at_altitudes(with_even_ranges(made_line({.spreading = 20.0}), pings_of_mean), eight_m);
-    const RecorderSigns signs = recorder_signs(line);
+    const RecorderSigns signs = recorder_signs(LineWithBed(line));
     CHECK(signs.even_ranges);
     CHECK(signs.column_from.how == Confidence::assumed);
-    CHECK(std::isnan(range_slope_db(line, signs)));
-    const VehiclePath path = vehicle_path(line);
+    CHECK(std::isnan(range_slope_db(LineWithBed(line), signs)));
+    const VehiclePath path = vehicle_path(LineWithBed(line));
     CHECK(path.altitude.how == Confidence::stated);
     for (const double altitude_m : path.altitude_m) CHECK(altitude_m == Approx(8.0).margin(0.3));
-    CHECK_THROWS_WITH(vehicle_path(with_even_ranges(made_line({}), pings_of_mean)),
+    CHECK_THROWS_WITH(vehicle_path(LineWithBed(with_even_ranges(made_line({}), pings_of_mean))),
                       Catch::Contains("equally bright at all ranges") &&
                           Catch::Contains("a recording without automatic gain"));
   }
@@ -92,7 +92,7 @@ TEST_CASE("an automatic gain that evens parts of each ping is known") {
     CAPTURE(reach);
     const RecordedLine line =
         with_even_stretches(made_line({.spreading = 20.0, .texture = 0.5}), reach);
-    const RecorderSigns signs = recorder_signs(line);
+    const RecorderSigns signs = recorder_signs(LineWithBed(line));
     CHECK_FALSE(signs.even_ranges);
     CHECK(signs.even_samples > 0);
     CHECK(signs.even_samples <= 4 * reach);
@@ -107,7 +107,7 @@ TEST_CASE("no other line seems to have an automatic gain") {
         MadeLine{.ripples = true}}) {
     CAPTURE(how.looks, how.spreading, how.column, how.ping_mean, how.level, how.texture,
             how.ripples);
-    const RecorderSigns signs = recorder_signs(made_line(how));
+    const RecorderSigns signs = recorder_signs(LineWithBed(made_line(how)));
     CHECK_FALSE(signs.even_ranges);
     CHECK(signs.even_samples == 0);
   }

@@ -81,10 +81,10 @@ TEST_CASE("headings stay as stated where the bed moves as they say, and are turn
     return other;
   };
   {
-    VehiclePath path = vehicle_path(line);
+    VehiclePath path = vehicle_path(LineWithBed(line));
     REQUIRE(mean_heading_deg(path) == Approx(12.0).margin(0.5));
     const std::vector<double> before = path.heading_rad;
-    const HeadingCheck check = correct_heading(line, path);
+    const HeadingCheck check = correct_heading(LineWithBed(line), path);
     CHECK(check.off_rad == 0.0);
     CHECK_FALSE(check.exchanged);
     CHECK_FALSE(check.long_forms);
@@ -95,13 +95,13 @@ TEST_CASE("headings stay as stated where the bed moves as they say, and are turn
     RecordedLine paused = turned_by([](double h) { return h + 20.0 * degree; });
     for (std::size_t ping = 130; ping < paused.pings.size(); ++ping)
       *paused.pings[ping].t_s += 3600.0;
-    VehiclePath path = vehicle_path(paused);
-    CHECK(correct_heading(paused, path).off_rad / degree == Approx(20.0).margin(2.5));
+    VehiclePath path = vehicle_path(LineWithBed(paused));
+    CHECK(correct_heading(LineWithBed(paused), path).off_rad / degree == Approx(20.0).margin(2.5));
   }
   {  // of a compass, where the magnetic north is 20 degrees west of north
     const RecordedLine magnetic = turned_by([](double h) { return h + 20.0 * degree; });
-    VehiclePath path = vehicle_path(magnetic);
-    const HeadingCheck check = correct_heading(magnetic, path);
+    VehiclePath path = vehicle_path(LineWithBed(magnetic));
+    const HeadingCheck check = correct_heading(LineWithBed(magnetic), path);
     CHECK(check.off_rad / degree == Approx(20.0).margin(2.5));
     CHECK_FALSE(check.exchanged);
     CHECK(mean_heading_deg(path) == Approx(12.0).margin(2.5));
@@ -110,25 +110,25 @@ TEST_CASE("headings stay as stated where the bed moves as they say, and are turn
   {  // of a file that has exchanged the sides
     RecordedLine exchanged = line;
     std::swap(exchanged.port, exchanged.starboard);
-    VehiclePath path = vehicle_path(exchanged);
-    const HeadingCheck check = correct_heading(exchanged, path);
+    VehiclePath path = vehicle_path(LineWithBed(exchanged));
+    const HeadingCheck check = correct_heading(LineWithBed(exchanged), path);
     CHECK(check.exchanged);
     CHECK(mean_heading_deg(path) == Approx(-12.0).margin(2.5));
   }
   {  // none stated
     RecordedLine none = line;
     for (RecordedPing& ping : none.pings) ping.heading_rad.reset();
-    VehiclePath path = vehicle_path(none);
+    VehiclePath path = vehicle_path(LineWithBed(none));
     REQUIRE(path.heading_rad.empty());
-    correct_heading(none, path);
+    correct_heading(LineWithBed(none), path);
     REQUIRE(path.heading_rad.size() == none.pings.size());
     CHECK(mean_heading_deg(path) == Approx(12.0).margin(2.5));
   }
   {  // one side is not enough
     RecordedLine single = line;
     single.port.clear();
-    VehiclePath path = vehicle_path(single);
-    CHECK(correct_heading(single, path).off_rad == 0.0);
+    VehiclePath path = vehicle_path(LineWithBed(single));
+    CHECK(correct_heading(LineWithBed(single), path).off_rad == 0.0);
   }
 }
 
@@ -139,9 +139,9 @@ TEST_CASE("ripples that run obliquely to the track do not turn headings") {
       "[[seafloor.crests]]\nwavelength_m = 1.2\nheight_m = 0.2\nacross_crests_deg = 60\n",
       {"seafloor.extent_north_m=80", "track.speed_mps=2.2", "motion.crab_deg=6",
        "sonar.sidescan.bins=720", "sonar.sidescan.bandwidth_hz=15e3"});
-  VehiclePath path = vehicle_path(line);
+  VehiclePath path = vehicle_path(LineWithBed(line));
   const std::vector<double> before = path.heading_rad;
-  const HeadingCheck check = correct_heading(line, path);
+  const HeadingCheck check = correct_heading(LineWithBed(line), path);
   CHECK(check.long_forms);
   CHECK(check.off_rad == 0.0);
   CHECK_FALSE(check.exchanged);
@@ -152,8 +152,8 @@ TEST_CASE("the recipe of an imitation crabs as the recording does") {
   const tests::TemporaryFolder folder;
   const RecordedLine line = crabbing_line(folder.path());
   LineModel model;
-  model.path = vehicle_path(line);
-  model.recorder = recorder_signs(line);
+  model.path = vehicle_path(LineWithBed(line));
+  model.recorder = recorder_signs(LineWithBed(line));
   model.range_m = 36.0;
   model.samples = line.samples;
   model.bed = bed_extent(model);
@@ -170,6 +170,6 @@ TEST_CASE("a real recording crabs as its headings say, with its sides exchanged"
     return;
   }
   const RecordedLine line = read_recording(*file).at(0);
-  VehiclePath path = vehicle_path(line);
-  CHECK(correct_heading(line, path).exchanged);
+  VehiclePath path = vehicle_path(LineWithBed(line));
+  CHECK(correct_heading(LineWithBed(line), path).exchanged);
 }

@@ -21,15 +21,18 @@
 #include <ensonify/engine/base/units.h>
 #include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/imitation/imitate.h>
-#include <ensonify/engine/imitation/line_fit.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/recording/some_pings.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/tables/track_reader.h>
 #include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
@@ -63,7 +66,7 @@ TEST_CASE("numbers of a recording that no scene may have are named without the t
     FAIL("no error");
   } catch (const SceneError& error) {
     const std::string message = error.what();
-    CHECK_THAT(message, Catch::StartsWith("the recording's scene:"));
+    CHECK_THAT(message, Catch::StartsWith("the scene:"));
     CHECK_THAT(message, Catch::Contains("'sonar.sidescan.range_m' is 0.05"));
     CHECK(message.find(folder.path().string()) == std::string::npos);
   }
@@ -111,31 +114,89 @@ TEST_CASE("pings of the most frequent range are imitated, however long the other
         "the recording has 63 pings of one range and length, and an imitation needs 64");
 }
 
-TEST_CASE("a model's scene and recipe are read without a fault, and each key has its evidence") {
-  const tests::TemporaryFolder folder;
-  const RecordedLine line = made_line({.altitude_m = &varied_m});
+namespace {
+
+/// A model with all that its scene can have: tones, a fitted beam, texture, attitude.
+LineModel full_model() {
+  const LineWithBed line(made_line({.altitude_m = &varied_m}));
   LineModel model;
   model.path = vehicle_path(line);
+  for (std::size_t i = 0; i < model.path.t_s.size(); ++i) {
+    model.path.roll_rad.push_back(0.01 * std::sin(0.7 * static_cast<double>(i)));
+    model.path.heading_rad.push_back(0.1 + 0.002 * std::sin(0.3 * static_cast<double>(i)));
+  }
   model.recorder = recorder_signs(line);
   model.range_m = range_m;
   model.samples = samples;
+  model.frequency_hz = 1234567.8;
+  model.array_length_m = 1.0 / 3.0;
+  model.pulse.bandwidth_hz = 20e3 / 1.1;
   model.bed = bed_extent(model);
   model.tones = {105, 166, std::vector<std::int8_t>(std::size_t{105} * 166, 0)};
   model.tones.steps[3] = -2;
   model.tones.steps[7000] = 1;
+  model.texture_shape = 0.7654321;
+  model.glint_share = 0.1234567;
   model.gain_db = -100.0;
-  refine::write_file(folder / "tones.png", tones_png(model));
   for (std::vector<double>& side : model.vertical_db)
-    for (std::size_t i = 0; i < grazing_cells; ++i) side.push_back(-0.5 * static_cast<double>(i));
-  tests::write_text(folder / "navigation.csv", navigation_csv(model));
-  tests::write_text(folder / "beam.csv", beam_csv(model));
-  const Scene scene =
-      parse_scene(scene_text(model), "scene.toml", {}, ScenePaths{folder.path(), {}});
+    for (std::size_t i = 0; i < grazing_cells; ++i)
+      side.push_back(0.0 - 0.5 * static_cast<double>(i));
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("the files of a model's scene read back to the scene in memory, which makes its image") {
+  const tests::TemporaryFolder folder;
+  LineModel model = full_model();
+  model.path = some_pings(model.path, {0, 1, 2, 3, 4, 5});
+  write_scene(model, folder.path());
+  const Scene read = read_scene(folder / "scene.toml");
+  Scene made = scene_of(model);
+  CHECK(dump_scene(made) == dump_scene(read));
+  CHECK(read.warnings.empty());
+  const NavigationLog log = read_track(read.track, {});
+  for (std::vector<double> NavigationLog::*column :
+       {&NavigationLog::t_s, &NavigationLog::x_m, &NavigationLog::y_m, &NavigationLog::z_m,
+        &NavigationLog::roll_rad, &NavigationLog::pitch_rad, &NavigationLog::heading_rad})
+    CHECK(log.*column == made.track.log.get()->*column);
+  const auto pixels_of = [](const Scene& scene) {
+    Simulator simulator(scene);
+    return ping_all(scene, simulator, 0).images.front().pixels;
+  };
+  const BinLayers of_read = pixels_of(read), of_made = pixels_of(made);
+  BinLayers::for_each([&](std::string_view name, auto layer) {
+    CAPTURE(name);
+    CHECK(of_made.*layer == of_read.*layer);
+  });
+  // What is in memory is used: the image follows it.
+  auto level = std::make_shared<NavigationLog>(log);
+  level->roll_rad.clear();
+  made.track.log = level;
+  CHECK(pixels_of(made).intensity != of_read.intensity);
+  made = scene_of(model);
+  for (VerticalLevel& one : made.sonars.front().vertical.measured[0]) one.level_db -= 1.0;
+  CHECK(pixels_of(made).intensity != of_read.intensity);
+  made = scene_of(model);
+  for (Patch& patch : made.seafloor.seabed.patches) {
+    AreaPixels pixels = *patch.area.pixels;
+    pixels.values.assign(pixels.values.size(), static_cast<std::uint8_t>(patch.area.image_value));
+    patch.area.pixels = std::make_shared<const AreaPixels>(std::move(pixels));
+  }
+  CHECK(pixels_of(made).intensity != of_read.intensity);
+}
+
+TEST_CASE("a model's scene and recipe are read without a fault, and each key has its evidence") {
+  const tests::TemporaryFolder folder;
+  const LineModel model = full_model();
+  write_scene(model, folder.path());
+  const Scene scene = read_scene(folder / "scene.toml");
   CHECK(scene.sonars.front().bins == 500);
   CHECK(scene.sonars.front().range_m == range_m);
   // One way, and 0 dB at its peak.
-  CHECK(beam_csv(model).find("\n1,0.000,0.000\n") != std::string::npos);
-  CHECK(beam_csv(model).find("\n9,-1.000,-1.000\n") != std::string::npos);
+  const std::string beam = tests::read_text(folder / "beam.csv");
+  CHECK(beam.find("\n1,0.000,0.000\n") != std::string::npos);
+  CHECK(beam.find("\n9,-1.000,-1.000\n") != std::string::npos);
   CHECK(scene.track.kind == TrackKind::file);
   REQUIRE(scene.seafloor.seabed.patches.size() == 2);
   // The brightest has the sediment's strength, and the bed less; the gain makes up for it.

@@ -9,7 +9,7 @@
 
 #include "made_line.h"
 
-#include <ensonify/engine/imitation/lasting_peaks.h>
+#include <ensonify/engine/imitation/bed_levels.h>
 #include <ensonify/engine/imitation/ping_gains.h>
 
 using namespace ensonify;
@@ -37,7 +37,7 @@ TEST_CASE("a gain from ping to ping is found as large as it is, and can be taken
        {TransferCurve::linear, TransferCurve::square_root, TransferCurve::logarithmic}) {
     CAPTURE(static_cast<int>(curve));
     RecordedLine line = made_line({.pings = 800, .altitude_m = &tests::varied_m});
-    RecorderSigns recorder = recorder_signs(line);
+    RecorderSigns recorder = recorder_signs(LineWithBed(line));
     change_gain(line, 0.1);
     recorder.curve = curve;
     for (std::vector<float>* side : {&line.port, &line.starboard})
@@ -50,10 +50,11 @@ TEST_CASE("a gain from ping to ping is found as large as it is, and can be taken
                                      std::max(0.0, 1.0 + 20.0 * std::log10(std::max(share, 1e-9)) /
                                                              recorder.curve_range_db));
       }
-    const PingGains found = ping_gains(line, recorder);
+    const PingGains found = ping_gains(LineWithBed(line), recorder);
     CHECK(found.rms_db == Approx(20.0 * std::log10(std::exp(0.1))).epsilon(0.1));
     REQUIRE(found.factors.size() == line.pings.size());
-    CHECK(ping_gains(without_ping_gains(line, found, recorder), recorder).factors.empty());
+    CHECK(ping_gains(without_ping_gains(LineWithBed(line), found, recorder), recorder)
+              .factors.empty());
   }
 }
 
@@ -63,11 +64,11 @@ TEST_CASE("speckle, texture, ripples and an altitude that changes are no gain fr
         tests::MadeLine{.pings = 800, .ripples = true},
         tests::MadeLine{.pings = 800, .altitude_m = &tests::varied_m, .spreading = 50.0}}) {
     const RecordedLine line = made_line(how);
-    const RecorderSigns recorder = recorder_signs(line);
-    const PingGains found = ping_gains(line, recorder);
+    const RecorderSigns recorder = recorder_signs(LineWithBed(line));
+    const PingGains found = ping_gains(LineWithBed(line), recorder);
     CHECK(found.rms_db == 0.0);
     CHECK(found.factors.empty());
-    CHECK(without_ping_gains(line, found, recorder).port == line.port);
+    CHECK(without_ping_gains(LineWithBed(line), found, recorder).port == line.port);
   }
 }
 
@@ -81,7 +82,7 @@ TEST_CASE("points of the bed last from ping to ping, single bright samples do no
       for (std::size_t i = first; i < first + pings; ++i)
         line.starboard[i * samples + k] = 30000.0f;
     }
-    return lasting_peaks(line);
+    return lasting_peaks(LineWithBed(line));
   };
   CHECK(std::isnan(with_peaks(0)));
   CHECK(with_peaks(1) < 0.05);

@@ -43,7 +43,7 @@ TEST_CASE("the contrast of speckle is that of Rayleigh amplitudes") {
 
 TEST_CASE("the samples show looks, detector, scaled pings, curve, floor and clipping") {
   for (const int looks : {1, 4}) {
-    const RecorderSigns signs = recorder_signs(made_line({.looks = looks}));
+    const RecorderSigns signs = recorder_signs(LineWithBed(made_line({.looks = looks})));
     CHECK(signs.looks == looks);
     CHECK(signs.detector == Detector::mean);
     CHECK(signs.curve == TransferCurve::linear);
@@ -54,28 +54,29 @@ TEST_CASE("the samples show looks, detector, scaled pings, curve, floor and clip
             Approx(-60.0 + 20.0 * std::log10(32767.0 / signs.full_scale)).margin(1.0));
   }
   // Texture adds to the contrast; that of 3 looks remains the nearest.
-  CHECK(recorder_signs(made_line({.looks = 3, .texture = 0.12})).looks == 3);
-  const RecorderSigns peak = recorder_signs(made_line({.looks = 3, .peak = true}));
+  CHECK(recorder_signs(LineWithBed(made_line({.looks = 3, .texture = 0.12}))).looks == 3);
+  const RecorderSigns peak = recorder_signs(LineWithBed(made_line({.looks = 3, .peak = true})));
   CHECK(peak.detector == Detector::peak);
   CHECK(peak.looks == 3);
   // The altitude changes the share of water, and with it the mean, unless each ping is scaled.
   const RecorderSigns scaled =
-      recorder_signs(made_line({.altitude_m = &varied_m, .ping_mean = 0.25}));
+      recorder_signs(LineWithBed(made_line({.altitude_m = &varied_m, .ping_mean = 0.25})));
   CHECK(scaled.ping_mean == Approx(0.25).epsilon(0.03));  // without the first 2 % of the samples
   CHECK(scaled.clips);
   CHECK(scaled.bits == 15);
-  CHECK(recorder_signs(made_line({.altitude_m = &varied_m})).ping_mean == 0.0);
+  CHECK(recorder_signs(LineWithBed(made_line({.altitude_m = &varied_m}))).ping_mean == 0.0);
   // On an even bed at a constant altitude the means are alike without any scale.
-  CHECK(recorder_signs(made_line({.looks = 8})).ping_mean == 0.0);
-  const RecorderSigns noiseless = recorder_signs(made_line({.column = 0.0}));
+  CHECK(recorder_signs(LineWithBed(made_line({.looks = 8}))).ping_mean == 0.0);
+  const RecorderSigns noiseless = recorder_signs(LineWithBed(made_line({.column = 0.0})));
   CHECK(noiseless.column_from.how == Confidence::assumed);
   CHECK(noiseless.column_db < scatter::amplitude_to_db(0.5 / 32767.0));
   // A recorder without a logarithm, whose spread hardly grows with the mean.
-  const RecorderSigns rippled = recorder_signs(made_line({.looks = 4, .ripples = true}));
+  const RecorderSigns rippled =
+      recorder_signs(LineWithBed(made_line({.looks = 4, .ripples = true})));
   CHECK(rippled.curve == TransferCurve::linear);
   CHECK(rippled.looks == 4);
   const RecorderSigns logarithmic =
-      recorder_signs(made_line({.spreading = 15.0, .logarithmic = true}));
+      recorder_signs(LineWithBed(made_line({.spreading = 15.0, .logarithmic = true})));
   CHECK(logarithmic.curve == TransferCurve::logarithmic);
   CHECK(logarithmic.curve_range_db == Approx(80.0).epsilon(0.15));
 }
@@ -88,10 +89,10 @@ TEST_CASE("a contrast somewhat under that of one look is one look, not two") {
     for (std::size_t i = 0; i < side->size(); ++i)
       if (float& value = (*side)[i]; i % samples > 80)
         value = static_cast<float>(std::round(mean + 0.92 * (value - mean)));
-  const RecorderSigns signs = recorder_signs(line);
+  const RecorderSigns signs = recorder_signs(LineWithBed(line));
   CHECK(signs.looks == 1);
   CHECK_FALSE(signs.looks_from.at_limit);
-  CHECK(recorder_signs(made_line({.looks = 30})).looks_from.at_limit);
+  CHECK(recorder_signs(LineWithBed(made_line({.looks = 30}))).looks_from.at_limit);
 }
 
 TEST_CASE("bright samples at the beginning are a burst only if they are as bright as one") {
@@ -101,7 +102,7 @@ TEST_CASE("bright samples at the beginning are a burst only if they are as brigh
     for (std::vector<float>* side : {&line.port, &line.starboard})
       for (std::size_t i = 0; i < side->size(); ++i)
         if (i % samples < 10) (*side)[i] = static_cast<float>(std::floor(32767.0 * share));
-    const RecorderSigns signs = recorder_signs(line);
+    const RecorderSigns signs = recorder_signs(LineWithBed(line));
     CHECK((signs.burst_m > 0.0) == (share == 1.0));
     CHECK(signs.burst_from.why.ends_with("left out") == (share < 1.0));
   }
@@ -137,8 +138,8 @@ TEST_CASE("the skew of decibels shows the looks of a logarithmic recorder, and t
   for (const double spreading : {30.0, 15.0})
     for (const int looks : {1, 2, 4, 8}) {
       CAPTURE(spreading, looks);
-      const RecorderSigns signs =
-          recorder_signs(made_line({.looks = looks, .spreading = spreading, .logarithmic = true}));
+      const RecorderSigns signs = recorder_signs(
+          LineWithBed(made_line({.looks = looks, .spreading = spreading, .logarithmic = true})));
       CHECK(signs.curve == TransferCurve::logarithmic);
       CHECK(std::abs(signs.looks - looks) <= looks / 4);
       CHECK(signs.curve_range_db == Approx(80.0).epsilon(0.12));
@@ -149,19 +150,21 @@ TEST_CASE(
     "the level at an angle is that of the bed's angle though the recording begins behind it") {
   RecordedLine line = made_line({.spreading = 40.0, .level = 0.05});
   for (RecordedPing& ping : line.pings) ping.altitude_m = 8.0;
-  const RecorderSigns signs = recorder_signs(line);
-  const GrazingLevels whole = grazing_levels(line, Side::port, signs, 0, line.pings.size());
+  const RecorderSigns signs = recorder_signs(LineWithBed(line));
+  const GrazingLevels whole =
+      grazing_levels(LineWithBed(line), Side::port, signs, 0, line.pings.size());
   constexpr std::size_t unrecorded = 120;  // the bed begins at sample 80
   for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
     line.pings[ping].unrecorded = unrecorded;
     for (std::vector<float>* side : {&line.port, &line.starboard})
       std::fill_n(side->begin() + static_cast<std::ptrdiff_t>(ping * samples), unrecorded, 0.0f);
   }
-  const VehiclePath path = vehicle_path(line);
+  const VehiclePath path = vehicle_path(LineWithBed(line));
   CHECK(path.altitude.how == Confidence::stated);
   CHECK(path.altitude_m == std::vector<double>(line.pings.size(), 8.0));
-  CHECK(recorder_signs(line).column_from.how == Confidence::assumed);
-  const GrazingLevels behind = grazing_levels(line, Side::port, signs, 0, line.pings.size());
+  CHECK(recorder_signs(LineWithBed(line)).column_from.how == Confidence::assumed);
+  const GrazingLevels behind =
+      grazing_levels(LineWithBed(line), Side::port, signs, 0, line.pings.size());
   std::size_t known = 0;
   for (std::size_t i = 0; i < grazing_cells; ++i)
     if (std::isfinite(behind[i]) && grazing_cell_rad(i) < 38.0 * degree) {
@@ -205,19 +208,19 @@ TEST_CASE("the samples show a square root and its looks, whatever the gain over 
   for (const int looks : {1, 2, 4})
     for (const double spreading : {20.0, 30.0}) {
       CAPTURE(looks, spreading);
-      const RecorderSigns root =
-          recorder_signs(made_line({.looks = looks, .spreading = spreading, .square_root = true}));
+      const RecorderSigns root = recorder_signs(
+          LineWithBed(made_line({.looks = looks, .spreading = spreading, .square_root = true})));
       CHECK(root.curve == TransferCurve::square_root);
       CHECK(root.curve_from.how == Confidence::measured);
       CHECK(root.looks == looks);
       const RecorderSigns line =
-          recorder_signs(made_line({.looks = looks, .spreading = spreading}));
+          recorder_signs(LineWithBed(made_line({.looks = looks, .spreading = spreading})));
       CHECK(line.curve == TransferCurve::linear);
       CHECK(line.looks == looks);
     }
   // The level of the noise is before the curve.
   const RecordedLine root = made_line({.column = 1e-2, .square_root = true});
-  const RecorderSigns signs = recorder_signs(root);
+  const RecorderSigns signs = recorder_signs(LineWithBed(root));
   CHECK(signs.column_db ==
         Approx(-40.0 + 40.0 * std::log10(32767.0 / signs.full_scale)).margin(1.0));
 }
@@ -226,7 +229,7 @@ TEST_CASE("a varied altitude shows the gain over range, a constant one does not"
   const auto slope_db = [](double spreading) {
     const RecordedLine line =
         made_line({.altitude_m = &varied_m, .spreading = spreading, .level = 0.02});
-    return range_slope_db(line, recorder_signs(line));
+    return range_slope_db(LineWithBed(line), recorder_signs(LineWithBed(line)));
   };
   for (const double spreading : {20.0, 40.0})
     CHECK(slope_db(spreading) == Approx(spreading - 30.0).margin(1.5));
@@ -244,7 +247,7 @@ TEST_CASE("a varied altitude shows the gain over range, a constant one does not"
   CHECK(most.spreading == 80.0);
   CHECK(most.from.at_limit);
   const RecordedLine level = made_line({});
-  CHECK(std::isnan(range_slope_db(level, recorder_signs(level))));
+  CHECK(std::isnan(range_slope_db(LineWithBed(level), recorder_signs(LineWithBed(level)))));
   // A bed of patches of 40 pings, 12 dB apart.
   RecordedLine patched = made_line({.altitude_m = &varied_m});
   for (const std::size_t patch : {0u, 1u, 4u, 6u})
@@ -253,14 +256,14 @@ TEST_CASE("a varied altitude shows the gain over range, a constant one does not"
         patched.port[ping * samples + k] *= 0.25f;
         patched.starboard[ping * samples + k] *= 0.25f;
       }
-  CHECK(std::isnan(range_slope_db(patched, recorder_signs(patched))));
+  CHECK(std::isnan(range_slope_db(LineWithBed(patched), recorder_signs(LineWithBed(patched)))));
   CHECK(corrected_law({}, std::nan(""), 0.0, 0.1, range_m).from.how == Confidence::assumed);
 }
 
 TEST_CASE("the level that clipping took from Rayleigh amplitudes is given back") {
   const RecordedLine line = made_line({.level = 0.6});
-  const GrazingLevels levels =
-      grazing_levels(line, Side::port, recorder_signs(line), 0, line.pings.size());
+  const GrazingLevels levels = grazing_levels(
+      LineWithBed(line), Side::port, recorder_signs(LineWithBed(line)), 0, line.pings.size());
   CHECK(levels[6] == Approx(20.0 * std::log10(0.6)).margin(0.3));
   CHECK(levels[15] == Approx(20.0 * std::log10(0.6)).margin(0.3));
 }

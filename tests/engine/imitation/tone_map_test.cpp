@@ -21,13 +21,15 @@ using tests::varied_m;
 
 TEST_CASE("a darker part of the bed is on the map of tones where it is") {
   RecordedLine line = made_line({.pings = 800});
-  VehiclePath path = vehicle_path(line);
+  VehiclePath path = vehicle_path(LineWithBed(line));
   for (std::size_t i = 0; i < 800; ++i) path.y_m[i] = 0.1 * (static_cast<double>(i) - 400.0);
-  CHECK(tone_map(line, path, recorder_signs(line), 0.0, 104.0, 184.0).steps.empty());
+  CHECK(tone_map(LineWithBed(line), path, recorder_signs(LineWithBed(line)), 0.0, 104.0, 184.0)
+            .steps.empty());
   // 12 dB darker to starboard in the northern half: the line goes north.
   for (std::size_t ping = 400; ping < 800; ++ping)
     for (std::size_t k = 90; k < samples; ++k) line.starboard[ping * samples + k] *= 0.25f;
-  const ToneMap map = tone_map(line, path, recorder_signs(line), 0.0, 104.0, 184.0);
+  const ToneMap map =
+      tone_map(LineWithBed(line), path, recorder_signs(LineWithBed(line)), 0.0, 104.0, 184.0);
   REQUIRE(map.steps.size() == map.columns * map.rows);
   // Over 21 x 21 pixels, because what lies between two steps gets either of them.
   const auto tone_db_at = [](const ToneMap& of, double east_m, double north_m) {
@@ -48,26 +50,27 @@ TEST_CASE("a darker part of the bed is on the map of tones where it is") {
   };
   check(map);
   // A recorder's square root does not halve them.
-  RecorderSigns root = recorder_signs(line);
+  RecorderSigns root = recorder_signs(LineWithBed(line));
   root.curve = TransferCurve::square_root;
   root.full_scale = 32767.0;
   for (std::vector<float>* side : {&line.port, &line.starboard})
     for (float& sample : *side) sample = std::sqrt(32767.0f * sample);
-  const ToneMap of_root = tone_map(line, path, root, 0.0, 104.0, 184.0);
+  const ToneMap of_root = tone_map(LineWithBed(line), path, root, 0.0, 104.0, 184.0);
   REQUIRE(of_root.steps.size() == map.steps.size());
   check(of_root);
 }
 
 TEST_CASE("a tone that changes slowly has no borders") {
   RecordedLine line = made_line({.pings = 800});
-  VehiclePath path = vehicle_path(line);
+  VehiclePath path = vehicle_path(LineWithBed(line));
   for (std::size_t i = 0; i < 800; ++i) path.y_m[i] = 0.1 * (static_cast<double>(i) - 400.0);
   // To starboard from -6 to 6 dB along the line.
   for (std::size_t ping = 0; ping < 800; ++ping)
     for (std::size_t k = 90; k < samples; ++k)
       line.starboard[ping * samples + k] *=
           static_cast<float>(std::pow(10.0, (0.015 * static_cast<double>(ping) - 6.0) / 20.0));
-  const ToneMap map = tone_map(line, path, recorder_signs(line), 0.0, 104.0, 184.0);
+  const ToneMap map =
+      tone_map(LineWithBed(line), path, recorder_signs(LineWithBed(line)), 0.0, 104.0, 184.0);
   REQUIRE(map.steps.size() == map.columns * map.rows);
   // By rows of pixels over 20 m from east to west, the mean follows the change.
   const double north_side_m = 184.0 / static_cast<double>(map.rows);
@@ -85,40 +88,40 @@ TEST_CASE("a tone that changes slowly has no borders") {
 TEST_CASE("gain over range on a changing altitude makes no tones") {
   // At each angle the level changes by 20 dB per factor of ten in range, here by 10 dB.
   const RecordedLine line = made_line({.pings = 800, .altitude_m = &varied_m, .spreading = 50.0});
-  VehiclePath path = vehicle_path(line);
+  VehiclePath path = vehicle_path(LineWithBed(line));
   for (std::size_t i = 0; i < 800; ++i) path.y_m[i] = 0.1 * (static_cast<double>(i) - 400.0);
-  const RecorderSigns recorder = recorder_signs(line);
-  const double slope_db = range_slope_db(line, recorder);
+  const RecorderSigns recorder = recorder_signs(LineWithBed(line));
+  const double slope_db = range_slope_db(LineWithBed(line), recorder);
   CHECK(slope_db == Approx(20.0).margin(1.0));
-  CHECK(tone_map(line, path, recorder, slope_db, 104.0, 184.0).steps.empty());
-  CHECK_FALSE(tone_map(line, path, recorder, 0.0, 104.0, 184.0).steps.empty());
+  CHECK(tone_map(LineWithBed(line), path, recorder, slope_db, 104.0, 184.0).steps.empty());
+  CHECK_FALSE(tone_map(LineWithBed(line), path, recorder, 0.0, 104.0, 184.0).steps.empty());
 }
 
 TEST_CASE("a single bright object is no tone, and its place is named") {
   RecordedLine line = made_line({.pings = 800});
-  VehiclePath path = vehicle_path(line);
+  VehiclePath path = vehicle_path(LineWithBed(line));
   for (std::size_t i = 0; i < 800; ++i) path.y_m[i] = 0.1 * (static_cast<double>(i) - 400.0);
-  const RecorderSigns recorder = recorder_signs(line);
-  CHECK(bright_objects(line, path, recorder).empty());
+  const RecorderSigns recorder = recorder_signs(LineWithBed(line));
+  CHECK(bright_objects(LineWithBed(line), path, recorder).empty());
   // A darker half, so that there are tones.
   for (std::size_t ping = 400; ping < 800; ++ping)
     for (std::size_t k = 90; k < samples; ++k) line.starboard[ping * samples + k] *= 0.25f;
-  const ToneMap without = tone_map(line, path, recorder, 0.0, 104.0, 184.0);
+  const ToneMap without = tone_map(LineWithBed(line), path, recorder, 0.0, 104.0, 184.0);
   REQUIRE_FALSE(without.steps.empty());
-  CHECK(bright_objects(line, path, recorder).empty());
+  CHECK(bright_objects(LineWithBed(line), path, recorder).empty());
   for (std::size_t ping = 200; ping < 212; ++ping)
     for (std::size_t k = 250; k < 280; ++k) {
       line.port[ping * samples + k] = 20000.0f;
       line.port[ping * samples + k + 40] = 1.0f;  // its shadow
     }
-  const std::vector<BrightObject> objects = bright_objects(line, path, recorder);
+  const std::vector<BrightObject> objects = bright_objects(LineWithBed(line), path, recorder);
   REQUIRE(objects.size() == 1);
   CHECK(objects[0].side == Side::port);
   CHECK(objects[0].ping >= 198);
   CHECK(objects[0].ping <= 214);
   CHECK(objects[0].range_m == Approx(26.5).margin(1.6));
   CHECK(objects[0].over_bed_db > 10.0);
-  const ToneMap with = tone_map(line, path, recorder, 0.0, 104.0, 184.0);
+  const ToneMap with = tone_map(LineWithBed(line), path, recorder, 0.0, 104.0, 184.0);
   REQUIRE(with.steps.size() == without.steps.size());
   // Around the object, which lies at 26.5 m of range in pings 200 to 211.
   double change_db = 0.0, pixels = 0.0;

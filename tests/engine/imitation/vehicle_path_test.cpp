@@ -26,7 +26,7 @@ TEST_CASE("the bottom line and the navigation give the vehicle's path") {
     line.pings[ping].place.reset();
     for (std::size_t k = 20; k < 40; ++k) line.port[ping * samples + k] = 20000.0f;
   }
-  const VehiclePath path = vehicle_path(line);
+  const VehiclePath path = vehicle_path(LineWithBed(line));
   REQUIRE(path.altitude_m.size() == 320);
   for (std::size_t ping = 0; ping < 320; ++ping) {
     CAPTURE(ping);
@@ -40,7 +40,7 @@ TEST_CASE("the bottom line and the navigation give the vehicle's path") {
     for (std::size_t ping = 0; ping < rounded.pings.size(); ++ping)
       rounded.pings[ping].t_s =
           std::floor(100.0 * interval_s * double(ping) + (ping < 200 ? 0.0 : 3000.0)) / 100.0;
-    CHECK(vehicle_path(rounded).ping_interval_s == Approx(interval_s).epsilon(0.01));
+    CHECK(vehicle_path(LineWithBed(rounded)).ping_interval_s == Approx(interval_s).epsilon(0.01));
   }
   // 3e-8 rad of latitude at 55 degrees: the meridian's radius of curvature is 6378 km (WGS 84).
   CHECK(path.speed_mps == Approx(10.0 * 3e-8 * 6378.2e3).epsilon(2e-3));
@@ -55,7 +55,7 @@ TEST_CASE("the bottom line and the navigation give the vehicle's path") {
     ping.depth_m.reset();
     ping.pitch_rad = 20.0 * degree * (ping.number % 2 == 0 ? 1.0 : 0.9999);
   }
-  const VehiclePath bare = vehicle_path(line);
+  const VehiclePath bare = vehicle_path(LineWithBed(line));
   CHECK(bare.place.how == Confidence::assumed);
   CHECK(bare.time.how == Confidence::assumed);
   CHECK(bare.depth.how == Confidence::assumed);
@@ -70,7 +70,7 @@ TEST_CASE("an altitude that changes fast at the ends of a line is followed to th
     const auto from_end = static_cast<double>(std::min<std::size_t>(ping, 319 - ping));
     return 4.0 + std::max(0.0, 4.0 - 0.13 * from_end);
   };
-  const VehiclePath path = vehicle_path(made_line({.altitude_m = altitude_m}));
+  const VehiclePath path = vehicle_path(LineWithBed(made_line({.altitude_m = altitude_m})));
   for (std::size_t ping = 0; ping < 320; ++ping) {
     CAPTURE(ping);
     CHECK(std::abs(path.altitude_m[ping] - altitude_m(ping)) < 0.4);
@@ -79,7 +79,7 @@ TEST_CASE("an altitude that changes fast at the ends of a line is followed to th
 
 TEST_CASE("wrong fixes neither turn nor move a path") {
   const RecordedLine line = made_line({});
-  const VehiclePath whole = vehicle_path(line);
+  const VehiclePath whole = vehicle_path(LineWithBed(line));
   // One at the begin, and more in one place than a median over the pings around can leave out. The
   // last is on the other side of the Earth.
   RecordedLine wrong = line;
@@ -87,7 +87,7 @@ TEST_CASE("wrong fixes neither turn nor move a path") {
   for (std::size_t ping = 100; ping < 140; ++ping)
     wrong.pings[ping].place = GeographicPlace{55.0 * degree, -10.0 * degree};
   wrong.pings[319].place = GeographicPlace{-20.0 * degree, -170.0 * degree};
-  const VehiclePath path = vehicle_path(wrong);
+  const VehiclePath path = vehicle_path(LineWithBed(wrong));
   CHECK(path.origin.value().latitude_rad ==
         Approx(whole.origin.value().latitude_rad).epsilon(0).margin(1e-7));
   CHECK(path.origin.value().longitude_rad ==
@@ -106,7 +106,7 @@ TEST_CASE("a roll or a pitch that no sonar has is unknown") {
   }
   line.pings[50].pitch_rad = 150.0 * degree;
   line.pings[60].roll_rad = -170.0 * degree;
-  const VehiclePath path = vehicle_path(line);
+  const VehiclePath path = vehicle_path(LineWithBed(line));
   CHECK(path.pitch_rad == std::vector<double>(320, -2.0 * degree));
   CHECK(path.roll_rad == std::vector<double>(320, 3.0 * degree));
 }
@@ -116,7 +116,7 @@ TEST_CASE("a wrong pitch or stated altitude of single pings moves no altitude") 
   for (RecordedPing& ping : line.pings) ping.pitch_rad = 1.0 * degree;
   line.pings[50].pitch_rad = line.pings[120].pitch_rad = -50.0 * degree;
   line.pings[121].pitch_rad = 55.0 * degree;
-  const VehiclePath path = vehicle_path(line);
+  const VehiclePath path = vehicle_path(LineWithBed(line));
   CHECK(path.pitch_rad == std::vector<double>(320, 1.0 * degree));
   for (const double altitude_m : path.altitude_m) CHECK(altitude_m == Approx(8.0).margin(0.3));
   // Without a bottom line the stated altitudes count.
@@ -125,14 +125,14 @@ TEST_CASE("a wrong pitch or stated altitude of single pings moves no altitude") 
   for (RecordedPing& ping : line.pings) ping.altitude_m = 8.0;
   line.pings[70].altitude_m = 0.5;
   line.pings[200].altitude_m = 45.0;
-  CHECK(vehicle_path(line).altitude_m == std::vector<double>(320, 8.0));
+  CHECK(vehicle_path(LineWithBed(line)).altitude_m == std::vector<double>(320, 8.0));
 }
 
 TEST_CASE("a line without a bottom line is refused") {
   RecordedLine line = made_line({});
   std::ranges::fill(line.port, 100.0f);
   std::ranges::fill(line.starboard, 100.0f);
-  CHECK_THROWS_AS(vehicle_path(line), RecordingError);
+  CHECK_THROWS_AS(vehicle_path(LineWithBed(line)), RecordingError);
 }
 
 TEST_CASE("water that is hardly darker than the bed shows no bottom line, however short the line") {
@@ -146,13 +146,14 @@ TEST_CASE("water that is hardly darker than the bed shows no bottom line, howeve
   for (const std::size_t pings : {64u, 320u}) {
     CAPTURE(pings);
     RecordedLine faint = line(-1.0, pings);
-    CHECK_THROWS_WITH(vehicle_path(faint), Catch::Contains("dB darker than the bed behind it"));
+    CHECK_THROWS_WITH(vehicle_path(LineWithBed(faint)),
+                      Catch::Contains("dB darker than the bed behind it"));
     for (RecordedPing& ping : faint.pings) ping.altitude_m = 8.0;
-    const VehiclePath stated = vehicle_path(faint);
+    const VehiclePath stated = vehicle_path(LineWithBed(faint));
     CHECK(stated.altitude.how == Confidence::stated);
     CHECK(std::ranges::max(stated.altitude_m) == 8.0);
     CHECK(std::ranges::min(stated.altitude_m) == 8.0);
-    const VehiclePath shown = vehicle_path(line(-8.0, pings));
+    const VehiclePath shown = vehicle_path(LineWithBed(line(-8.0, pings)));
     CHECK(shown.altitude.how == Confidence::measured);
     CHECK(shown.altitude_m[pings / 2] == Approx(8.0).margin(0.4));
   }
@@ -163,9 +164,10 @@ TEST_CASE("a dark part of the bed behind bright water is no water column") {
   for (std::vector<float>* side : {&line.port, &line.starboard})
     for (std::size_t i = 0; i < side->size(); ++i)  // as where the beam receives weakly
       if (i % samples > 80 && i % samples < 105) (*side)[i] *= 0.5f;
-  CHECK_THROWS_WITH(vehicle_path(line), Catch::Contains("dB darker than the bed behind it"));
+  CHECK_THROWS_WITH(vehicle_path(LineWithBed(line)),
+                    Catch::Contains("dB darker than the bed behind it"));
   for (RecordedPing& ping : line.pings) ping.altitude_m = 8.0;
-  CHECK(std::ranges::max(vehicle_path(line).altitude_m) == 8.0);
+  CHECK(std::ranges::max(vehicle_path(LineWithBed(line)).altitude_m) == 8.0);
 }
 
 TEST_CASE("an oscillation has the rms and the period that were put in, whatever the turns") {
@@ -186,9 +188,9 @@ TEST_CASE("pauses and set clocks change neither the ping interval nor the speed"
     RecordedLine other = line;
     for (std::size_t ping = 0; ping < other.pings.size(); ++ping)
       other.pings[ping].t_s = 1e9 + time_of(ping);
-    return vehicle_path(other);
+    return vehicle_path(LineWithBed(other));
   };
-  const double speed_mps = vehicle_path(line).speed_mps;
+  const double speed_mps = vehicle_path(LineWithBed(line)).speed_mps;
   REQUIRE(speed_mps > 1.0);
   for (const double jump_s : {3600.0, -3600.0, -20.0, -0.5}) {
     CAPTURE(jump_s);
@@ -233,7 +235,7 @@ TEST_CASE("headings that no vehicle has on its course are left out, and a crab s
     CAPTURE(off_deg);
     RecordedLine line = made_line({});  // its course is north
     for (RecordedPing& ping : line.pings) ping.heading_rad = off_deg * degree;
-    const VehiclePath path = vehicle_path(line);
+    const VehiclePath path = vehicle_path(LineWithBed(line));
     const bool crabs = off_deg == 40.0;
     CHECK(path.heading_rad.empty() != crabs);
     CHECK(path.heading_instead.empty() == crabs);
@@ -248,12 +250,12 @@ TEST_CASE("a heading of 0 in every ping gives way to the ship's gyro, as in a tr
     line.pings[i].heading_rad = 0.0;
     line.pings[i].gyro_rad = 95.0 * degree;
   }
-  VehiclePath path = vehicle_path(line);
+  VehiclePath path = vehicle_path(LineWithBed(line));
   CHECK(heading_rad(path, 100) == Approx(95.0 * degree));
   CHECK_THAT(path.attitude.why,
              Catch::StartsWith("the ship's heading of the pings; the heading is 0"));
   for (RecordedPing& ping : line.pings) ping.gyro_rad.reset();
-  path = vehicle_path(line);
+  path = vehicle_path(LineWithBed(line));
   CHECK(path.heading_rad.empty());
   CHECK(heading_rad(path, 100) == Approx(90.0 * degree).margin(1e-3));
 }
@@ -266,25 +268,26 @@ TEST_CASE("a vehicle without positions goes along its headings, and the reason i
     ping.speed_mps = 2.0;
     if (i >= 100) ping.place.reset();
   }
-  VehiclePath path = vehicle_path(line);
+  VehiclePath path = vehicle_path(LineWithBed(line));
   CHECK(path.place.how == Confidence::assumed);
   CHECK(path.place.why ==
         "only 100 of 320 pings have a position: along the headings at 2.00 m/s, the stated speed");
   CHECK(course_rad(path, 100) == Approx(60.0 * degree));
   CHECK(path.speed_mps == Approx(2.0));
   for (RecordedPing& ping : line.pings) ping.place = GeographicPlace{55.0 * degree, 0.0};
-  path = vehicle_path(line);
+  path = vehicle_path(LineWithBed(line));
   CHECK(path.place.why.starts_with("all positions are the same: "));
   line = made_line({});
   for (RecordedPing& ping : line.pings) ping.place.reset();
-  path = vehicle_path(line);
+  path = vehicle_path(LineWithBed(line));
   CHECK(path.place.why == "no positions: straight north at 1.50 m/s, a usual speed");
 }
 
 TEST_CASE("positions that some pings lack are interpolated, and counted") {
   RecordedLine line = made_line({});
   for (std::size_t i = 100; i < 220; ++i) line.pings[i].place.reset();
-  const VehiclePath path = vehicle_path(line), whole = vehicle_path(made_line({}));
+  const VehiclePath path = vehicle_path(LineWithBed(line)),
+                    whole = vehicle_path(LineWithBed(made_line({})));
   CHECK(path.place.why == "positions of 200 of 320 pings, interpolated, smoothed over 3 s");
   for (std::size_t i = 0; i < 320; ++i) CHECK(std::abs(path.y_m[i] - whole.y_m[i]) < 0.05);
 }
