@@ -41,6 +41,15 @@ double rounded(double value, int digits = 6) {
 double thousandths(double value) { return number_of_text(fmt::format("{:.3f}", value)); }
 double hundredths(double value) { return rounded(std::round(100.0 * value) / 100.0); }
 
+/// The row with this name. Throws std::logic_error if there is none.
+template <class Rows, class NameOf>
+const auto& row_named(const Rows& rows, std::string_view name, NameOf name_of) {
+  const auto row = std::ranges::find(rows, name, name_of);
+  if (row == std::ranges::end(rows))
+    throw std::logic_error(fmt::format("a scene has no table or key {}", name));
+  return *row;
+}
+
 /// Sets keys of a scene, and keeps the text of each in the order of the scene's file.
 class Keys {
  public:
@@ -48,15 +57,14 @@ class Keys {
 
   /// Begins a table of the scene.
   void table(std::string_view name) {
-    table(std::string(name), *std::ranges::find(scene_sections(), name, &Section<Scene>::name),
-          scene);
+    table(std::string(name), row_named(scene_sections(), name, &Section<Scene>::name), scene);
   }
   /// Begins a table of an owner, which must not move before the next table.
   template <class Owner>
   void table(std::string name, const Section<Owner>& section, Owner& owner) {
     section_ = std::move(name);
     option_of_ = [&](std::string_view key) -> KeyOption {
-      const Key<Owner>& row = *std::ranges::find(section.keys, key, &Key<Owner>::name);
+      const Key<Owner>& row = row_named(section.keys, key, &Key<Owner>::name);
       return {row.option(owner), row.choices, row.in_degrees()};
     };
   }
