@@ -8,7 +8,7 @@
 
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run/joined_files.h>
-#include <ensonify/engine/run/json_record.h>
+#include <ensonify/engine/run/json_record-inl.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/read_file.h>
 

@@ -17,7 +17,7 @@
 #include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/output/targets_json.h>
 #include <ensonify/engine/run/joined_files.h>
-#include <ensonify/engine/run/json_record.h>
+#include <ensonify/engine/run/json_record-inl.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/scatter/decibel.h>
 

@@ -9,7 +9,7 @@
 
 #include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/base/untrusted.h>
-#include <ensonify/engine/run/json_record.h>
+#include <ensonify/engine/run/json_record-inl.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/trace/check/agreement.h>
 

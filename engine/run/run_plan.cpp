@@ -10,7 +10,7 @@
 #include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/output/manifest.h>
-#include <ensonify/engine/run/json_record.h>
+#include <ensonify/engine/run/json_record-inl.h>
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>

@@ -179,7 +179,7 @@ TEST_CASE("the floors hold: planted breaches are found") {
        "the room trace includes sonar/echo"},
       {"engine/scene/a.h", " # include <ensonify/engine/run.h>", "the room scene includes run"},
       {"engine/base/random.cpp", "#include <ensonify/engine/trace/ray.h>",
-       "the room random includes trace"},
+       "the room base includes trace"},
       {"engine/trace/b.cpp", "#include <ensonify/engine/attic/b.h>",
        "the room trace includes attic"},
       {"engine/trace/a.cpp", "#include <ensonify/engine/trace/exact/b.h>",

@@ -9,7 +9,7 @@
 
 namespace ensonify::engine {
 
-/// Where the element of a sector looks: depressions.
+/// Where the element of a sector looks: depressions; pi / 2 is straight down.
 struct Element {
   double axis_rad = 0.0;
   double low_rad = 0.0, high_rad = 0.0;  ///< ends of the fan
@@ -21,8 +21,8 @@ struct Sector {
   std::string_view name;  ///< in files and tables
   /// 1: the fan looks to the starboard of the array; -1: to its port, so that it is left-handed.
   double out = 1.0;
-  /// What its random numbers and its vertical pattern belong to. It is the same whatever other
-  /// sectors the sonar has, and differs from theirs.
+  /// What its random numbers and its vertical pattern belong to: less than most_sectors, the same
+  /// whatever other sectors the sonar has, and different from theirs. 2 n and 2 n + 1 are a pair.
   std::size_t number = 0;
   /// Unset: as the keys of the sonar have it, for a side. Otherwise the sonar's vertical pattern is
   /// turned to this axis.

@@ -104,6 +104,11 @@ RandomStream noise_stream(const ChainOptions& options, const LineContext& contex
       {receiver, context.ping, static_cast<std::uint64_t>(looks_of_beam * context.beam + look)}};
 }
 
+/// Whether each of two sectors hears the cross-talk of the other.
+bool are_pair(const Sector& one, const Sector& other) {
+  return one.number != other.number && one.number / 2 == other.number / 2;
+}
+
 /// A filter as the kernels take it.
 FilterTaps taps_of(const SpeckleFilter& filter) {
   return {.taps = filter.taps.data(), .reach = filter.taps.size() - 1, .even = filter.even};
@@ -287,8 +292,14 @@ void SignalChain::receive(std::span<const LineContext> contexts, std::span<EchoL
     compute_expected(lines[i], channels[i]);
     if (options_.speckle) scatterers_.place(contexts[i].array, lines[i].bins, channels[i].cells);
   }
-  const bool leaks = leak_ > 0.0f && lines.size() == 2;
-  if (leaks) leak_power(channels[0], channels[1]);
+  const auto partner = [&](std::size_t line) -> Channel* {
+    for (Channel& other : channels)
+      if (leak_ > 0.0f && are_pair(other.context.facing, channels[line].context.facing))
+        return &other;
+    return nullptr;
+  };
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    if (Channel* const other = partner(i); other > &channels[i]) leak_power(channels[i], *other);
   const float step = gain_step(contexts[0]), gain = step * ping_gain(contexts[0]),
               behind_rms = output_noise_rms(contexts[0].t_s);
   for (int look = 0; look < sonar_.receiver.looks; ++look) {
@@ -297,7 +308,7 @@ void SignalChain::receive(std::span<const LineContext> contexts, std::span<EchoL
       if (options_.speckle) draw_noise(look, channel);
     }
     for (std::size_t i = 0; i < lines.size(); ++i)
-      detect_look(leaks ? &channels[1 - i] : nullptr, look, gain, behind_rms, channels[i]);
+      detect_look(partner(i), look, gain, behind_rms, channels[i]);
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     EchoLine& line = lines[i];
@@ -358,7 +369,10 @@ void SignalChain::compute_expected(EchoLine& line, Channel& channel) const {
     line.artefacts.add(Artefact::transmit_leakage);
   }
   for (float& loud : power) loud = std::min(loud, loudest);
-  if (leak_ > 0.0f && sonar_.sectors().size() == 2) line.artefacts.add(Artefact::crosstalk);
+  if (leak_ > 0.0f && std::ranges::any_of(sonar_.sectors(), [&](const Sector& sector) {
+        return are_pair(sector, context.facing);
+      }))
+    line.artefacts.add(Artefact::crosstalk);
 }
 
 /// Cross-talk of what is received in addition to the direct echo: surface, fish, earlier pings and

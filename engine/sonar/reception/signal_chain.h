@@ -78,7 +78,7 @@ class SignalChain {
   };
 
   /// Fills the intensity and sample of some lines of a ping from their intensity_mean and places,
-  /// and sets their artefacts. contexts: of each line. Two lines of different sectors hear each
+  /// and sets their artefacts. contexts: of each line. The lines of a pair of sectors hear each
   /// other's cross-talk.
   void receive(std::span<const LineContext> contexts, std::span<EchoLine> lines,
                Scratch& scratch) const;
