@@ -254,11 +254,11 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
   for (std::size_t i = 1; i < materials.size(); ++i) {
     if (stop_check) stop_check();
     const Material material = material_named(materials[i], scene.materials);
-    MaterialInSonar& its = made->materials.emplace_back(
-        table_of(materials[i], scene, sonar, water.bed_sound_speed_mps(), warnings),
-        smooth_specular(material), sediment_of(material));
+    MaterialInSonar its{table_of(materials[i], scene, sonar, water.bed_sound_speed_mps(), warnings),
+                        smooth_specular(material), sediment_of(material)};
     if (scene.arrivals.double_bounce)
       its.wall = wall_mirror_of(material, scene.arrivals.wall_loss_db);
+    made->materials.push_back(std::move(its));
   }
   made->bed_table = bed_table(made->materials, bed_shares);
   ChainOptions options = chain_options(scene, usual, number, *made, materials);
