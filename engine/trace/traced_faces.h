@@ -36,7 +36,7 @@ struct BedAndObjects {
 /// What some fans hit, found already.
 struct FoundRuns {
   refine::Triangles triangles;  ///< which the runs index
-  std::span<FanRuns> of_fans;   ///< in the order of the fans; whoever needs them may take them
+  std::span<FanRuns> of_fans;   ///< in the order of the fans; a tracer may take them
 };
 
 /// What the fans of a ping are traced over.
