@@ -121,7 +121,7 @@ class Simulator {
   friend struct SimulatorInternals;
   struct SharedState;  // what all threads share; simulator/state.h
   struct ThreadState;  // what one thread owns
-  struct Aim;          // where all beams look at a ping
+  struct Aim;          // where all sonars look at a ping
   struct Entry;        // what each call needs first
   explicit Simulator(std::shared_ptr<const SharedState> shared);
   void aim(const Pose& pose, Aim& aim);

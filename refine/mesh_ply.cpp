@@ -131,7 +131,7 @@ class HeaderParser {
   }
 
   /// Finds the item of that name, or null; fails if there are two. (The reader looks only for names
-  /// that it uses. A header may have so many names that comparing all pairs would take too long.)
+  /// that it uses. Comparing all names of a header with each other would take too long.)
   template <class Named>
   Named* find(std::vector<Named>& all, std::string_view name, std::size_t line) const {
     const auto found = std::ranges::find(all, name, &Named::name);

@@ -25,8 +25,9 @@ namespace ensonify::engine {
 /// is that of their flat parts, at the angle at which the sound arrives: sigma(grazing) times area,
 /// and the glint with the wavelength of the sediment, as if they lay at the range sqrt(J). They
 /// appear at the range of their travel time. Rays decide how much is seen: those next to the ray
-/// that leads to the place where the sound enters the bed. Left out: that buried things hide one
-/// another, and what the bed's roughness lets in below the critical angle.
+/// that leads to the place where the sound enters the bed. A bent ray enters the bed as a straight
+/// ray does that arrives there in the same direction with the same spreading. Left out: that buried
+/// things hide one another, and what the bed's roughness lets in below the critical angle.
 class BuriedEchoes {
  public:
   /// All that is given must outlive this.

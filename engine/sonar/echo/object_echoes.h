@@ -61,8 +61,7 @@ struct ObjectSurfaces {
 ///
 /// How much of a flat part is seen: ObjectSight. Where rays are bent, a flat part has the echo of
 /// one at the range sqrt(J), in the direction in which the sound arrives; J is here the geometric
-/// mean of the ray's spreading on both ways. Sound enters the bed as a straight ray does that
-/// arrives there in the same direction with the same spreading.
+/// mean of the ray's spreading on both ways.
 class ObjectEchoes {
  public:
   /// All that is given must outlive this.
