@@ -26,7 +26,7 @@ using std::numbers::pi;
 
 constexpr double smallest_grazing_rad = 0.001 * degree;
 
-/// TR 9407 eq. 57, with IV.C.4's limits.
+/// TR 9407 eq. 57, with the limits of section IV.C.4.
 double interpolation_weight(double x) { return 1.0 / (1.0 + std::exp(std::clamp(x, -40.0, 40.0))); }
 
 /// APL-UW TR 9407 (1994), section IV.
@@ -41,8 +41,9 @@ class Tr9407 final : public BottomModel {
     terms.composite = composite_roughness(sediment, bed_.k_per_cm, grazing, bed_.unresolved_slope);
     terms.large_roughness = large_roughness(sediment, grazing, bed_.slope);
     terms.volume = sediment_volume(sediment, grazing, bed_.unresolved_slope);
-    // Outside its range this form grows with the frequency until more returns than arrives: coarse
-    // sand from 400 kHz on, below 10 degrees. Gravel and rock keep the form of 100 kHz.
+    // Above its range of frequencies, the large-roughness form grows until more energy returns than
+    // arrives: for coarse sand from 400 kHz on, below 10 degrees. So it is limited here. Gravel and
+    // rock need no limit, because their form is that of 100 kHz.
     if (!gravel_or_rock(sediment) &&
         expected_spread_db(sediment, bed_.frequency_hz) > ordinary_spread_db)
       terms.large_roughness =
@@ -75,7 +76,7 @@ class SmallSlopeBottom final : public BottomModel {
   SmallSlope roughness_;
 };
 
-/// Mackenzie's, whatever the sediment.
+/// Lambert's law with Mackenzie's strength, for every sediment.
 class LambertBottom final : public BottomModel {
  public:
   explicit LambertBottom(const BottomConditions&) {}
@@ -87,9 +88,9 @@ class LambertBottom final : public BottomModel {
   Lambert law_;
 };
 
-/// Rock: Lambert's law with the measured level. Near vertical, which was not measured, rock
-/// reflects more than that, here with the lobe of the solid `stone`: less than 0.1 dB up to 45
-/// degrees.
+/// Rock: Lambert's law with the measured strength. Near vertical nothing was measured, but rock
+/// reflects more than Lambert's law gives. So the lobe of the solid `stone` is added; it adds less
+/// than 0.1 dB up to 45 degrees.
 class MeasuredRock final : public BottomModel {
  public:
   explicit MeasuredRock(double mu_db) : rock_(with_lobe(mu_db)) {}
@@ -131,8 +132,8 @@ constexpr std::array models{
                     .by_sediment = false},
 };
 
-/// The mean of a cross-section over all directions within a small angle of vertical, over even
-/// steps of the logarithm of the angle: so it includes lobes of any width.
+/// The mean of a cross-section over all directions within a small angle of vertical. The steps are
+/// even in the logarithm of the angle, so that the mean includes lobes of any width.
 double mean_about_vertical(const Backscatter& model, double within_rad) {
   constexpr double narrowest_rad = 1e-14, ratio = 0.97;
   double sum = 0.0, weights = 0.0;
@@ -191,7 +192,7 @@ double Bottom::cross_section(double grazing_rad) const {
 
 BackscatterTable::BackscatterTable(const Backscatter& model, double resolved_rad) {
   const double mean = resolved_rad > 0.0 ? mean_about_vertical(model, resolved_rad) : 0.0;
-  // Written so that a strength at vertical that is infinite counts as such a lobe, too.
+  // Written with `!`, so that an infinite strength at vertical counts as a narrow lobe, too.
   const bool spread = resolved_rad > 0.0 && !(model.cross_section(pi / 2.0) <= 2.0 * mean);
   const double from_rad = spread ? pi / 2.0 - resolved_rad : pi;
   const auto quotient = [&](double grazing_rad) {

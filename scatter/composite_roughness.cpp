@@ -19,7 +19,7 @@ double rms_slope(const Sediment& sediment, double k_per_cm) {
       std::pow(2.0 * pi * sediment.strength_cm4 * std::pow(k_per_cm * k_per_cm / a, 1.0 - a),
                1.0 / a) /
       (2.0 * (1.0 - a));
-  constexpr double steepest = 1e3;  // 89.94 degrees; exponents near 2 would give infinity
+  constexpr double steepest = 1e3;  // 89.94 degrees: exponents near 2 would give infinity
   return std::min(std::sqrt(s2), steepest);
 }
 

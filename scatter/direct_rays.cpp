@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t max_nodes = 513;
 constexpr double farthest_cotangent = 60.0;
-/// Nodes are at even steps of w / (1 + w / this), w the cotangent.
+/// Nodes are at even steps of w / (1 + w / even_up_to), where w is the cotangent.
 constexpr double even_up_to = 20.0;
 constexpr double node_step =
     farthest_cotangent / (1.0 + farthest_cotangent / even_up_to) / (max_nodes - 1.0);
@@ -18,21 +18,21 @@ constexpr double cotangent_of(std::size_t node) {
   const double steps = node_step * static_cast<double>(node);
   return steps / (1.0 - steps / even_up_to);
 }
-constexpr double min_sine = 0.05;  // of a ray anywhere; flatter rays are not in the tables
+constexpr double min_sine = 0.05;  // rays that are flatter anywhere are not in the tables
 
-/// asinh(x) / x for small x; the next term of the series is below rounding up to 0.01.
+/// asinh(x) / x, also for small x. Up to 0.01 the next term of the series is smaller than rounding.
 double asinh_over_signed(double x) {
   const double x2 = x * x;
   if (x2 > 1e-4) return std::asinh(x) / x;
   return 1.0 - x2 / 6.0 * (1.0 - x2 * 9.0 / 20.0 * (1.0 - x2 * 25.0 / 42.0));
 }
 
-/// A ray's step down through water of one gradient, with Snell's constant xi (s/m): with the sines
-/// s of its angles below the horizontal and the speeds c at both ends, its range is xi dz (c + c')
-/// / (s + s').
+/// The path of a ray down through water of one gradient. With Snell's constant xi (s/m), and with
+/// the sines s and s' of the ray's angles below the horizontal and the speeds c and c' at both
+/// ends, the range is xi dz (c + c') / (s + s').
 struct Step {
   double range_over_xi_m2_per_s;
-  double slope_m2_per_s;  // of the range, over xi
+  double slope_m2_per_s;  // derivative of the range with respect to xi
   double time_s;
   double path_m;    // the length of the arc
   double middle_m;  // the arc's mean depth below its top
@@ -47,7 +47,7 @@ struct Step {
     time_s = chord_m / middle_mps * asinh_over_signed(0.5 * gradient_per_s * chord_m / middle_mps);
     const double turn = xi * gradient_per_s * chord_m;
     path_m = chord_m * (1.0 + turn * turn / 24.0);
-    middle_m = 0.5 * dz + xi * middle_mps * turn * chord_m / 12.0;  // of its arc
+    middle_m = 0.5 * dz + xi * middle_mps * turn * chord_m / 12.0;
   }
 };
 
@@ -74,7 +74,7 @@ void DirectRays::start_at(double source_depth_m) {
                        layers[i].absorption_db_per_m(top_m), layers[i].db_per_m2});
     if (pieces_.back().top_m <= shallowest_m_) first_ = pieces_.size() - 1;
   }
-  if (pieces_.empty())  // the source is at the deepest
+  if (pieces_.empty())  // the source is at deepest_m
     pieces_.push_back({source_depth_m, source_mps_, 0.0,
                        profile_->mean_absorption_db_per_m(source_depth_m, source_depth_m), 0.0});
   nodes_ = 0;
@@ -119,7 +119,7 @@ std::size_t DirectRays::piece_of(double depth_m) const {
   return k;
 }
 
-/// A ray's place at a depth in a piece.
+/// Where the ray with the cotangent w is at a depth in the piece k.
 DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const {
   const Piece& piece = pieces_[k];
   const double dz = depth_m - piece.top_m;
@@ -127,7 +127,7 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
   const std::size_t i = std::min(static_cast<std::size_t>(node_of(w)), nodes_ - 2);
   const Node& a = table_[(k - first_) * max_nodes + i];
   const Node& b = *(&a + 1);
-  // The Hermite cubic through both nodes.
+  // The Hermite cubic through both nodes, with their slopes.
   const double from = cotangent_of(i), per_step = 1.0 / (cotangent_of(i + 1) - from);
   const double x = (w - from) * per_step, y = 1.0 - x, width = 1.0 / per_step;
   const double h00 = y * y * (1.0 + 2.0 * x), h01 = x * x * (1.0 + 2.0 * y);
@@ -153,7 +153,7 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
 }
 
 bool DirectRays::find(double range_m, double depth_m, Eigenray& way) const {
-  constexpr double close_m = 1e-5;  // its square, over any range, is negligible
+  constexpr double close_m = 1e-5;  // its square divided by any range is negligible
   constexpr int max_rounds = 20;
   const std::size_t piece = piece_of(depth_m);
   double w = std::clamp(way.cotangent, 0.0, flattest());
@@ -161,7 +161,7 @@ bool DirectRays::find(double range_m, double depth_m, Eigenray& way) const {
     const Place here = at(w, piece, depth_m);
     const double off_m = here.range_m - range_m;
     if (std::abs(off_m) < close_m) {
-      // At one depth, d(time) / d(range) is Snell's constant.
+      // d(time) / d(range) at a constant depth is Snell's constant.
       way = {std::max(w - off_m / here.range_slope_m, 0.0),
              here.time_s - here.xi * off_m,
              here.path_m,
