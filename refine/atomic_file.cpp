@@ -47,12 +47,12 @@ struct Descriptor {
   }
 };
 
-/// Removes a temporary file that no process holds: its writer was killed.
+/// Removes a temporary file if no process has it locked, because then its writer was killed.
 bool remove_abandoned(int folder, const std::string& name) {
   const Descriptor its{::openat(folder, name.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW)};
   struct stat ours {
   }, there{};
-  // After the lock, the file is removed only if it still has this name.
+  // Once the file is locked, it is removed only if it still has this name.
   return its.number >= 0 && ::flock(its.number, LOCK_EX | LOCK_NB) == 0 &&
          ::fstat(its.number, &ours) == 0 &&
          ::fstatat(folder, name.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 &&
@@ -60,8 +60,8 @@ bool remove_abandoned(int folder, const std::string& name) {
          ::unlinkat(folder, name.c_str(), 0) == 0;
 }
 
-/// A temporary file in the target's folder, locked (flock) as long as it is open; the destructor
-/// removes it unless it was renamed.
+/// A temporary file in the folder of the target file. It is locked (flock) while it is open. The
+/// destructor removes it unless it was renamed.
 struct Temporary {
   int folder;
   std::string name;
@@ -86,7 +86,8 @@ struct Temporary {
 
  private:
   bool create(std::string wanted) {
-    // O_EXCL reserves the name; with 0666 (not mkstemp's 0600) the umask decides the mode.
+    // O_EXCL reserves the name. With 0666, instead of the 0600 of mkstemp, the umask decides the
+    // mode.
     descriptor.number =
         ::openat(folder, wanted.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor.number < 0) return false;
@@ -95,7 +96,7 @@ struct Temporary {
     if (::flock(descriptor.number, LOCK_EX) != 0 ||  // not on every file system
         ::fstat(descriptor.number, &status) != 0 || status.st_nlink > 0)
       return true;
-    // Another writer took it for abandoned before it was locked.
+    // Before the file was locked, another writer removed it as abandoned.
     ::close(std::exchange(descriptor.number, -1));
     return create(std::move(name));
   }
@@ -144,7 +145,7 @@ struct NewFile::Open {
 };
 
 NewFile::NewFile(const std::filesystem::path& file) : file_(file), open_(std::make_unique<Open>()) {
-  // Refused, because a rename would replace a device such as /dev/null.
+  // Other things than files are refused, because a rename would replace a device such as /dev/null.
   std::error_code unknown;
   const auto status = std::filesystem::status(file, unknown);
   if (std::filesystem::is_directory(status))
@@ -174,7 +175,8 @@ void NewFile::commit() {
   Temporary& temporary = *open_->temporary;
   if (::fsync(temporary.descriptor.number) != 0)
     fail_to_write(file_, "write it to the disk (fsync)", errno);
-  // Renamed while it is open, so that it is locked under its temporary name.
+  // The file is renamed while it is open, so that it is locked as long as it has its temporary
+  // name.
   if (::renameat(folder, temporary.name.c_str(), folder, file_.filename().c_str()) != 0) {
     if (errno == ENOENT)
       throw std::system_error(errno, std::generic_category(),

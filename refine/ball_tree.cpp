@@ -8,14 +8,14 @@ namespace ensonify::refine {
 namespace {
 
 constexpr std::uint32_t max_in_leaf = 8;
-constexpr std::uint32_t checked_faces = 65536;  // a node over fewer takes milliseconds
+constexpr std::uint32_t checked_faces = 65536;  // a node over fewer faces takes only milliseconds
 
 }  // namespace
 
 BallTree::BallTree(Triangles triangles, const std::function<void()>& stop_check)
     : triangles_(triangles), order_(triangles.faces.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
-  std::vector<Eigen::Vector3f> middles;  // of the faces, three times
+  std::vector<Eigen::Vector3f> middles;  // of the faces, times three
   middles.reserve(order_.size());
   for (const auto& [a, b, c] : triangles_.faces)
     middles.emplace_back(triangles_.positions[a] + triangles_.positions[b] +
@@ -33,7 +33,7 @@ std::size_t BallTree::bytes() const {
   return nodes_.size() * sizeof(Node) + order_.size() * (sizeof(std::uint32_t) + sizeof(Corners));
 }
 
-/// Adds the node over order_[first] to order_[end - 1], and those below it.
+/// Adds the node over order_[first] to order_[end - 1], and the nodes below it.
 void BallTree::grow(std::uint32_t first, std::uint32_t end,
                     std::span<const Eigen::Vector3f> middles,
                     const std::function<void()>& stop_check) {

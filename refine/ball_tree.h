@@ -11,19 +11,20 @@
 
 namespace ensonify::refine {
 
-/// A ball around a box; the rounding of its middle and radius is included.
+/// A ball around a box. The radius includes the rounding of middle and radius.
 inline Sphere ball_around(const Bounds& box) {
   const Eigen::Vector3f middle = 0.5f * box.lowest + 0.5f * box.highest;
   const Eigen::Vector3f half = (box.highest - middle).cwiseMax(middle - box.lowest);
   return {middle, half.norm() * (1.0f + 1e-6f)};
 }
 
-/// Balls around ever smaller groups of triangles: finds those that fan volumes can touch. It is
-/// immutable.
+/// A tree of balls around groups of triangles, which finds the triangles that fan volumes can
+/// touch. Immutable.
 class BallTree {
  public:
   BallTree() = default;
-  /// The triangles must outlive this. `stop_check` is called now and then.
+  /// The triangles must outlive this object. `stop_check` is called for each node over 65536 faces
+  /// or more; its exceptions end the work.
   explicit BallTree(Triangles triangles, const std::function<void()>& stop_check = {});
 
   const Triangles& triangles() const { return triangles_; }
@@ -49,7 +50,7 @@ class BallTree {
   }
 
  private:
-  /// In preorder. A leaf has `count` triangles, from order_[first] on; a node above others has
+  /// Nodes are in preorder. A leaf has `count` triangles, from order_[first] on; other nodes have
   /// none.
   struct Node {
     Sphere ball;
@@ -62,7 +63,7 @@ class BallTree {
   Triangles triangles_;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;
-  std::vector<Corners> corners_;  // in the order of order_, in which a walk reads them
+  std::vector<Corners> corners_;  // in the order of order_, in which walk() reads them
 };
 
 }  // namespace ensonify::refine

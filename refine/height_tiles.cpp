@@ -62,7 +62,7 @@ struct HeightTiles::Header {
   FileKey key;
 };
 
-/// Where everything is: header, places of columns and rows, table, tiles, kinds.
+/// The offsets of the file's parts: header, places of columns and rows, table, tiles, kinds.
 struct HeightTiles::Layout {
   std::uint64_t places, table, tiles, kinds, end;
   Layout(std::uint64_t columns, std::uint64_t rows, std::uint64_t count, bool with_kinds)
@@ -79,8 +79,8 @@ HeightTiles::Layout HeightTiles::layout() const {
 
 namespace {
 
-/// The kinds of a tile whose first point is at (west, south) of a chunk of columns x rows points;
-/// 0 beyond the grid.
+/// Copies the kinds of a tile whose first point is at (west, south) in a chunk of columns x rows
+/// points; 0 beyond the grid.
 void take_kinds(HeightTiles::Kinds& to, int west, int south, int columns, int rows,
                 std::span<const std::uint8_t> kinds) {
   to.fill(0);
@@ -156,7 +156,7 @@ void HeightTiles::count_tiles() {
   count_ = static_cast<std::size_t>(tile_columns()) * static_cast<std::size_t>(tile_rows());
 }
 
-/// Opens the file, which is made if it is not there, and compares it with what is wanted.
+/// Opens the file, or makes it if it is not there, and compares its header with the wanted grid.
 void HeightTiles::open(const std::filesystem::path& file, const Describe& describe) {
   if (file.empty()) {
     describe(shape_);
@@ -186,7 +186,8 @@ void HeightTiles::open(const std::filesystem::path& file, const Describe& descri
   }
 }
 
-/// Writes a file without tiles. It appears whole, so a second process either makes it or finds it.
+/// Writes a file without tiles. The file appears complete, so another process either finds it or
+/// makes it.
 void HeightTiles::create(const std::filesystem::path& file) const {
   Header header{.magic = tiles_magic,
                 .version = with_kinds_ ? version_with_kinds : version,
@@ -245,8 +246,8 @@ void HeightTiles::map() {
   const Layout layout = this->layout();
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0) fail_in_cache(name_, "read its size", errno);
-  // To its full length, with a hole where tiles are not made yet: nothing of the mapping lies
-  // behind the file's end.
+  // The file gets its full length, with a hole where tiles are not made yet. So no part of the
+  // mapping is behind the file's end.
   if (static_cast<std::uint64_t>(status.st_size) < layout.end &&
       ::ftruncate(descriptor_, static_cast<off_t>(layout.end)) != 0)
     fail_in_cache(name_, "make it larger", errno);
@@ -259,7 +260,7 @@ void HeightTiles::map() {
             "limit (ulimit -v), or make the bed's cells larger",
             name_, 1e-9 * static_cast<double>(layout.end)));
   if (at == MAP_FAILED) fail_in_cache(name_, "map it into memory", errno);
-  // Fans touch tiles here and there, and reading ahead would fill the memory.
+  // Fans touch tiles in scattered places, so reading ahead would fill the memory.
   ::madvise(at, layout.end, MADV_RANDOM);
   mapping_ = at;
   tiles_ = reinterpret_cast<const Tile*>(static_cast<const std::byte*>(at) + layout.tiles);
@@ -298,8 +299,8 @@ std::uint64_t HeightTiles::checksum_of_tile(const Tile& tile, const Kinds* kinds
   return kinds ? XXH3_64bits_withSeed(kinds, sizeof *kinds, of_heights) : of_heights;
 }
 
-/// Whether a tile is in the file and whole; its lock is held. Its entry is read again, since
-/// another process may have made it.
+/// Whether a tile is in the file and undamaged. The lock of its chunk must be held. The tile's
+/// entry is read again, because another process may have made the tile.
 bool HeightTiles::find(std::size_t tile) {
   const State state = states_[tile].load(std::memory_order_relaxed);
   if (state == State::checked) return true;
@@ -312,7 +313,8 @@ bool HeightTiles::find(std::size_t tile) {
   return true;
 }
 
-/// Takes a tile that is whole. An entry that others may be reading stays: it can only be the same.
+/// Marks an undamaged tile as checked. If other threads may be reading its entry, the entry is not
+/// written again, because it can only be the same.
 void HeightTiles::put(std::size_t tile, const Entry& entry) {
   if (states_[tile].load(std::memory_order_relaxed) == State::absent) {
     entries_[tile] = entry;
@@ -341,7 +343,8 @@ void HeightTiles::check_or_make(std::size_t tile) {
       static_cast<std::size_t>(row / chunk_tiles) * static_cast<std::size_t>(chunk_columns()) +
       static_cast<std::size_t>(column / chunk_tiles);
   const std::lock_guard lock(chunk_locks_[chunk]);
-  // A tile that is not there costs its chunk, so find() is called for all of it.
+  // If the tile is absent, make() is called directly, because it calls find() for all tiles of the
+  // chunk.
   if (states_[tile].load(std::memory_order_relaxed) == State::absent || !find(tile)) make(chunk);
 }
 
@@ -350,7 +353,7 @@ void HeightTiles::require_chunk(std::size_t chunk) {
   make(chunk);
 }
 
-/// Makes those tiles of a chunk that are not there, or not whole. Its lock is held.
+/// Makes the tiles of a chunk that are absent or damaged. The chunk's lock must be held.
 void HeightTiles::make(std::size_t chunk) {
   const auto across = static_cast<std::size_t>(chunk_columns());
   const int first_column = static_cast<int>(chunk % across) * chunk_cells;
@@ -388,7 +391,7 @@ void HeightTiles::make(std::size_t chunk) {
   }
 }
 
-/// Makes one tile, without its ranges, of the heights of a chunk.
+/// Makes one tile, without its ranges, from the heights of a chunk.
 void HeightTiles::make_tile(Tile& tile, int tile_column, int tile_row, int first_column,
                             int first_row, int columns, std::span<const double> z_m) const {
   tile = {};

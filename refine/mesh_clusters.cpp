@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The progressive mesh of faces with these numbers.
+/// The progressive mesh of a mesh whose face i has the number number_of(i).
 ProgressiveMesh numbered(const TriangleMesh& mesh, auto number_of, Borders borders) {
   ProgressiveMeshArrays built = build_of_any_mesh(mesh, 1, borders);
   for (std::uint32_t& face : built.source_face)
@@ -58,7 +58,7 @@ fs::path MeshClusters::file_of(const fs::path& folder, std::size_t cluster) {
   return folder / fmt::format("{}.mesh", cluster);
 }
 
-/// The cluster if it is in memory, else null.
+/// The cluster if it is in memory, otherwise null.
 std::shared_ptr<const ProgressiveMesh> MeshClusters::known(std::size_t cluster) {
   const std::lock_guard lock(mutex_);
   return in_use_[cluster].lock();
@@ -79,7 +79,7 @@ std::shared_ptr<const ProgressiveMesh> MeshClusters::get(std::size_t cluster) {
 ProgressiveMesh MeshClusters::open_or_make(std::size_t cluster) {
   if (folder_.empty()) return analyse(cluster);
   const fs::path file = file_of(folder_, cluster);
-  std::error_code unreadable;  // is as good as not there
+  std::error_code unreadable;  // is treated as not there
   if (fs::exists(file, unreadable)) {
     try {
       ProgressiveMesh found = map_progressive_mesh(file);
@@ -92,7 +92,7 @@ ProgressiveMesh MeshClusters::open_or_make(std::size_t cluster) {
   try {
     fs::create_directories(folder_);
     save(made, {.key = key_}, file);
-    return map_progressive_mesh(file);  // its memory can be taken back
+    return map_progressive_mesh(file);  // the system can take back its memory
   } catch (const std::system_error&) {  // no room: it stays in memory
   } catch (const MeshError&) {          // another process removed it
   }
@@ -125,7 +125,7 @@ std::span<const std::size_t> ClustersInView::find(std::span<const FanVolume> vol
   return numbers_;
 }
 
-/// Drops the clusters that are not wanted any more, and adds those that are wanted now.
+/// Makes the wanted clusters the active ones: others are dropped, and missing ones are added.
 void ActiveClusters::take(std::span<const std::size_t> wanted) {
   next_.clear();
   auto old = active_.begin();
@@ -145,7 +145,8 @@ void ActiveClusters::add(Active& active, List& list) {
   const ExactFaces exact = active.mesh.exact_faces();
   const auto first = static_cast<std::uint32_t>(list.points.size());
   leaves_.clear();
-  // A leaf's place is valid if the list of leaves has this leaf there; so old values do not matter.
+  // A leaf's place is valid only if the list of leaves has the leaf there. So places of earlier
+  // calls need not be cleared.
   const auto place_of = [&](std::uint32_t leaf) {
     std::uint32_t& place = active.place_of_leaf[leaf];
     if (place >= leaves_.size() || leaves_[place] != leaf) {

@@ -24,7 +24,7 @@ static_assert(std::endian::native == std::endian::little, "bytes are copied as t
 
 constexpr std::array<std::string_view, 4> extensions{".ply", ".obj", ".stl", ".off"};
 
-/// Formats of meshes and solids that are not read.
+/// Extensions of formats of meshes and solids that are not read.
 constexpr std::array<std::string_view, 24> other_extensions{
     ".dae", ".glb",  ".gltf", ".fbx",  ".3ds",  ".3mf",  ".blend", ".x3d",
     ".wrl", ".vrml", ".usd",  ".usda", ".usdc", ".usdz", ".stp",   ".step",
@@ -46,8 +46,9 @@ FileMesh parse(std::string_view bytes, MeshFormat format, std::string_view name)
   }
 }
 
-/// The middle of the bounds of the vertices that faces use, in whole metres. It rounds slightly
-/// above one half, so that shifted copies of a scene whose middle is at a half all round alike.
+/// The middle of the box around the vertices that faces use, in whole metres. The border of
+/// rounding is not at one half, so that shifted copies of a scene whose middle is at a half are all
+/// rounded to the same side.
 Eigen::Vector3d middle(const FileMesh& mesh) {
   Eigen::Vector3d low = mesh.positions[mesh.faces[0][0]], high = low;
   for (const Face& face : mesh.faces)

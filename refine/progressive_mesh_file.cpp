@@ -73,7 +73,7 @@ static_assert(sizeof(Sphere) == 16 && sizeof(Face) == 12 && sizeof(Eigen::Vector
 constexpr std::array<char, 8> mesh_magic = file_magic('E', 'P', 'M');
 constexpr std::uint32_t other_byte_order = 0x04030201;
 
-/// Where everything is; computed from the counts.
+/// The places of all sections and checksums in the file, computed from the counts.
 class Layout {
  public:
   explicit Layout(const MeshHeader& header) {
@@ -95,7 +95,8 @@ class Layout {
   std::uint64_t groups(std::size_t section) const {
     return (items_[section].count + ProgressiveMesh::group - 1) / ProgressiveMesh::group;
   }
-  /// A group's bytes; after the last group, the rest up to the page's end.
+  /// The bytes of a group. The piece after the last group is the rest of the section, up to the
+  /// page's end.
   Extent piece(std::size_t section, std::uint64_t which) const {
     const auto [count, bytes] = items_[section];
     const std::uint64_t begin = std::min(which * ProgressiveMesh::group, count) * bytes;
@@ -110,7 +111,7 @@ class Layout {
 
  private:
   struct Items {
-    std::uint64_t count, bytes;  // of each
+    std::uint64_t count, bytes;  // number of items, bytes of each
   };
   void place(std::size_t section, Items items, std::uint64_t rest_bytes) {
     items_[section] = items;
@@ -154,8 +155,8 @@ std::uint64_t checksum_of(Page page) {
   return checksum_of(Bytes(page));
 }
 
-// Conditions of every hierarchy, which its users rely on. Coordinates are relative to a local
-// origin, so they may be twice a mesh's largest.
+// Every hierarchy meets these conditions, on which its users depend. Coordinates are relative to a
+// local origin, so they may be twice the largest coordinate of a mesh.
 bool is_sound(float coordinate) { return std::abs(coordinate) <= 2.0 * largest_mesh_m; }
 bool is_sound(const Eigen::Vector3f& p) {
   return is_sound(p[0]) && is_sound(p[1]) && is_sound(p[2]);
@@ -177,13 +178,14 @@ bool are_sound(std::span<const Index> roots, std::uint64_t leaves) {
                              std::ranges::adjacent_find(roots, std::greater_equal()) == roots.end();
 }
 
-/// Face indices have 32 bits, and so have the base mesh's half-edges, four per face.
+/// The numbers of faces have 32 bits, and so have those of the base mesh's half-edges, four per
+/// face.
 bool are_countable(std::uint64_t leaves, std::uint64_t roots, std::uint64_t base_faces) {
   return leaves < std::uint64_t{1} << 31 && roots <= leaves &&
          base_faces < std::uint64_t{1} << 30 && 2 * (leaves - roots) + base_faces < none;
 }
 
-/// Each section's bytes, except the checksums'.
+/// The bytes of each section; empty for the checksums.
 std::array<Bytes, section_count> content(const ProgressiveMesh& mesh,
                                          const ProgressiveMeshExtras& extras) {
   return {std::as_bytes(mesh.points),
@@ -198,7 +200,7 @@ std::array<Bytes, section_count> content(const ProgressiveMesh& mesh,
           {}};
 }
 
-/// The largest number of a source face plus one.
+/// The largest number of a source face, plus one.
 std::uint64_t count_source_faces(const ProgressiveMesh& mesh) {
   std::uint64_t count = 0;
   for (const Index source : mesh.source_face)
@@ -206,7 +208,7 @@ std::uint64_t count_source_faces(const ProgressiveMesh& mesh) {
   return count;
 }
 
-/// Throws for content that map_progressive_mesh would refuse.
+/// Throws std::invalid_argument for content that map_progressive_mesh would refuse.
 void check_extras(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
                   std::uint64_t source_faces) {
   const auto require = [](bool holds, const char* what) {
@@ -289,8 +291,9 @@ void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
     all.push_back(Bytes(zeros).first(padding(part)));
   }
   write_file(file, all);
-  // The written file stays in the cache in pieces of megabytes, and touching one page of a piece
-  // maps all of it: without this, a ping over 33 million faces uses five times the memory.
+  // The system keeps the written file in its cache in pieces of megabytes, and touching one page of
+  // a piece maps the whole piece. Without this call, a ping over 33 million faces uses five times
+  // the memory.
   if (const int written = ::open(file.c_str(), O_RDONLY | O_CLOEXEC); written >= 0) {
     ::posix_fadvise(written, 0, 0, POSIX_FADV_DONTNEED);
     ::close(written);
@@ -361,7 +364,7 @@ class ProgressiveMesh::File {
   MeshHeader checked_header() const;
   void check_tables() const;
   void check_checksum(std::size_t section, std::uint64_t which) const;
-  /// Unless `holds`, throws with the place of a section's piece and `what`.
+  /// Unless `holds`, throws DamagedFile with the place of a section's piece, and `what`.
   void require(bool holds, std::size_t section, std::uint64_t which, const char* what) const {
     if (holds) return;
     const auto [offset, bytes] = layout_.piece(section, which);
@@ -413,7 +416,7 @@ MeshHeader ProgressiveMesh::File::checked_header() const {
   return header;
 }
 
-/// Checks everything that is used without verifying a node, leaf or tag.
+/// Checks all parts that are used without verifying a node, a leaf or a tag.
 void ProgressiveMesh::File::check_tables() const {
   const auto [offset, bytes] = layout_.extent(checksums);
   if (checksum_of(mapping_.bytes().subspan(offset, page_end(bytes))) !=

@@ -23,7 +23,8 @@ namespace {
 
 constexpr std::size_t block_bytes = 1 << 20, line_block_bytes = 1 << 16;
 
-/// A small file that stands for one that was not fetched.
+/// What is wrong with a small file that is a pointer to a file which was not fetched; empty for
+/// others.
 std::string fault_of_pointer(std::string_view begin) {
   constexpr std::array lfs{"version https://git-lfs.github.com/spec/",
                            "version https://hawser.github.com/spec/"};
@@ -56,8 +57,9 @@ FileReader::~FileReader() {
 
 void FileReader::open() {
   struct stat status {};
-  // Before it is opened, since some devices act on that; and again when it is open, since the name
-  // may be another file's by then.
+  // The kind of file is checked before it is opened, because opening starts an action of some
+  // devices. It is checked again when the file is open, because the name may then belong to another
+  // file.
   if (::stat(file_.c_str(), &status) != 0) {
     error_ = errno;
     fault_ = error_ == ENOENT || error_ == ENOTDIR
@@ -126,7 +128,7 @@ bool FileReader::next_line(std::string& line, char line_end) {
 
 std::string FileReader::rest() {
   std::string content;
-  // One byte more, to meet the end. A file of the system has a size of 0.
+  // One byte more is read, to meet the file's end. A file of the system has a size of 0.
   for (std::size_t next = static_cast<std::size_t>(bytes_) + 1;; next = block_bytes) {
     const std::size_t begin = content.size();
     content.resize(begin + next);

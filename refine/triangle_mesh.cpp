@@ -44,7 +44,7 @@ bool encloses_volume(Triangles triangles) {
     if (!std::ranges::binary_search(edges, packed(to, from))) return false;
   }
 
-  std::vector<std::uint32_t> body(triangles.positions.size());  // a vertex of the same body
+  std::vector<std::uint32_t> body(triangles.positions.size());  // by vertex: one of its body
   std::iota(body.begin(), body.end(), std::uint32_t{0});
   const auto body_of = [&](std::uint32_t vertex) {
     while (body[vertex] != vertex) vertex = body[vertex] = body[body[vertex]];
@@ -53,7 +53,7 @@ bool encloses_volume(Triangles triangles) {
   for (const Face& face : triangles.faces)
     for (const std::size_t k : {1, 2}) body[body_of(face[k])] = body_of(face[0]);
   struct Volume {
-    double sum = 0.0, size = 0.0;  // of six times the volume, and of its terms
+    double sum = 0.0, size = 0.0;  // six times the volume; the sum of its terms' absolute values
   };
   std::vector<Volume> volumes(triangles.positions.size());
   for (std::uint32_t f = 0; f < triangles.faces.size(); ++f) {
