@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <memory>
+#include <functional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -56,19 +56,15 @@ struct BottomConditions {
   double unresolved_slope = 0.0;  ///< rms slope of the part of the relief that no mesh shows
 };
 
-/// Computes the backscatter of a bottom by one model, for the conditions that it was made with.
-class BottomModel {
- public:
-  virtual ~BottomModel() = default;
-  /// grazing_rad in [0, pi/2].
-  virtual BottomTerms terms(double grazing_rad) const = 0;
-};
+/// Computes the backscatter of a bottom at a grazing angle in [0, pi/2] by one model, for the
+/// conditions that it was made with.
+using BottomModel = std::function<BottomTerms(double grazing_rad)>;
 
 /// A model with a name for scenes and for the command line.
 struct BottomModelKind {
   std::string_view name;
   std::string_view help;  ///< a few words
-  std::unique_ptr<const BottomModel> (*make)(const BottomConditions&);
+  BottomModel (*make)(const BottomConditions&);
   bool by_sediment = true;  ///< whether the model depends on the sediment's parameters
 };
 
@@ -92,12 +88,12 @@ class Bottom final : public Backscatter {
 
   /// Below 0.001 degrees, returns the terms at 0.001 degrees (TR 9407 IV.C.4), except for Lambert's
   /// law.
-  BottomTerms terms(double grazing_rad) const { return model_->terms(grazing_rad); }
+  BottomTerms terms(double grazing_rad) const { return model_(grazing_rad); }
   double cross_section(double grazing_rad) const override;
 
  private:
   double offset_;  // a factor
-  std::unique_ptr<const BottomModel> model_;
+  BottomModel model_;
 };
 
 /// A table of cross_section / sin(grazing) for the innermost loop. A ray's solid angle is
