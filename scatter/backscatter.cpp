@@ -13,8 +13,6 @@
 #include <ensonify/scatter/energy_bound.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/kirchhoff.h>
-#include <ensonify/scatter/large_roughness.h>
-#include <ensonify/scatter/sediment_volume.h>
 #include <ensonify/scatter/small_slope.h>
 #include <ensonify/scatter/solid_target.h>
 

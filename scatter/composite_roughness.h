@@ -35,4 +35,21 @@ double perturbation(const Sediment& sediment, double k_per_cm, double grazing_ra
 double composite_roughness(const Sediment& sediment, double k_per_cm, double grazing_rad,
                            double slope);
 
+/// The critical angle, in degrees: below it sound is reflected totally. 2.5613 for a bed in which
+/// sound is not faster than in the water: TR 9407 eq. 54.
+double critical_angle_deg(const Sediment& sediment);
+
+/// The backscattering cross-section (linear) of relief that is steep everywhere: an empirical
+/// formula that was fitted to gravel and rock, TR 9407 eqs 53-56. `slope` is the whole rms slope s.
+double large_roughness(const Sediment& sediment, double grazing_rad, double slope);
+
+/// The backscattering cross-section (linear) of inhomogeneities below a flat interface: TR 9407 eq.
+/// 66. If the loss is 0, returns the limit of small loss.
+double flat_sediment_volume(const Sediment& given, double grazing_rad);
+
+/// The same cross-section below large-scale slopes, averaged over slopes and shadowed like
+/// composite roughness: TR 9407 eq. 65. `slope` is the rms slope s, or the part of s that the mesh
+/// does not show.
+double sediment_volume(const Sediment& sediment, double grazing_rad, double slope);
+
 }  // namespace ensonify::scatter
