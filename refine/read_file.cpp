@@ -13,7 +13,6 @@
 #include <unistd.h>
 
 #include <ensonify/refine/error.h>
-#include <ensonify/refine/fail_to_read.h>
 
 namespace ensonify::refine {
 
@@ -22,6 +21,18 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t block_bytes = 1 << 20, line_block_bytes = 1 << 16;
+
+/// Throws std::system_error for a file that cannot be opened or read to its end. The message has
+/// the file's name and what to do. `error` is the value of errno; 0 if it is not known.
+[[noreturn]] void fail_to_read(const fs::path& file, int error) {
+  const bool forbidden = error == EACCES || error == EPERM;
+  const bool too_many = error == EMFILE || error == ENFILE;
+  throw std::system_error(error != 0 ? error : EIO, std::generic_category(),
+                          fmt::format("{}: cannot be read; {}", file.string(),
+                                      forbidden  ? "check its permissions"
+                                      : too_many ? "allow more open files (ulimit -n)"
+                                                 : "check the disk, then run the command again"));
+}
 
 /// What is wrong with a small file that is a pointer to a file which was not fetched; empty for
 /// others.

@@ -31,7 +31,7 @@ class FileReader {
   const std::string& fault() const { return fault_; }
   /// The system's error (errno) that is the reason for the fault; 0 if there is none.
   int error() const { return error_; }
-  /// Throws as fail_to_read() if error() is not 0, and Error with the file's name for another
+  /// Throws std::system_error if error() is not 0, and Error with the file's name for another
   /// fault.
   void require_open() const;
   std::uintmax_t bytes() const { return bytes_; }
@@ -39,7 +39,7 @@ class FileReader {
   int descriptor() const { return descriptor_; }
 
   /// Reads the next bytes and returns their number: fewer than `bytes` has only at the file's end.
-  /// Throws as fail_to_read().
+  /// Throws std::system_error if they cannot be read.
   std::size_t read(std::span<std::byte> bytes);
   /// Reads the next line, without its line end; false at the file's end.
   bool next_line(std::string& line, char line_end = '\n');
@@ -62,8 +62,8 @@ class FileReader {
   std::size_t place_in_block_ = 0;
 };
 
-/// The content of a file that this program wrote. Throws as FileReader::require_open(), and as
-/// fail_to_read() if not all of it can be read.
+/// The content of a file that this program wrote. Throws as FileReader::require_open(), and
+/// std::system_error if not all of it can be read.
 std::string read_file(const std::filesystem::path& file,
                       std::uintmax_t max_bytes = std::numeric_limits<std::uintmax_t>::max());
 
@@ -94,7 +94,7 @@ std::string read_user_file(const std::filesystem::path& file,
 }
 
 /// The first bytes of a file: fewer if the file is shorter, none if the user has to correct its
-/// path or its permissions. Throws as fail_to_read() if the file cannot be read for another reason.
+/// path or its permissions. Throws std::system_error if the file cannot be read for another reason.
 std::string begin_of_file(const std::filesystem::path& file, std::size_t bytes);
 bool begins_with(const std::filesystem::path& file, std::string_view begin);
 
