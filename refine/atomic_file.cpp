@@ -47,6 +47,16 @@ struct Descriptor {
   }
 };
 
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : ".";
+}
+
+int open_folder(const std::filesystem::path& folder) {
+  const int number = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (number < 0) fail_to_write(folder, "open it", errno);
+  return number;
+}
+
 /// Removes a temporary file if no process has it locked, because then its writer was killed.
 bool remove_abandoned(int folder, const std::string& name) {
   const Descriptor its{::openat(folder, name.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW)};
@@ -153,7 +163,7 @@ NewFile::NewFile(const std::filesystem::path& file) : file_(file), open_(std::ma
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     fail_to_write(file, "replace something other than a regular file", EINVAL);
 
-  const std::filesystem::path parent = file.has_parent_path() ? file.parent_path() : ".";
+  const std::filesystem::path parent = folder_of(file);
   open_->folder.number = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (open_->folder.number < 0) fail_to_write(file, "open its folder", errno);
   open_->temporary.emplace(file, open_->folder.number);
@@ -216,8 +226,7 @@ void write_staged(const std::filesystem::path& file, std::span<const std::byte> 
 
 void write_staged(const std::filesystem::path& file, const WriteContent& write_content,
                   const ReadBack& read_back) {
-  Descriptor descriptor;
-  descriptor.number = ::open(file.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  Descriptor descriptor{::open(file.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
   if (descriptor.number < 0) fail_to_write(file, "make it", errno);
   write_content(std::bind_front(write_all, std::cref(file), descriptor.number));
   if (read_back) read_back(std::bind_front(read_all, std::cref(file), descriptor.number));
@@ -225,17 +234,13 @@ void write_staged(const std::filesystem::path& file, const WriteContent& write_c
 }
 
 void sync_files(const std::filesystem::path& folder) {
-  Descriptor itself;
-  itself.number = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (itself.number < 0) fail_to_write(folder, "open it", errno);
+  const Descriptor itself{open_folder(folder)};
   if (::syncfs(itself.number) != 0) fail_to_write(folder, "write it to the disk (syncfs)", errno);
 }
 
 void move_files(const std::filesystem::path& from, const std::filesystem::path& to,
                 std::span<const std::string> names) {
-  Descriptor folder;
-  folder.number = ::open(to.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder.number < 0) fail_to_write(to, "open it", errno);
+  const Descriptor folder{open_folder(to)};
   for (const std::string& name : names)
     if (::rename((from / name).c_str(), (to / name).c_str()) != 0)
       fail_to_write(to / name, "put it in place (rename)", errno);
@@ -243,11 +248,8 @@ void move_files(const std::filesystem::path& from, const std::filesystem::path& 
 }
 
 bool put_in_place(const std::filesystem::path& folder, const std::filesystem::path& place) {
-  const std::filesystem::path above = place.has_parent_path() ? place.parent_path() : ".";
   sync_files(folder);
-  Descriptor parent;
-  parent.number = ::open(above.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (parent.number < 0) fail_to_write(above, "open it", errno);
+  const Descriptor parent{open_folder(folder_of(place))};
   if (::rename(folder.c_str(), place.c_str()) != 0) {
     if (errno == EEXIST || errno == ENOTEMPTY) return false;
     fail_to_write(place, "put it in place (rename)", errno);
