@@ -6,11 +6,10 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <new>
 #include <string>
-#include <system_error>
 #include <utility>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <ensonify/refine/atomic_file.h>
@@ -50,13 +49,12 @@ FileMesh parse(std::string_view bytes, MeshFormat format, std::string_view name)
 /// rounding is not at one half, so that shifted copies of a scene whose middle is at a half are all
 /// rounded to the same side.
 Eigen::Vector3d middle(const FileMesh& mesh) {
-  Eigen::Vector3d low = mesh.positions[mesh.faces[0][0]], high = low;
+  Eigen::AlignedBox3d box;
   for (const Face& face : mesh.faces)
-    for (const std::uint32_t vertex : face) {
-      low = low.cwiseMin(mesh.positions[vertex]);
-      high = high.cwiseMax(mesh.positions[vertex]);
-    }
-  return (0.5 * (low + high)).array().unaryExpr([](double m) { return std::floor(m + 0.501); });
+    for (const std::uint32_t vertex : face) box.extend(mesh.positions[vertex]);
+  return (0.5 * (box.min() + box.max())).array().unaryExpr([](double m) {
+    return std::floor(m + 0.501);
+  });
 }
 
 template <class T>

@@ -4,7 +4,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <span>
 #include <stdexcept>
@@ -223,8 +222,7 @@ class Repairer {
 
   struct Component {
     std::size_t faces = 0, turned = 0;
-    Eigen::Vector3f lowest = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
-    Eigen::Vector3f highest = -lowest;
+    Eigen::AlignedBox3f box;
     double volume = 0.0;  // six times the signed volume, with the new orientation
     double size = 0.0;    // the sum of the absolute values of the volume's terms
     bool open = false;
@@ -237,16 +235,13 @@ class Repairer {
       Component& component = components[component_[f]];
       ++component.faces;
       component.turned += static_cast<std::size_t>(turned_[f]);
-      for (const Index v : faces_[f]) {
-        component.lowest = component.lowest.cwiseMin(mesh_.positions[v]);
-        component.highest = component.highest.cwiseMax(mesh_.positions[v]);
-      }
+      for (const Index v : faces_[f]) component.box.extend(mesh_.positions[v]);
     }
     mark_open(components);
     for (Index f = 0; f < faces_.size(); ++f) {
       Component& component = components[component_[f]];
       const Eigen::Vector3d middle =
-          0.5 * (component.lowest.cast<double>() + component.highest.cast<double>());
+          0.5 * (component.box.min().cast<double>() + component.box.max().cast<double>());
       const auto [a, b, c] = faces_[f];
       // The cross product of edges, instead of corners, stays precise in wide flat bodies.
       const Eigen::Vector3d normal = (position(b) - position(a)).cross(position(c) - position(a));
