@@ -134,8 +134,8 @@ class ProgressiveMesh {
 
   std::shared_ptr<const ProgressiveMeshArrays> arrays_;
   std::shared_ptr<const File> file_;
-  std::shared_ptr<Flag[]> all_flags_;
-  std::array<Flag*, 3> flags_{};  // by kind: a flag per group, whether it is verified
+  std::array<std::shared_ptr<Flag[]>, 3>
+      flags_;  // by kind: a flag per group, whether it is verified
   std::span<const std::uint16_t> tags_;
   std::string_view key_, about_;
 };

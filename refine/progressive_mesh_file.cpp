@@ -143,6 +143,10 @@ std::uint64_t checksum_of(Bytes bytes, std::uint64_t padding) {
   return XXH3_64bits_digest(state.get());
 }
 
+Bounds bounds_of(const MeshHeader& header) {
+  return {Eigen::Vector3f(header.lowest.data()), Eigen::Vector3f(header.highest.data())};
+}
+
 Page page_of(const MeshHeader& header) {
   Page page{};
   std::memcpy(page.data(), &header, sizeof header);
@@ -245,17 +249,41 @@ MeshHeader header_of(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& e
                     .source_faces = source_faces,
                     .tags = extras.tags.size(),
                     .about_bytes = extras.about.size()};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto a = static_cast<Eigen::Index>(axis);
-    header.world_origin[axis] = mesh.world_origin[a];
-    header.lowest[axis] = mesh.bounds.lowest[a];
-    header.highest[axis] = mesh.bounds.highest[a];
-  }
+  std::copy_n(mesh.world_origin.data(), 3, header.world_origin.begin());
+  std::copy_n(mesh.bounds.lowest.data(), 3, header.lowest.begin());
+  std::copy_n(mesh.bounds.highest.data(), 3, header.highest.begin());
   std::ranges::copy(extras.key, header.key.begin());
   const Layout layout(header);
   for (std::size_t s = 0; s < section_count; ++s) header.sections[s] = layout.extent(s);
   return header;
 }
+
+/// A whole file mapped into memory.
+class Mapping {
+ public:
+  explicit Mapping(const std::filesystem::path& file) {
+    const FileReader reader(file);
+    if (!reader.fault().empty()) throw MeshError(file.string() + ": " + reader.fault());
+    size_ = static_cast<std::size_t>(reader.bytes());
+    if (size_ == 0) return;
+    void* const at = ::mmap(nullptr, size_, PROT_READ, MAP_SHARED, reader.descriptor(), 0);
+    if (at == MAP_FAILED)
+      throw MeshError(fmt::format("{}: cannot be opened: {}", file.string(),
+                                  std::generic_category().message(errno)));
+    data_ = static_cast<const std::byte*>(at);
+  }
+  ~Mapping() {
+    if (data_) ::munmap(const_cast<std::byte*>(data_), size_);
+  }
+  Mapping(const Mapping&) = delete;
+  Mapping& operator=(const Mapping&) = delete;
+
+  Bytes bytes() const { return {data_, data_ ? size_ : 0}; }
+
+ private:
+  const std::byte* data_ = nullptr;
+  std::size_t size_ = 0;
+};
 
 }  // namespace
 
@@ -299,46 +327,6 @@ void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
     ::close(written);
   }
 }
-
-namespace {
-
-/// A whole file mapped into memory.
-class Mapping {
- public:
-  explicit Mapping(const std::filesystem::path& file) {
-    const FileReader reader(file);
-    if (!reader.fault().empty()) throw MeshError(file.string() + ": " + reader.fault());
-    size_ = static_cast<std::size_t>(reader.bytes());
-    if (size_ == 0) return;
-    void* const at = ::mmap(nullptr, size_, PROT_READ, MAP_SHARED, reader.descriptor(), 0);
-    if (at == MAP_FAILED)
-      throw MeshError(fmt::format("{}: cannot be opened: {}", file.string(),
-                                  std::generic_category().message(errno)));
-    data_ = static_cast<const std::byte*>(at);
-  }
-  ~Mapping() {
-    if (data_) ::munmap(const_cast<std::byte*>(data_), size_);
-  }
-  Mapping(const Mapping&) = delete;
-  Mapping& operator=(const Mapping&) = delete;
-
-  Bytes bytes() const { return {data_, data_ ? size_ : 0}; }
-
- private:
-  const std::byte* data_ = nullptr;
-  std::size_t size_ = 0;
-};
-
-bool is_finite(const MeshHeader& header) {
-  const auto finite = [](double x) { return std::isfinite(x); };
-  bool ok = std::ranges::all_of(header.world_origin, finite);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    ok = ok && is_sound(header.lowest[axis]) && is_sound(header.highest[axis]) &&
-         header.lowest[axis] <= header.highest[axis];
-  return ok;
-}
-
-}  // namespace
 
 /// A mapped file, with the checks of its sections.
 class ProgressiveMesh::File {
@@ -406,7 +394,10 @@ MeshHeader ProgressiveMesh::File::checked_header() const {
               (header.tags == 0 || header.tags == header.source_faces) &&
               header.about_bytes <= bytes.size(),
           "counts that no mesh can have");
-  require(is_finite(header), "bounds or a world origin that no mesh can have");
+  const auto [lowest, highest] = bounds_of(header);
+  require(Eigen::Vector3d(header.world_origin.data()).allFinite() && is_sound(lowest) &&
+              is_sound(highest) && (lowest.array() <= highest.array()).all(),
+          "bounds or a world origin that no mesh can have");
   const Layout layout(header);
   if (bytes.size() != layout.file_bytes())
     damaged(
@@ -484,12 +475,8 @@ ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const File> file) : file_(std::
   const auto text = file_->section<char>(Section::about);
   about_ = {text.data(), text.size()};
   key_ = text_of(header.key);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto a = static_cast<Eigen::Index>(axis);
-    world_origin[a] = header.world_origin[axis];
-    bounds.lowest[a] = header.lowest[axis];
-    bounds.highest[a] = header.highest[axis];
-  }
+  world_origin = Eigen::Vector3d(header.world_origin.data());
+  bounds = bounds_of(header);
   make_flags(false);
 }
 
