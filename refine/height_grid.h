@@ -109,6 +109,7 @@ class HeightGrid {
   float x(int column) const { return x_[static_cast<std::size_t>(column)]; }
   float y(int row) const { return y_[static_cast<std::size_t>(row)]; }
 
+  static int tiles_across(int points) { return (points - 2) / tile_cells + 1; }
   int tile_columns() const { return tiles_across(columns()); }
   int tile_rows() const { return tiles_across(rows()); }
   /// If the tiles are in a file, throws what HeightTiles::require() throws.
@@ -179,7 +180,6 @@ class HeightGrid {
   };
 
   HeightGrid(std::vector<float> x_m, std::vector<float> y_m, const Eigen::Vector3d& world_origin);
-  static int tiles_across(int points) { return (points - 2) / tile_cells + 1; }
   std::size_t tile_number(int column, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(tile_columns()) +
            static_cast<std::size_t>(column);

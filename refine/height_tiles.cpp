@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <system_error>
@@ -32,10 +30,6 @@ using Range = HeightGrid::Range;
 constexpr std::array<char, 8> tiles_magic = file_magic('E', 'H', 'T');
 constexpr std::uint32_t version = 1, version_with_kinds = 2;
 
-int tiles_across(std::size_t points) {
-  return (static_cast<int>(points) - 2) / HeightGrid::tile_cells + 1;
-}
-
 template <class T>
 std::span<const std::byte> bytes_of(const std::vector<T>& values) {
   return std::as_bytes(std::span(values));
@@ -46,6 +40,27 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
                           fmt::format("{}: cannot {}; choose another folder with --cache, or free "
                                       "space there",
                                       file, step));
+}
+
+/// Copies the kinds of a tile whose first point is at (west, south) in a chunk of columns x rows
+/// points; 0 beyond the grid.
+void take_kinds(HeightTiles::Kinds& to, int west, int south, int columns, int rows,
+                std::span<const std::uint8_t> kinds) {
+  to.fill(0);
+  const int across = std::min(HeightGrid::tile_points, columns - west);
+  for (int row = 0; row < std::min(HeightGrid::tile_points, rows - south); ++row)
+    std::copy_n(kinds.begin() + std::ptrdiff_t{south + row} * columns + west, across,
+                to.begin() + row * HeightGrid::tile_points);
+}
+
+template <class Header>
+std::uint64_t header_checksum(Header header, const HeightTiles::Shape& shape) {
+  header.checksum = 0;
+  const std::array<std::uint64_t, 3> parts = {
+      XXH3_64bits(&header, sizeof header),
+      XXH3_64bits(shape.x_m.data(), shape.x_m.size() * sizeof(float)),
+      XXH3_64bits(shape.y_m.data(), shape.y_m.size() * sizeof(float))};
+  return XXH3_64bits(parts.data(), sizeof parts);
 }
 
 }  // namespace
@@ -74,33 +89,8 @@ struct HeightTiles::Layout {
 };
 
 HeightTiles::Layout HeightTiles::layout() const {
-  return {shape_.x_m.size(), shape_.y_m.size(), count_, with_kinds_};
+  return {shape_.x_m.size(), shape_.y_m.size(), tiles(), with_kinds_};
 }
-
-namespace {
-
-/// Copies the kinds of a tile whose first point is at (west, south) in a chunk of columns x rows
-/// points; 0 beyond the grid.
-void take_kinds(HeightTiles::Kinds& to, int west, int south, int columns, int rows,
-                std::span<const std::uint8_t> kinds) {
-  to.fill(0);
-  const int across = std::min(HeightGrid::tile_points, columns - west);
-  for (int row = 0; row < std::min(HeightGrid::tile_points, rows - south); ++row)
-    std::copy_n(kinds.begin() + std::ptrdiff_t{south + row} * columns + west, across,
-                to.begin() + row * HeightGrid::tile_points);
-}
-
-template <class Header>
-std::uint64_t header_checksum(Header header, const HeightTiles::Shape& shape) {
-  header.checksum = 0;
-  const std::array<std::uint64_t, 3> parts = {
-      XXH3_64bits(&header, sizeof header),
-      XXH3_64bits(shape.x_m.data(), shape.x_m.size() * sizeof(float)),
-      XXH3_64bits(shape.y_m.data(), shape.y_m.size() * sizeof(float))};
-  return XXH3_64bits(parts.data(), sizeof parts);
-}
-
-}  // namespace
 
 HeightTiles::HeightTiles(std::vector<float> x_m, std::vector<float> y_m,
                          const Eigen::Vector3d& world_origin, const Describe& describe,
@@ -115,7 +105,6 @@ HeightTiles::HeightTiles(std::vector<float> x_m, std::vector<float> y_m,
   const std::uint64_t columns = shape_.x_m.size(), rows = shape_.y_m.size();
   check_has_cell(columns, rows);
   if (2 * (columns - 1) * (rows - 1) > max_numbers) throw_too_many_faces(columns, rows);
-  count_tiles();
   open(file, describe);
   map();
   read_table();
@@ -130,7 +119,6 @@ HeightTiles::HeightTiles(const std::filesystem::path& file) : name_(file.string(
         fmt::format("{}: cannot be opened: {}", name_, std::generic_category().message(errno)));
   try {
     read_header();
-    count_tiles();
     read_table();
   } catch (...) {
     ::close(descriptor_);
@@ -147,14 +135,7 @@ bool HeightTiles::is_one(const std::filesystem::path& file) {
   return begins_with(file, {tiles_magic.data(), tiles_magic.size()});
 }
 
-int HeightTiles::tile_columns() const { return tiles_across(shape_.x_m.size()); }
-int HeightTiles::tile_rows() const { return tiles_across(shape_.y_m.size()); }
-
 std::uint64_t HeightTiles::file_bytes() const { return layout().end; }
-
-void HeightTiles::count_tiles() {
-  count_ = static_cast<std::size_t>(tile_columns()) * static_cast<std::size_t>(tile_rows());
-}
 
 /// Opens the file, or makes it if it is not there, and compares its header with the wanted grid.
 void HeightTiles::open(const std::filesystem::path& file, const Describe& describe) {
@@ -200,8 +181,7 @@ void HeightTiles::create(const std::filesystem::path& file) const {
                 .lowest_m = shape_.lowest_m,
                 .highest_m = shape_.highest_m,
                 .key = {}};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    header.world_origin[axis] = shape_.world_origin[static_cast<Eigen::Index>(axis)];
+  std::copy_n(shape_.world_origin.data(), 3, header.world_origin.begin());
   std::ranges::copy(key_.substr(0, header.key.size()), header.key.begin());
   header.checksum = header_checksum(header, shape_);
   std::array<std::byte, page_bytes> first{};
@@ -233,8 +213,7 @@ void HeightTiles::read_header() {
             std::as_writable_bytes(std::span(shape_.y_m))) ||
       header.checksum != header_checksum(header, shape_))
     refuse("its header is damaged; remove it");
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    shape_.world_origin[static_cast<Eigen::Index>(axis)] = header.world_origin[axis];
+  shape_.world_origin = Eigen::Vector3d(header.world_origin.data());
   with_kinds_ = header.version == version_with_kinds;
   shape_.mean_height_m = header.mean_height_m;
   shape_.lowest_m = header.lowest_m;
@@ -272,12 +251,12 @@ void HeightTiles::read_table() {
   const auto chunks = static_cast<std::size_t>(chunk_columns()) *
                       static_cast<std::size_t>((tile_rows() - 1) / chunk_tiles + 1);
   chunk_locks_ = std::vector<std::mutex>(chunks);
-  states_ = std::make_unique<std::atomic<State>[]>(count_);
-  entries_.resize(count_);
+  states_ = std::make_unique<std::atomic<State>[]>(tiles());
+  entries_.resize(tiles());
   if (!read(layout().table, std::as_writable_bytes(std::span(entries_))))
-    entries_.assign(count_, Entry{});
+    entries_.assign(tiles(), Entry{});
   std::size_t made = 0;
-  for (std::size_t tile = 0; tile < count_; ++tile) {
+  for (std::size_t tile = 0; tile < tiles(); ++tile) {
     const bool there = entries_[tile].check == check_of(entries_[tile], tile);
     states_[tile].store(there ? State::there : State::absent, std::memory_order_relaxed);
     made += there;
@@ -447,8 +426,8 @@ bool HeightTiles::read(std::uint64_t offset, std::span<std::byte> bytes) const {
 
 std::vector<Range> HeightTiles::ranges() const {
   std::vector<Range> all;
-  all.reserve(count_);
-  for (std::size_t tile = 0; tile < count_; ++tile) all.push_back(range(tile));
+  all.reserve(tiles());
+  for (std::size_t tile = 0; tile < tiles(); ++tile) all.push_back(range(tile));
   return all;
 }
 

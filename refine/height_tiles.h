@@ -66,7 +66,9 @@ class HeightTiles {
 
   const Shape& shape() const { return shape_; }
   const std::string& key() const { return key_; }
-  std::size_t tiles() const { return count_; }
+  std::size_t tiles() const {
+    return static_cast<std::size_t>(tile_columns()) * static_cast<std::size_t>(tile_rows());
+  }
   /// The number of tiles that are in the file, as far as this process knows.
   std::size_t tiles_made() const { return made_.load(std::memory_order_relaxed); }
   /// The number of chunks. A chunk is the tiles that are made together.
@@ -75,7 +77,7 @@ class HeightTiles {
   std::uint64_t file_bytes() const;
 
   /// All tiles. The content of a tile is undefined until require() was called for it.
-  std::span<const HeightGrid::Tile> mapped() const { return {tiles_, count_}; }
+  std::span<const HeightGrid::Tile> mapped() const { return {tiles_, tiles()}; }
   /// The kinds of a tile's points, if the grid has kinds; undefined until require() was called for
   /// the tile.
   const Kinds& kinds(std::size_t tile) const { return kinds_[tile]; }
@@ -125,9 +127,8 @@ class HeightTiles {
   static std::uint64_t checksum_of_tile(const HeightGrid::Tile& tile, const Kinds* kinds);
   void write(std::uint64_t offset, std::span<const std::byte> bytes) const;
   bool read(std::uint64_t offset, std::span<std::byte> bytes) const;
-  int tile_columns() const;
-  int tile_rows() const;
-  void count_tiles();
+  int tile_columns() const { return HeightGrid::tiles_across(static_cast<int>(shape_.x_m.size())); }
+  int tile_rows() const { return HeightGrid::tiles_across(static_cast<int>(shape_.y_m.size())); }
   int chunk_columns() const { return (tile_columns() - 1) / chunk_tiles + 1; }
   template <class F>
   void for_each_tile(std::size_t chunk, F&& f) const;
@@ -136,7 +137,6 @@ class HeightTiles {
   Heights heights_;
   std::string name_, key_;
   int descriptor_ = -1;
-  std::size_t count_ = 0;
   bool with_kinds_ = false;
   const HeightGrid::Tile* tiles_ = nullptr;
   const Kinds* kinds_ = nullptr;
