@@ -58,16 +58,13 @@ fs::path MeshClusters::file_of(const fs::path& folder, std::size_t cluster) {
   return folder / fmt::format("{}.mesh", cluster);
 }
 
-/// The cluster if it is in memory, otherwise null.
-std::shared_ptr<const ProgressiveMesh> MeshClusters::known(std::size_t cluster) {
-  const std::lock_guard lock(mutex_);
-  return in_use_[cluster].lock();
-}
-
 std::shared_ptr<const ProgressiveMesh> MeshClusters::get(std::size_t cluster) {
   if (cluster == locks_.size()) return bodies_;
   const std::lock_guard making(locks_[cluster]);
-  if (auto found = known(cluster)) return found;
+  {
+    const std::lock_guard lock(mutex_);
+    if (auto found = in_use_[cluster].lock()) return found;
+  }
   auto made = std::make_shared<const ProgressiveMesh>(open_or_make(cluster));
   const std::lock_guard lock(mutex_);
   in_use_[cluster] = made;

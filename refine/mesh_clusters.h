@@ -63,7 +63,6 @@ class MeshClusters {
   static std::filesystem::path file_of(const std::filesystem::path& folder, std::size_t cluster);
 
  private:
-  std::shared_ptr<const ProgressiveMesh> known(std::size_t cluster);
   ProgressiveMesh open_or_make(std::size_t cluster);
   ProgressiveMesh analyse(std::size_t cluster);
   int columns() const { return (grid_->tile_columns() - 1) / cluster_tiles + 1; }
