@@ -76,8 +76,7 @@ ActiveMesh::ActiveMesh(const ProgressiveMesh& mesh) : mesh_(&mesh) {
   reset();
 }
 
-/// Throws unless the faces of each vertex are one fan. Then the fans include every corner of a
-/// face.
+/// Throws unless the faces of each vertex are one fan: then the fans include every corner.
 void ActiveMesh::check_base() const {
   Fan fan;
   std::size_t corners = 0;
@@ -158,8 +157,7 @@ void ActiveMesh::split_touched() {
 
 /// Collapses offered nodes until no more can be collapsed. This ends, because a collapse only
 /// causes splits of nodes that were collapsed later in the progressive mesh. So the list of split
-/// nodes, sorted with the finest first, decreases with each collapse. For the meshes that builders
-/// make it ends soon.
+/// nodes, with the finest first, decreases. It ends soon for the meshes that builders make.
 void ActiveMesh::collapse_offered() {
   const std::size_t max_collapses = 16 * (mesh_->mid.size() + 1);
   for (std::size_t collapses = none; collapses != statistics_.collapses;) {
@@ -213,8 +211,7 @@ bool ActiveMesh::ecol(Index node) {
 
 ExactFaces ActiveMesh::exact_faces() const { return {mesh_->points, exact_faces_, exact_sources_}; }
 
-/// Merges changes into the list of exact faces. A face may have been added and removed several
-/// times.
+/// Merges changes into the list of exact faces. A face may have come and gone several times.
 void ActiveMesh::settle_exact() {
   if (changes_.empty()) return;
   sort_by_high(changes_, spare_changes_);
@@ -328,9 +325,8 @@ void ActiveMesh::split(Index vertex) {
 /// Splits a vertex, or returns another one that must be split before. Imagine the children one
 /// above the other, the left child below. The first fundamental face comes between them on the left
 /// side, the second on the right side. So, counter-clockwise round the vertex, the faces from the
-/// cut vertex of the first to the cut vertex of the second are the left child's, and the others are
-/// the right child's. If a fundamental face does not exist, the border takes the place of its cut
-/// vertex.
+/// first's cut vertex to the second's are the left child's, and the others are the right child's.
+/// If a fundamental face does not exist, the border takes the place of its cut vertex.
 Index ActiveMesh::try_split(Index vertex) {
   const Index number = nodes_[vertex].number;
   const auto expect = [&](bool holds, const char* what) {
@@ -406,8 +402,7 @@ Index ActiveMesh::try_split(Index vertex) {
   return none;
 }
 
-/// Collapses a node. Splits blockers that were collapsed later; returns false if there is any other
-/// blocker.
+/// Collapses a node. Splits blockers that were collapsed later; returns false for other blockers.
 bool ActiveMesh::collapse(Index node) {
   while (!is_free(node)) {
     for (const Index blocker : blockers_)
@@ -455,10 +450,10 @@ bool ActiveMesh::is_free(Index node) {
   return blockers_.empty();
 }
 
-/// Checks the other conditions of a collapse, at borders and in a tetrahedron. They were true when
-/// the progressive mesh was built and are still true, because a vertex with neighbours beyond one
-/// edge at any resolution has such neighbours at finer resolutions, too. Only a wrong file can
-/// violate them.
+/// Checks the other conditions of a collapse, at borders and in a tetrahedron. They held when the
+/// progressive mesh was built and still hold, because a vertex with neighbours beyond one edge at
+/// any resolution also has such neighbours at finer resolutions. Only a wrong file can violate
+/// them.
 void ActiveMesh::check_collapse(Index node) const {
   const auto has_neighbours = [](const Fundamental& f) {
     return f.face == none || f.in != none || f.out != none;

@@ -67,18 +67,18 @@ class ActiveMesh {
   /// no memory in a steady state. Throws std::invalid_argument as ViewTest does.
   RefineStatistics refine(std::span<const FanVolume> volumes);
 
-  /// The faces that are exact now, by ascending source_faces; valid until the second change after
-  /// this call.
+  /// The faces that are exact now, ascending in source_faces; valid until the second change from
+  /// now.
   ExactFaces exact_faces() const;
 
   /// Splits one active vertex. If its two cut vertices are still one vertex, first splits that
   /// vertex. Throws std::invalid_argument if nodes()[vertex] is not an active inner node.
   void vsplit(std::uint32_t vertex);
 
-  /// Merges the two active children of a split node into one vertex again. Nodes that block this
-  /// and were collapsed later in the progressive mesh are split first. If there is any other
-  /// blocker, changes nothing and returns false. Throws std::invalid_argument if nodes()[node] has
-  /// no two active children.
+  /// Merges the two active children of a split node into one vertex again. First splits nodes that
+  /// block this and were collapsed later in the progressive mesh. If others block it, changes
+  /// nothing and returns false. Throws std::invalid_argument if nodes()[node] has no two active
+  /// children.
   bool ecol(std::uint32_t node);
 
   std::size_t vertex_count() const { return vertex_count_; }
@@ -95,16 +95,15 @@ class ActiveMesh {
 
  private:
   /// half_edges: those that start at a vertex, counter-clockwise. ring: the vertices at their ends,
-  /// and then the last face's third corner, which is the first of these vertices again if the fan
-  /// is closed.
+  /// then the last face's third corner, which is the first of them again if the fan is closed.
   struct Fan {
     std::vector<std::uint32_t> half_edges, ring;
     bool open = false;
   };
-  /// One of the two faces that a split makes and a collapse removes. Its corners are one child, the
-  /// other child and the cut vertex. `in` and `out` are half-edges of the faces beside it, from the
-  /// cut vertex to a child and from a child to the cut vertex. They are opposite while this face
-  /// does not exist.
+  /// One of the two faces that a split makes and a collapse removes. Its corners are both children
+  /// and the cut vertex. `in` and `out` are half-edges of the faces beside it, from the cut vertex
+  /// to a child and from a child to the cut vertex. They are opposite while this face does not
+  /// exist.
   struct Fundamental {
     std::uint32_t face = none;  // none: there is no such face, at a border
     std::uint32_t cut = none;
@@ -156,8 +155,7 @@ class ActiveMesh {
 
   std::vector<Face> exact_faces_, next_exact_faces_;
   std::vector<std::uint32_t> exact_sources_, next_exact_sources_;
-  // Changes of the exact faces, packed: source face, and slot, or `none` for a face that is
-  // removed.
+  // Changes of the exact faces, packed: source face, and slot, or `none` for a removed face.
   std::vector<std::uint64_t> changes_, spare_changes_;
 
   // Buffers that are used within one change.

@@ -96,8 +96,7 @@ struct Temporary {
 
  private:
   bool create(std::string wanted) {
-    // O_EXCL reserves the name. With 0666, instead of the 0600 of mkstemp, the umask decides the
-    // mode.
+    // O_EXCL reserves the name. With 0666 (mkstemp has 0600) the umask decides the mode.
     descriptor.number =
         ::openat(folder, wanted.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor.number < 0) return false;
@@ -185,8 +184,7 @@ void NewFile::commit() {
   Temporary& temporary = *open_->temporary;
   if (::fsync(temporary.descriptor.number) != 0)
     fail_to_write(file_, "write it to the disk (fsync)", errno);
-  // The file is renamed while it is open, so that it is locked as long as it has its temporary
-  // name.
+  // It is renamed while it is open, so that it is locked as long as it has its temporary name.
   if (::renameat(folder, temporary.name.c_str(), folder, file_.filename().c_str()) != 0) {
     if (errno == ENOENT)
       throw std::system_error(errno, std::generic_category(),

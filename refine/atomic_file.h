@@ -18,7 +18,7 @@ using WriteContent = std::function<void(const WriteAt& write_at)>;
 /// Writes bytes that are in memory.
 WriteContent content_of(std::span<const std::byte> bytes);
 
-/// Fills `bytes` from a place of a file. Returns how many bytes were read: fewer only at the file's
+/// Fills `bytes` from a place of a file. Returns their number: fewer than fit only at the file's
 /// end.
 using ReadAt = std::function<std::size_t(std::uint64_t place, std::span<std::byte> bytes)>;
 /// Reads a file that is written, but does not have its final name yet.
@@ -27,8 +27,8 @@ using ReadBack = std::function<void(const ReadAt& read_at)>;
 /// Writes bytes into a file so that at any moment the file is the old one or the complete new one:
 /// temporary file in the same folder, fsync, rename, fsync of the folder. A failure leaves nothing
 /// behind. A killed process leaves its temporary file, .NAME.NUMBER.tmp, which the next writer of
-/// the file removes (if the file system has locks). Throws std::system_error naming the file and
-/// the step that failed.
+/// the file removes (if the file system has locks). Throws std::system_error with the file and the
+/// step.
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& file, std::string_view text);
 /// Writes several parts, one after another.
@@ -46,8 +46,8 @@ class NewFile {
   /// Appends bytes to those that write() has written.
   void write(std::span<const std::byte> bytes);
   void commit();
-  /// The empty temporary file, for a library that writes to a file by its name. It must keep the
-  /// file, not replace it.
+  /// The empty temporary file, for a library that writes to a file by its name and does not replace
+  /// it.
   std::filesystem::path temporary() const;
 
  private:
@@ -73,14 +73,13 @@ void write_staged(const std::filesystem::path& file, const WriteContent& write_c
 /// fsync for each of many files). Throws std::system_error.
 void sync_files(const std::filesystem::path& folder);
 /// Moves files, in the order of `names`, to another folder of the same file system, and syncs that
-/// folder. Files there with these names are replaced. Throws std::system_error at the first file
-/// that cannot be moved.
+/// folder. Replaces files with these names. Throws std::system_error at the first file that it
+/// cannot move.
 void move_files(const std::filesystem::path& from, const std::filesystem::path& to,
                 std::span<const std::string> names);
 
 /// Moves a folder to a place where nothing is yet: sync_files(), rename, fsync of the parent
-/// folder. Returns false if something is already there. Throws std::system_error as write_file
-/// does.
+/// folder. Returns false if something is there. Throws std::system_error as write_file does.
 bool put_in_place(const std::filesystem::path& folder, const std::filesystem::path& place);
 
 /// Makes a folder to write into, and its missing parents. Returns the folders that it made, the
@@ -88,8 +87,8 @@ bool put_in_place(const std::filesystem::path& folder, const std::filesystem::pa
 /// writable, and then removes the folders that it made.
 std::vector<std::filesystem::path> make_folder(const std::filesystem::path& folder);
 
-/// Removes the folders that are empty, in the given order, for example the folders that
-/// make_folder() returned.
+/// Removes the folders that are empty, in the given order, such as those that make_folder()
+/// returned.
 void remove_empty(std::span<const std::filesystem::path> folders);
 
 }  // namespace ensonify::refine

@@ -18,8 +18,7 @@ inline Sphere ball_around(const Bounds& box) {
   return {middle, half.norm() * (1.0f + 1e-6f)};
 }
 
-/// A tree of balls around groups of triangles, which finds the triangles that fan volumes can
-/// touch. Immutable.
+/// An immutable tree of balls around triangles, to find the triangles that fan volumes can touch.
 class BallTree {
  public:
   BallTree() = default;
@@ -31,8 +30,7 @@ class BallTree {
   std::size_t bytes() const;
 
   using Corners = std::array<Eigen::Vector3f, 3>;
-  /// Calls take(face, its Corners) for every triangle that the volumes can touch, and for some
-  /// others.
+  /// Calls take(face, its Corners) for every triangle that the volumes can touch, and some others.
   template <class Take>
   void walk(const ViewTest& view, Take&& take) const {
     for (std::size_t i = 0; i < nodes_.size();) {
@@ -50,8 +48,7 @@ class BallTree {
   }
 
  private:
-  /// Nodes are in preorder. A leaf has `count` triangles, from order_[first] on; other nodes have
-  /// none.
+  /// Nodes are in preorder. A leaf has `count` triangles, from order_[first] on; others have none.
   struct Node {
     Sphere ball;
     std::uint32_t next = 0;  // the node after all below this one

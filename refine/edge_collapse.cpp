@@ -73,8 +73,7 @@ void check_manifold(const TriangleMesh& mesh) {
     opposite[h] = other;
     opposite[other] = h;
   }
-  // Counts the faces of each vertex's fan, from its first half-edge (at the border if the fan is
-  // open).
+  // Counts the faces of each vertex's fan, from its first half-edge (at the border if it is open).
   std::vector<std::uint32_t> leaving(mesh.positions.size(), 0), first(mesh.positions.size());
   for (std::uint32_t h = 0; h < half_edges; ++h)
     if (leaving[start(h)]++ == 0 || opposite[h] == ProgressiveMesh::none) first[start(h)] = h;

@@ -19,7 +19,7 @@ struct Sphere {
 /// array_axis| <= sin(truncation), an elevation asin(d . pole) between the limits, and d . middle
 /// >= 0. The three directions are the fan's orthonormal frame: along the array, towards the middle
 /// of the sector, and perpendicular to these two. The limits are within +-90 degrees, the
-/// truncation in 0 to 90.
+/// truncation in 0..90.
 struct FanVolume {
   Eigen::Vector3d apex = Eigen::Vector3d::Zero();  ///< local metres
   Eigen::Vector3d array_axis = Eigen::Vector3d::UnitX();

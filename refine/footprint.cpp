@@ -48,8 +48,7 @@ std::size_t Footprint::collect() {
     faces_.resize(most);
     source_faces_.resize(most);
   }
-  // Each face is written, and then kept or overwritten, because the processor would often
-  // mispredict a branch.
+  // Each face is written, then kept or overwritten: the processor would often mispredict a branch.
   std::size_t found = 0;
   const auto take = [&](std::size_t slot) {
     const Face face = mesh_->faces[slot];

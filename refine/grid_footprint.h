@@ -18,8 +18,8 @@ namespace ensonify::refine {
 /// volumes' edges. It descends where the box of a block of cells can meet a volume.
 class GridFootprint {
  public:
-  /// Grid and bodies must outlive this object. The numbers of the bodies' faces follow those of the
-  /// grid's faces.
+  /// Grid and bodies must outlive this object. The bodies' faces are numbered after the grid's
+  /// faces.
   GridFootprint(const HeightGrid& grid, const BallTree& bodies)
       : grid_(&grid), bodies_(&bodies), tiles_(grid) {}
 

@@ -70,7 +70,7 @@ RowOfCells row_of_cells(std::span<const double> south, std::span<const double> n
     const bool all =
         !(std::isnan(s[i]) || std::isnan(s[i + 1]) || std::isnan(n[i]) || std::isnan(n[i + 1]));
     // Both diagonals have the same length on the map, so the one with the smaller step of height is
-    // shorter in space.
+    // shorter.
     const bool rises = std::abs(n[i + 1] - s[i]) <= std::abs(n[i] - s[i + 1]);
     row.whole |= std::uint64_t{all} << i;
     row.rising |= std::uint64_t{rises} << i;
@@ -339,8 +339,7 @@ void HeightGridBuilder::take_cells(std::span<const double> north) {
   count_vertices(whole_);
 }
 
-/// Counts the points of the last row but one that faces use: faces of cells to its south (before_)
-/// or to its north.
+/// Counts the points of the row before that faces of cells to its south (before_) or north use.
 void HeightGridBuilder::count_vertices(std::span<const std::uint64_t> north) {
   std::uint64_t carry = 0;
   for (std::size_t i = 0; i < before_.size(); ++i) {

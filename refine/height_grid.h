@@ -21,7 +21,7 @@ class HeightTiles;
 /// north. Faces are computed when they are needed: two for every cell that has all four heights,
 /// row by row from the south-west, counter-clockwise seen from above. A cell is split along the
 /// diagonal that is shorter in space; if both are equal, along the one from the south-west corner.
-/// The vertices are the grid points that a face uses, in row order. Shared by all threads; copies
+/// The vertices are the grid points that a face uses, in row order. All threads share it; copies
 /// share the memory.
 ///
 /// The grid is in memory, or its tiles are in a file and are made when they are first needed
@@ -60,8 +60,7 @@ class HeightGrid {
     std::array<std::uint64_t, tile_cells> whole;   ///< by row, a bit per cell: whether it has faces
     std::array<std::uint64_t, tile_cells> rising;  ///< whether its diagonal begins at south-west
     std::array<std::uint32_t, tile_cells> first_face;  ///< number of the row's first face here
-    /// Heights by row; NaN where there is none. The last element is 0: it fills the tile up to 8
-    /// bytes.
+    /// Heights by row; NaN where there is none. The last element, 0, fills the tile up to 8 bytes.
     std::array<float, tile_points * tile_points + 1> z_m;
     std::array<Range, tile_groups * tile_groups> groups;
     std::array<Range, tile_blocks * tile_blocks> blocks;
@@ -87,8 +86,7 @@ class HeightGrid {
   };
 
   HeightGrid() = default;
-  /// A grid whose tiles are in a file. The mean, the lowest and the highest height are those of the
-  /// tiles' Shape.
+  /// A grid whose tiles are in a file. Mean, lowest and highest height are those of the Shape.
   explicit HeightGrid(std::shared_ptr<HeightTiles> tiles);
 
   int columns() const { return static_cast<int>(x_.size()); }  ///< of points
@@ -100,8 +98,8 @@ class HeightGrid {
   double mean_height_m() const { return counts_.mean_height_m; }
   /// Bounds of the vertices; both corners are zero without faces.
   const Bounds& bounds() const { return counts_.bounds; }
-  /// Bounds on the slope of every face (rise over run), eastwards and northwards; infinite if tiles
-  /// are in a file.
+  /// Bounds on the slopes (rise / run) of faces, to the east and north; infinite for tiles in a
+  /// file.
   const Eigen::Vector2d& steepest() const { return counts_.steepest; }
 
   std::span<const float> x() const { return x_; }  ///< of each column, m

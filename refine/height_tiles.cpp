@@ -167,8 +167,7 @@ void HeightTiles::open(const std::filesystem::path& file, const Describe& descri
   }
 }
 
-/// Writes a file without tiles. The file appears complete, so another process either finds it or
-/// makes it.
+/// Writes a file without tiles. It appears complete, so another process either finds or makes it.
 void HeightTiles::create(const std::filesystem::path& file) const {
   Header header{.magic = tiles_magic,
                 .version = with_kinds_ ? version_with_kinds : version,
@@ -322,8 +321,7 @@ void HeightTiles::check_or_make(std::size_t tile) {
       static_cast<std::size_t>(row / chunk_tiles) * static_cast<std::size_t>(chunk_columns()) +
       static_cast<std::size_t>(column / chunk_tiles);
   const std::lock_guard lock(chunk_locks_[chunk]);
-  // If the tile is absent, make() is called directly, because it calls find() for all tiles of the
-  // chunk.
+  // If the tile is absent, make() is called at once: it calls find() for all tiles of the chunk.
   if (states_[tile].load(std::memory_order_relaxed) == State::absent || !find(tile)) make(chunk);
 }
 

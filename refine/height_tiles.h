@@ -50,8 +50,8 @@ class HeightTiles {
 
   /// Opens the file, or makes it if there is none; only then is `describe` called. `key`, of at
   /// most 64 bytes, identifies what the heights are made from. Without a file name, the tiles are
-  /// in memory. Throws MeshError for another file or key, std::system_error if the file cannot be
-  /// made.
+  /// in memory. Throws MeshError for another file or key, std::system_error if it cannot make the
+  /// file.
   HeightTiles(std::vector<float> x_m, std::vector<float> y_m, const Eigen::Vector3d& world_origin,
               const Describe& describe, Heights heights, const std::filesystem::path& file,
               const std::string& key, bool with_kinds = false);
@@ -79,7 +79,7 @@ class HeightTiles {
   /// All tiles. The content of a tile is undefined until require() was called for it.
   std::span<const HeightGrid::Tile> mapped() const { return {tiles_, tiles()}; }
   /// The kinds of a tile's points, if the grid has kinds; undefined until require() was called for
-  /// the tile.
+  /// it.
   const Kinds& kinds(std::size_t tile) const { return kinds_[tile]; }
   /// Makes sure that a tile exists and is undamaged. Throws what `heights` throws, MeshError for
   /// heights that do not fit a float, and std::system_error if the file cannot be written.

@@ -25,9 +25,8 @@ namespace ensonify::refine {
 
 /// A height grid of any size, with bodies on it, as clusters: a progressive mesh for each square of
 /// 4 x 4 tiles, and one for all bodies. The borders of the squares are never collapsed, so
-/// neighbours fit each other at any resolution. A cluster is analysed when it is first needed. Its
-/// mesh depends only on its place, not on the process that makes it, the time or the order.
-/// Thread-safe.
+/// neighbours fit each other at any resolution. A cluster is analysed when it is first needed. It
+/// depends only on its place, not on the process that makes it, the time or the order. Thread-safe.
 class MeshClusters {
  public:
   static constexpr int cluster_tiles = 4;  ///< in both directions
@@ -41,8 +40,7 @@ class MeshClusters {
   MeshClusters(const HeightGrid& grid, const TriangleMesh& bodies, std::filesystem::path folder,
                std::string key);
 
-  /// The number of clusters: all squares, and after them the cluster of the bodies, if there are
-  /// bodies.
+  /// The number of clusters: all squares, then the cluster of the bodies, if there are bodies.
   std::size_t count() const { return locks_.size() + (bodies_ ? 1 : 0); }
   bool has_bodies() const { return bodies_ != nullptr; }
   /// The square that a tile belongs to.

@@ -25,8 +25,7 @@ std::string_view without_plus(std::string_view word) {
   return plus ? word.substr(1) : word;
 }
 
-/// Reads a word as a number, nan or inf. A number too small for double becomes 0, one too large
-/// inf.
+/// Reads a word as a number, nan or inf. Numbers too small for double become 0, too large ones inf.
 std::optional<double> to_number(std::string_view word) {
   word = without_plus(word);
   double value = 0.0;

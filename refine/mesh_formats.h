@@ -80,8 +80,7 @@ class MeshText {
 
   /// The next word of this line, empty at the line's end.
   std::string_view word();
-  /// The next word of this line or of a later one. Fails at the end of the file; the message has
-  /// `wanted`.
+  /// The next word of this line or a later one. Fails at the file's end; the message has `wanted`.
   std::string_view next_word(std::string_view wanted);
   /// Moves to the line with the next word; returns false at the end of the file.
   bool to_word();

@@ -47,8 +47,7 @@ class OffParser {
   }
 
  private:
-  /// Reads the word OFF and its prefixes: ST, C and N, in any order, for what each vertex has in
-  /// addition.
+  /// Reads OFF with its prefixes ST, C and N, in any order, for what each vertex has in addition.
   void header() {
     const std::string_view word = text_.next_word("OFF");
     std::string_view more = word.ends_with("OFF") ? word.substr(0, word.size() - 3) : "?";

@@ -306,8 +306,8 @@ FileMesh read_body(const PlyHeader& header, const MeshText& text, Body body) {
   FileMesh mesh;
   for (const Element& element : header.elements) {
     if (element.properties.empty()) continue;
-    // The smallest size of a row. A count that the file cannot hold is refused before memory is
-    // allocated.
+    // The smallest size of a row. Counts that the file cannot hold are refused before memory is
+    // taken.
     std::uint64_t row_bytes = 0;
     for (const Property& property : element.properties) {
       if (property.role == Role::corners) row_bytes += 3 * body.fewest_bytes(property.type);

@@ -12,12 +12,11 @@ namespace ensonify::refine {
 
 enum class MeshFormat { ply, obj, stl, off };
 
-/// The format that belongs to a file's extension, .ply, .obj, .stl or .off, in upper or lower case;
-/// none for others.
+/// The format of a file with the extension .ply, .obj, .stl or .off, in any case; none for others.
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& file);
 
-/// What is wrong with a file that is named like a mesh or a solid of another format, and what to
-/// do; empty for others.
+/// What is wrong with a file that has the extension of another format of meshes or solids, and what
+/// to do; empty for others.
 std::string fault_of_other_mesh(const std::filesystem::path& file);
 
 /// Reads a mesh file in the format of its extension: PLY (ASCII, both binary orders), OBJ, STL

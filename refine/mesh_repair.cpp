@@ -58,8 +58,7 @@ class Repairer {
   }
 
  private:
-  // Replaces vertices by those whose place they take. From here on, only the kept faces are
-  // numbered.
+  // Replaces vertices by those whose place they take. From here on, only kept faces are numbered.
   void drop_faces() {
     std::vector<Face> faces(mesh_.faces);
     std::vector<char> dropped(faces.size(), 0);
@@ -285,8 +284,8 @@ class Repairer {
     }
   }
 
-  // Whether a face has no area. It is tested from each corner, so that the order of the corners
-  // does not matter.
+  // Whether a face has no area; tested from each corner, so that the order of corners does not
+  // matter.
   bool flat(const Face& face) const {
     for (std::size_t k = 0; k < 3; ++k) {
       const Eigen::Vector3d origin = position(face[k]);

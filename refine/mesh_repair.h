@@ -16,18 +16,16 @@ namespace ensonify::refine {
 ///
 /// - Vertices at one place (or within weld_tolerance_m) move to the place of the first of them and
 ///   become one, unless a later rule splits them.
-/// - A face without area (two corners are one vertex, or all three are on a line, in double) is
-///   dropped.
+/// - A face without area (two corners are one vertex, or all are on a line, in double) is dropped.
 /// - Of several faces with the same three vertices, in either orientation, the first stays.
 /// - An edge of three or more faces does not connect its faces. They stay connected only if they
 ///   are in one fan at both ends of the edge.
 /// - Neighbours of opposite orientation follow the majority of their component (in a tie, its first
 ///   face). A closed component is oriented outwards, so that its volume is positive, if its volume
 ///   is more than rounding.
-/// - A one-sided surface (Möbius) is cut where orienting it breadth-first from its first face meets
-///   a contradiction.
-/// - A vertex where several fans meet becomes one vertex per fan: the first keeps its number, the
-///   others are appended.
+/// - A one-sided surface (Möbius) is cut where breadth-first orientation from its first face fails.
+/// - A vertex of several fans becomes one vertex per fan: the first keeps its number, others are
+///   appended.
 /// - A vertex that no remaining face uses is dropped.
 ///
 /// Vertices are welded in their order: each vertex moves to the first earlier vertex within the

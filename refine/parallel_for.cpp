@@ -21,9 +21,8 @@
 namespace ensonify::refine {
 namespace {
 
-/// Calls body(worker) for every worker in [0, workers), on as many threads as the system gives. A
-/// worker's number belongs to one call and not to a thread, so two running calls never have the
-/// same number.
+/// Calls body(worker) for every worker in [0, workers), on as many threads as the system gives. The
+/// number belongs to a call and not to a thread, so two running calls never have the same.
 template <class Body>
 void on_threads(int workers, const Body& body) {
   if (workers == 1) return body(0);

@@ -21,8 +21,7 @@ struct DamagedFile : MeshError {
   using MeshError::MeshError;
 };
 
-/// The arrays that a builder fills and that a ProgressiveMesh then owns. ProgressiveMesh explains
-/// their names.
+/// The arrays that a builder fills and a ProgressiveMesh then owns. The class explains their names.
 struct ProgressiveMeshArrays {
   std::vector<Eigen::Vector3f> points;
   std::vector<std::uint32_t> mid;
@@ -80,8 +79,7 @@ class ProgressiveMesh {
 
   std::uint32_t leaves() const { return static_cast<std::uint32_t>(points.size()); }
   std::span<const Face> base_faces() const { return faces.subspan(2 * mid.size()); }
-  /// The leaves of base vertex `root` are [roots[root], end_of(root)); its node is roots[root] -
-  /// root.
+  /// Base vertex `root` has the leaves [roots[root], end_of(root)) and the node roots[root] - root.
   std::uint32_t end_of(std::size_t root) const {
     return root + 1 < roots.size() ? roots[root + 1] : leaves();
   }

@@ -95,8 +95,8 @@ class Layout {
   std::uint64_t groups(std::size_t section) const {
     return (items_[section].count + ProgressiveMesh::group - 1) / ProgressiveMesh::group;
   }
-  /// The bytes of a group. The piece after the last group is the rest of the section, up to the
-  /// page's end.
+  /// The bytes of a group. The piece after the last group is the section's rest, up to a page's
+  /// end.
   Extent piece(std::size_t section, std::uint64_t which) const {
     const auto [count, bytes] = items_[section];
     const std::uint64_t begin = std::min(which * ProgressiveMesh::group, count) * bytes;
@@ -182,8 +182,7 @@ bool are_sound(std::span<const Index> roots, std::uint64_t leaves) {
                              std::ranges::adjacent_find(roots, std::greater_equal()) == roots.end();
 }
 
-/// The numbers of faces have 32 bits, and so have those of the base mesh's half-edges, four per
-/// face.
+/// Faces, and the base mesh's half-edges (four per face), have numbers of 32 bits.
 bool are_countable(std::uint64_t leaves, std::uint64_t roots, std::uint64_t base_faces) {
   return leaves < std::uint64_t{1} << 31 && roots <= leaves &&
          base_faces < std::uint64_t{1} << 30 && 2 * (leaves - roots) + base_faces < none;

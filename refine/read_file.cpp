@@ -34,8 +34,7 @@ constexpr std::size_t block_bytes = 1 << 20, line_block_bytes = 1 << 16;
                                                  : "check the disk, then run the command again"));
 }
 
-/// What is wrong with a small file that is a pointer to a file which was not fetched; empty for
-/// others.
+/// What is wrong with a file that is only a pointer to a file not fetched; empty for others.
 std::string fault_of_pointer(std::string_view begin) {
   constexpr std::array lfs{"version https://git-lfs.github.com/spec/",
                            "version https://hawser.github.com/spec/"};
@@ -68,9 +67,8 @@ FileReader::~FileReader() {
 
 void FileReader::open() {
   struct stat status {};
-  // The kind of file is checked before it is opened, because opening starts an action of some
-  // devices. It is checked again when the file is open, because the name may then belong to another
-  // file.
+  // The kind of file is checked before it is opened, because opening starts some devices, and again
+  // when it is open, because the name may then belong to another file.
   if (::stat(file_.c_str(), &status) != 0) {
     error_ = errno;
     fault_ = error_ == ENOENT || error_ == ENOTDIR

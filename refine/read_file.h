@@ -31,8 +31,7 @@ class FileReader {
   const std::string& fault() const { return fault_; }
   /// The system's error (errno) that is the reason for the fault; 0 if there is none.
   int error() const { return error_; }
-  /// Throws std::system_error if error() is not 0, and Error with the file's name for another
-  /// fault.
+  /// Throws std::system_error if error() is not 0, and Error with the file's name for other faults.
   void require_open() const;
   std::uintmax_t bytes() const { return bytes_; }
   /// For libraries that read by descriptor. This object closes the descriptor.
@@ -43,8 +42,7 @@ class FileReader {
   std::size_t read(std::span<std::byte> bytes);
   /// Reads the next line, without its line end; false at the file's end.
   bool next_line(std::string& line, char line_end = '\n');
-  /// Returns all bytes that follow. Also throws std::bad_alloc, and Error for more than
-  /// `max_bytes`.
+  /// Returns all further bytes. Also throws std::bad_alloc, and Error for more than `max_bytes`.
   std::string rest();
   /// Moves to this byte; the next reading begins there.
   void seek(std::uint64_t place);
@@ -77,9 +75,8 @@ void require_file(const std::filesystem::path& file) {
     throw Fault(file.string() + ": " + fault);
 }
 
-/// The content of a file that a user names. Throws `Fault`, with the file's name, if the file
-/// cannot be opened, has more than `max_bytes` or does not fit into the memory. Also throws what
-/// FileReader throws.
+/// The content of a file that a user names. Throws `Fault`, with the file's name, if it cannot be
+/// opened, has more than `max_bytes` or does not fit into memory. Also throws as FileReader.
 template <class Fault>
 std::string read_user_file(const std::filesystem::path& file,
                            std::uintmax_t max_bytes = std::numeric_limits<std::uintmax_t>::max(),

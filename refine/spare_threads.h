@@ -9,12 +9,10 @@
 
 namespace ensonify::refine {
 
-/// The threads of a parallel_for that have no item left. They do background tasks for the other
-/// threads.
+/// The threads of a parallel_for that have no item left; they do background tasks for the others.
 class SpareThreads {
  public:
-  /// Work that a spare thread may do, once per send(). One thread owns the task. The task may
-  /// outlive the loop.
+  /// Work that a spare thread may do, once per send(). One thread owns it; it may outlive the loop.
   class BackgroundTask {
    public:
     /// The work must not throw.
@@ -29,8 +27,8 @@ class SpareThreads {
     bool is_out() const { return state_ != State::idle; }
     /// Whether a thread is doing the work, so that finish() would wait.
     bool is_running() const { return state_ == State::running; }
-    /// Waits for the work if a thread has started it, otherwise withdraws it. Returns whether the
-    /// work is done.
+    /// Waits for the work if a thread has started it, otherwise withdraws it. Returns whether it is
+    /// done.
     bool finish();
 
    private:

@@ -25,13 +25,12 @@ constexpr std::size_t vertices_per_tile = 2048;
 Index next(Index half_edge) { return half_edge % 3 == 2 ? half_edge - 2 : half_edge + 1; }
 Index previous(Index half_edge) { return half_edge % 3 == 0 ? half_edge + 2 : half_edge - 1; }
 
-/// The mesh while it is collapsed. Half-edge 3f + k leads from corner k of face f to the next
-/// corner.
+/// The mesh while it is collapsed. Half-edge 3f + k leads from face f's corner k to the next.
 struct HalfEdges {
   struct Vertex {
     Eigen::AlignedBox3f box;  ///< around the closed stars of all vertices that it stands for
-    /// A half-edge that starts at the vertex, at a border the first of its fan; none: the vertex
-    /// was removed.
+    /// A half-edge that starts here, at a border the first of its fan; none: the vertex was
+    /// removed.
     Index half_edge = none;
     Index mark = 0;
   };
@@ -55,8 +54,7 @@ struct HalfEdges {
       if (h == first) return none;
     }
   }
-  /// Calls visit(neighbour) for all neighbours of a vertex; returns whether the vertex is at a
-  /// border.
+  /// Calls visit(neighbour) for a vertex's neighbours; returns whether the vertex is at a border.
   template <class Visit>
   bool walk_ring(Index vertex, Visit visit) const {
     const Index last = walk(vertex, [&](Index h) { visit(to(h)); });
@@ -207,11 +205,9 @@ class TileCollapser {
     for (const Index v : tile.vertices) left_ += !locked[v];
   }
 
-  /// Collapses until at most `target` of the vertices that are not locked are left, or no edge can
-  /// be collapsed.
+  /// Collapses until at most `target` unlocked vertices are left, or no edge can be collapsed.
   std::vector<Collapse> run(std::size_t target) {
-    // Collapses that were not allowed are tried again after all others, because these may make them
-    // allowed.
+    // Collapses that were not allowed are tried again after all others, which may free them.
     for (std::size_t before = left_ + 1; left_ < before && left_ > target;) {
       before = left_;
       offer_all();
@@ -266,8 +262,7 @@ class TileCollapser {
       collapse(half_edge);
   }
 
-  /// The conditions of OpenMesh's is_collapse_ok, and one more: a tetrahedron must not become two
-  /// coincident faces.
+  /// OpenMesh's is_collapse_ok, and: a tetrahedron must not become two coincident faces.
   bool is_allowed(Index half_edge) {
     const Index a = mesh_.from(half_edge), b = mesh_.to(half_edge);
     const Index back = mesh_.opposite[half_edge];
@@ -320,8 +315,7 @@ class TileCollapser {
     }
     const auto [kept, removed, left_face, right_face] = collapses_.emplace_back(found);
 
-    // The half-edge where the merged fan begins: where an open one of the two fans began, or after
-    // a face that vanishes.
+    // The merged fan begins where an open one of the two fans began, or after a vanishing face.
     Index first = mesh_.opposite[previous(half_edge)];
     for (const Index v : {kept, removed}) {
       const Index h = mesh_.vertices[v].half_edge;

@@ -38,9 +38,8 @@ bool TilesInView::touches_map(const Eigen::Vector2d& centre, double radius_m) co
 
 // The result must not depend on which tiles were made before, because other faces make other trees,
 // and Embree's rounding depends on the tree. So a tile is taken only if its own circle and ball can
-// touch a volume, and a node above tiles may be left out only if none of them can be taken. The
-// circles and balls of all boxes within a box are inside its own circle or ball when this is
-// widened by sqrt(2).
+// touch a volume, and a node above tiles may be left out only if none of them can be taken. A box's
+// own circle or ball, widened by sqrt(2), includes those of all boxes within the box.
 bool TilesInView::can_touch(const HeightGrid::Range& range, int level, int column, int row) const {
   const int size = HeightGrid::tile_cells << level;
   const int first_column = column * size, first_row = row * size;

@@ -11,8 +11,8 @@
 
 namespace ensonify::refine {
 
-/// A fault in a mesh or grid from a file. The message has the file and the place, the fault, and
-/// what to do.
+/// A fault in a mesh or grid from a file. The message has the file, the place, the fault, the
+/// remedy.
 struct MeshError : Error {
   using Error::Error;
 };

@@ -188,8 +188,7 @@ class SphereMaker {
 
   static constexpr Index leaves_at_once = 4096;
   // A sphere may be 1 % larger than necessary, because this avoids searches. After longest_way
-  // nodes the search takes the children's reach instead; this happens in a tree that is only a
-  // chain.
+  // nodes the search takes the children's reach, as in a tree that is only a chain.
   static constexpr double tolerance = 1.01;
   static constexpr int longest_way = 256;
 
@@ -226,8 +225,7 @@ class SphereMaker {
     });
     for (std::size_t l = 0; l < leaves; ++l) star_begin_[l + 2] += star_begin_[l + 1];
     star_.resize(star_begin_.back());
-    // While stars are filled, the present end of a star is stored in the place for the begin of the
-    // next star.
+    // During filling, a star's present end is stored in the place for the next star's begin.
     for_parts(leaves, threads_, [&](std::size_t begin, std::size_t end) {
       for_each_corner(begin, end, [&](const Face& face, std::size_t k) {
         star_[star_begin_[face[k] + 1]++] = face[(k + 1) % 3];
@@ -255,8 +253,8 @@ class SphereMaker {
     return std::sqrt(farthest2);
   }
 
-  /// A distance from `from` that no corner below a node exceeds. The node's children must have been
-  /// placed.
+  /// A distance from `from` that no corner below a node exceeds. Its children must be placed
+  /// already.
   double farthest(Index top, const Eigen::Vector3d& from, std::vector<Index>& pending) const {
     double found = 0.0, passed = 0.0;
     pending.assign({top});

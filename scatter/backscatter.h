@@ -14,9 +14,8 @@
 
 namespace ensonify::scatter {
 
-/// How strongly a surface scatters sound back to its source: the scattering cross-section per unit
-/// area and unit solid angle (linear, not decibels) as a function of the grazing angle in [0,
-/// pi/2].
+/// How strongly a surface scatters sound back: the scattering cross-section per unit area and unit
+/// solid angle (linear, not decibels) at a grazing angle in [0, pi/2].
 class Backscatter {
  public:
   virtual ~Backscatter() = default;
@@ -26,7 +25,7 @@ class Backscatter {
 /// Lambert's law, mu sin^2(grazing): Mackenzie, JASA 33, 1498 (1961), found 10 log10 mu = -27.
 class Lambert final : public Backscatter {
  public:
-  /// Throws std::invalid_argument for mu_db above -4.97 (mu = 1/pi): more energy would return than
+  /// Throws std::invalid_argument above -4.97 dB (mu = 1/pi): more energy would return than
   /// arrived.
   explicit Lambert(double mu_db = -27.0);
   double cross_section(double grazing_rad) const override;
@@ -74,20 +73,17 @@ std::span<const BottomModelKind> bottom_model_kinds();
 /// all names, for an unknown one.
 const BottomModelKind& bottom_model_kind(std::string_view name);
 
-/// A sediment at one frequency: S_b = 10 log10(roughness + volume) + strength_offset_db, TR 9407
-/// eq. 34.
+/// A sediment at one frequency: 10 log10(roughness + volume) + strength_offset_db, TR 9407 eq. 34.
 class Bottom final : public Backscatter {
  public:
   /// `model` is a name as for bottom_model_kind(). `resolved_slope_fraction`
   /// (composite_roughness.h) is the part of the slope variance s^2 that the mesh itself shows;
-  /// slope average and shadowing use only the rest of the variance. Throws what check(),
-  /// wavenumber_per_cm() and bottom_model_kind() throw, and std::invalid_argument unless the
-  /// fraction is in [0, 1].
+  /// slope average and shadowing use only the rest of the variance. Throws as check(),
+  /// wavenumber_per_cm() and bottom_model_kind(), and unless the fraction is in [0, 1].
   Bottom(const Sediment& sediment, double frequency_hz, double sound_speed_mps,
          std::string_view model = "tr9407", double resolved_slope_fraction = 0.0);
 
-  /// Below 0.001 degrees, returns the terms at 0.001 degrees (TR 9407 IV.C.4), except for Lambert's
-  /// law.
+  /// Below 0.001 degrees, the terms at 0.001 degrees (TR 9407 IV.C.4), except for Lambert's law.
   BottomTerms terms(double grazing_rad) const { return model_(grazing_rad); }
   double cross_section(double grazing_rad) const override;
 
@@ -116,8 +112,8 @@ class BackscatterTable {
     const double x = std::max(lowest, std::min(highest, sine2 / std::abs(1.0 - sine2)));
     const auto bits = std::bit_cast<std::uint64_t>(x);
     const float* const cell = &quotient_[(bits >> cell_bits) - (lowest_bits >> cell_bits)];
-    // The low bits of the significand tell where x is in its cell. Here they become the fraction of
-    // a number in [1, 2).
+    // The low bits of the significand are the place of x in its cell, here the fraction of a number
+    // in [1, 2).
     const double place =
         std::bit_cast<double>((bits << (52 - cell_bits) & significand) | one) - 1.0;
     return cell[0] + place * (cell[1] - cell[0]);

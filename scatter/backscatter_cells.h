@@ -1,8 +1,7 @@
 #pragma once
 
-/// The layout of BackscatterTable's values, which kernels read directly. The values are over the
-/// squared tangent of the grazing angle, from `lowest` on, in equal cells between each two powers
-/// of two.
+/// The layout of BackscatterTable's values, for kernels: over the squared tangent of the grazing
+/// angle, in equal cells between each two powers of two, from `lowest` on.
 namespace ensonify::scatter::backscatter_cells {
 
 inline constexpr double lowest = 0x1p-28;        ///< a grazing angle of 0.0035 degrees

@@ -28,8 +28,7 @@ BuriedPath buried_path(double height_m, double depth_m, double along_m, double s
 double two_way_attenuation_per_m(const Sediment& sediment, double wavelength_m);
 
 /// The part of the energy that is left after the path down and back: (1 - |R|^2)^2 for crossing the
-/// bed twice, with Rayleigh's reflection coefficient (reflection.h), times the attenuation over the
-/// path in the sediment.
+/// bed twice, with Rayleigh's R (reflection.h), times the attenuation in the sediment.
 double buried_gain(const BuriedPath& path, const Sediment& sediment, double wavelength_m);
 
 }  // namespace ensonify::scatter

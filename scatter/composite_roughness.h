@@ -21,8 +21,7 @@ double resolved_slope_fraction(const Sediment& sediment, double k_per_cm, double
 double shadowing(double grazing_rad, double slope);
 
 /// The mean of a cross-section over large-scale slopes, by three-point Gauss-Hermite quadrature: TR
-/// 9407 eqs 46-49. The angles at which the cross-section is evaluated are kept within 0 to 90
-/// degrees.
+/// 9407 eqs 46-49. The cross-section is evaluated only within 0 to 90 degrees.
 double slope_average(const std::function<double(double)>& cross_section, double grazing_rad,
                      double slope);
 
@@ -47,9 +46,8 @@ double large_roughness(const Sediment& sediment, double grazing_rad, double slop
 /// 66. If the loss is 0, returns the limit of small loss.
 double flat_sediment_volume(const Sediment& given, double grazing_rad);
 
-/// The same cross-section below large-scale slopes, averaged over slopes and shadowed like
-/// composite roughness: TR 9407 eq. 65. `slope` is the rms slope s, or the part of s that the mesh
-/// does not show.
+/// The same below large-scale slopes, averaged and shadowed like composite roughness: TR 9407 eq.
+/// 65. `slope` is the rms slope s, or the part of s that the mesh does not show.
 double sediment_volume(const Sediment& sediment, double grazing_rad, double slope);
 
 }  // namespace ensonify::scatter

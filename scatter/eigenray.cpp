@@ -19,8 +19,7 @@ struct Launch {
   double along, down;
 };
 
-/// The middle of two directions, computed with vectors, which keep the precision of a small
-/// component.
+/// The middle of two directions; computed with vectors, which keep a small component precise.
 Launch middle(const Launch& a, const Launch& b) {
   const double along = a.along + b.along, down = a.down + b.down;
   const double length = std::hypot(along, down);

@@ -56,8 +56,7 @@ void EigenrayGrid::start_at(double source_depth_m) {
   rough_ = 0;
 }
 
-/// Lays the rows of cells. A row ends at a layer's edge, or where the depth below the source has
-/// grown by row_ratio.
+/// Rows end at layers' edges, and where the depth below the source has grown by row_ratio.
 void EigenrayGrid::lay_rows() {
   rows_.clear();
   last_row_ = 0;

@@ -17,8 +17,7 @@ namespace ensonify::scatter {
 /// time per metre of the line. In each cell of depth and slope, they are bicubic functions through
 /// 4 x 4 exact rays. A cell is made when a point first falls into it. It is then compared with
 /// exact rays midway between the nodes, where the error is largest. If the error exceeds a
-/// hundredth of a millimetre along or across the ray, DirectRays::find is used for all points of
-/// the cell.
+/// hundredth of a millimetre along or across the ray, the cell's points use DirectRays::find.
 class EigenrayGrid {
  public:
   /// Arguments and exceptions are those of DirectRays.
@@ -34,8 +33,7 @@ class EigenrayGrid {
 
   /// Bicubic coefficients in x (slope) and y (depth), 0 to 1 over a cell: [power of y][power of x].
   using Cubics = std::array<double, 16>;
-  /// The data from which the rays to the points of a cell are computed, for kernels that compute
-  /// many.
+  /// The data from which the rays to a cell's points are computed, for kernels that compute many.
   struct Patch {
     double top_m, per_m, top_mps, gradient_per_s;  ///< of the row: y = (depth - top_m) * per_m
     double column;  ///< x = columns range / (range + slope_scale below) - column
@@ -70,8 +68,7 @@ class EigenrayGrid {
   struct Cell {
     Cubics straight_over_launch;  // ratio of the cotangents
     Cubics time_s_per_m;          // time per metre of the straight line
-    // The ray's length and its absorption, divided by the length of the straight line, at the
-    // corners.
+    // At the corners: the ray's length and absorption, divided by the straight line's length.
     std::array<double, 4> lengths, db_per_m;
   };
   void lay_rows();

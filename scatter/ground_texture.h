@@ -29,8 +29,8 @@ struct GroundTexture {
   double variation_db = 0.0;  ///< rms of the slow change of strength at low grazing angles
   double variation_m = 40.0;  ///< the longest scale of this change; the shortest is 1 m
 
-  /// Shape of a patch at a grazing angle; below 5 degrees, the shape at 5 degrees. Infinite if all
-  /// patches are equal.
+  /// Shape of a patch at a grazing angle (below 5 degrees: at 5). Infinite if all patches are
+  /// equal.
   double shape_at(double grazing_rad) const;
   /// Share of the mean cross-section at a grazing angle that comes from points.
   double glint_share_at(double grazing_rad) const;
@@ -47,13 +47,12 @@ struct GroundTexture {
 
 /// The typical texture of a sediment. The patches and points of sand and gravel were chosen to
 /// agree with two recordings at 600 kHz in two respects, at each grazing angle: how many samples
-/// exceed 2, 3, 4, 5 and 6 times the mean around them, and the contrast. With the recorder of a
-/// survey, a bed of gravel has about the numbers of a mixed bed; sand is between a river's sand and
-/// the mixed bed (tests/physics/texture_test.cpp, bench/realism/tails.py). The slow change of
-/// strength was chosen so that, at each grazing angle, levels change over 1 to 16 m of the track as
-/// in these recordings, and forms of 0.3 to 2.4 m have a similar contrast and skew (bench/realism
-/// has the differences). The textures of other beds are scaled from these by the kind of bed, and
-/// are not measured.
+/// exceed 2, 3, 4, 5 and 6 times the mean around them, and the contrast. With a survey's recorder,
+/// a bed of gravel has about the numbers of a mixed bed; sand is between a river's sand and the
+/// mixed bed (tests/physics/texture_test.cpp, bench/realism/tails.py). The slow change of strength
+/// was chosen so that, at each grazing angle, levels change over 1 to 16 m of the track as in these
+/// recordings, and forms of 0.3 to 2.4 m have a similar contrast and skew (bench/realism has the
+/// differences). The textures of other beds are scaled by the kind of bed, and are not measured.
 GroundTexture ground_texture_of(const Sediment& sediment);
 
 /// Quantiles of gamma distributions with mean 1, for making random numbers. A row belongs to a

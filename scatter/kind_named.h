@@ -9,8 +9,7 @@ namespace ensonify::scatter {
 /// Whether two names are equal when - counts as _.
 bool same_name(std::string_view a, std::string_view b);
 
-/// Throws std::invalid_argument. The message states that no `what` has this name, and lists
-/// `names`.
+/// Throws std::invalid_argument: no `what` has this name; the message lists `names`.
 [[noreturn]] void throw_unknown_kind(std::string_view what, std::string_view name,
                                      std::span<const std::string_view> names);
 

@@ -32,8 +32,7 @@ bool contains_words(std::string_view name, std::string_view words) {
   return false;
 }
 
-/// Whether the word is made of letters of the name in their order, and begins with the name's first
-/// letter.
+/// Whether the word is made of letters of the name in their order, and begins like the name.
 bool abbreviates(std::string_view word, std::string_view name) {
   if (word.empty() || name.empty() || word.front() != name.front()) return false;
   for (const char letter : name)

@@ -17,8 +17,7 @@ namespace ensonify::scatter {
 std::vector<std::string_view> nearest_names(std::string_view word,
                                             std::span<const std::string_view> names,
                                             std::size_t most, std::size_t letters);
-/// Returns "; did you mean 'x'?" with the known names that are nearest to the word; empty if none
-/// is near.
+/// Returns "; did you mean 'x'?" with the known names nearest to the word; empty if none is near.
 std::string suggestion(std::string_view word, std::span<const std::string> known);
 
 }  // namespace ensonify::scatter

@@ -21,7 +21,7 @@ unsigned modes(double ka) { return static_cast<unsigned>(ka) + 14; }
 
 /// Derivatives at x of Bessel functions, for the orders 0 to n - 1. The functions of two orders are
 /// computed directly, and the others follow by the recurrence f_(m-1) = (2 m + odd) / x f_m -
-/// f_(m+1). It is stable downwards for j and upwards for y. odd: 1 for spherical, 0 for cylindrical
+/// f_(m+1). It is stable downwards for j, upwards for y. odd: 1 for spherical, 0 for cylindrical
 /// functions.
 struct Slopes {
   std::array<double, most_modes + 2> of_j{}, of_y{};

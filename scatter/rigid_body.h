@@ -8,28 +8,24 @@ namespace ensonify::scatter {
 // The echo of rigid bodies that do not move, also of those that are far smaller than the
 // wavelength. k is the wavenumber 2 pi / lambda.
 
-/// The cross-section of a rigid sphere of radius a, divided by a^2 / 4. It is the sum over the
-/// sphere's modes,
+/// The cross-section of a rigid sphere of radius a, divided by a^2 / 4: the sum over its modes,
 ///
 ///     |sum over n of (-1)^n (2 n + 1) j_n'(ka) / h_n'(ka)|^2 / k^2
 ///
 /// (Faran, J. Acoust. Soc. Am. 23, 405 (1951); Morse and Ingard, Theoretical Acoustics (1968), ch.
-/// 8.2). For small ka it is (25 / 9) (ka)^4. From ka = 20 on, where the sum is within 0.25 dB of 1,
-/// it returns 1.
+/// 8.2). For small ka (25 / 9) (ka)^4; from ka = 20 on, where the sum is within 0.25 dB of 1, 1.
 double rigid_sphere_gain(double ka);
 
 /// The cross-section of a rigid cylinder of radius a and length L, seen at a right angle to its
-/// axis, divided by L^2 a / (2 lambda). It is the sum over the modes of an infinitely long
-/// cylinder,
+/// axis, divided by L^2 a / (2 lambda): the sum over the modes of an infinitely long cylinder,
 ///
 ///     |sum over n of e_n (-1)^n J_n'(ka) / H_n'(ka)|^2 / pi^2, e_0 = 1, e_n = 2
 ///
-/// (Faran 1951; finite lengths: Stanton, J. Acoust. Soc. Am. 83, 55 (1988)). For small ka it is (9
-/// pi / 4) (ka)^3. From ka = 20 on, where the sum is within 0.1 dB of 1, it returns 1.
+/// (Faran 1951; finite lengths: Stanton, J. Acoust. Soc. Am. 83, 55 (1988)). For small ka (9 pi /
+/// 4) (ka)^3; from ka = 20 on, where the sum is within 0.1 dB of 1, 1.
 double rigid_cylinder_gain(double ka);
 
-/// Tables of both gains, because the sums take far longer. The tables are within 0.02 dB of the
-/// sums.
+/// Tables of both gains, within 0.02 dB of the sums, which take far longer.
 class RigidGains {
  public:
   RigidGains();
@@ -50,8 +46,7 @@ class RigidGains {
   Table sphere_, cylinder_;
 };
 
-/// A body, described by its volume and by the half axes of the ellipsoid with the same second
-/// moments.
+/// A body: its volume, and the half axes of the ellipsoid with the same second moments.
 struct RigidBody {
   double volume_m3;
   std::array<double, 3> half_axes_m;

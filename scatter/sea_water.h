@@ -24,8 +24,7 @@ struct Interval {
   bool holds(double value) const { return value >= low && value <= high; }
 };
 
-/// The range of water that a formula was fitted to. Outside this range the formula is an
-/// extrapolation.
+/// The range of water that a formula was fitted to. Outside it the formula is an extrapolation.
 struct FittedWater {
   Interval temperature_c, salinity_psu, depth_m;
   Interval ph, frequency_hz;  ///< only for formulas of absorption
@@ -48,8 +47,8 @@ double sound_speed_mps(const SeaWater& water, double depth_m);
 double temperature_of_sound_speed_c(double sound_speed_mps, double salinity_psu, double depth_m);
 
 /// Sound speed after Chen and Millero, JASA 62, 1129 (1977), as in UNESCO technical papers in
-/// marine science 44 (1983), eqs. 33 to 37. The pressure is the one in excess of the atmosphere's,
-/// 0..12500 dbar.
+/// marine science 44 (1983), eqs. 33 to 37. The pressure is in excess of the atmosphere's, 0..12500
+/// dbar.
 double chen_millero_sound_speed_mps(const SeaWater& water, double pressure_dbar);
 
 /// Sound speed after Leroy, Robinson and Goldsmith, JASA 124, 2774 (2008), eq. 2, for either

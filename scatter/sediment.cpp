@@ -48,8 +48,7 @@ struct Stone {
   double sound_speed_ratio, strength_cm4;
   std::optional<double> strength_at_20_deg_db = {};  // measured
 };
-// The relief strength of cobble reproduces table 3; its number in table 2 is hard to read in the
-// scan.
+// The strength of cobble reproduces table 3; its number in table 2 is hard to read in the scan.
 constexpr std::array<Stone, 7> stones = {{{"rough rock", 2.5, 0.20693, -25.0},
                                           {"rock", 2.5, 0.01862, -29.5},
                                           {"handbook rough rock", 2.5, 0.20693},

@@ -7,8 +7,7 @@
 
 namespace ensonify::scatter {
 
-/// A seabed in the model of APL-UW TR 9407 (1994), section IV.A: six numbers, relative to the water
-/// above the bed.
+/// A seabed by APL-UW TR 9407 (1994), section IV.A: six numbers, relative to the water above it.
 ///
 /// The handbook's wavenumbers are in rad/cm, and so are the arguments `k_per_cm` of all functions
 /// in this folder. The bed's relief has the isotropic spectrum W2(K) = strength K^-exponent cm^4
@@ -29,8 +28,7 @@ struct Sediment {
   bool smooth() const { return strength_cm4 < 1e-12; }
 };
 
-/// Throws std::invalid_argument for a value outside the range of TR 9407 IV.A.8. The message has
-/// the range.
+/// Throws std::invalid_argument, with the range, for values outside the ranges of TR 9407 IV.A.8.
 void check(const Sediment& sediment);
 
 struct NamedSediment {
@@ -55,18 +53,17 @@ std::vector<NamedSediment> named_sediments();
 /// For an unknown name throws std::invalid_argument with the nearest names.
 Sediment sediment_named(std::string_view name);
 
-/// The regressions over mean grain size, TR 9407 eqs 2-10. Throws std::invalid_argument outside
-/// -1 to 9 phi.
+/// By regressions over mean grain size, TR 9407 eqs 2-10. Throws std::invalid_argument outside
+/// -1..9 phi.
 Sediment sediment_of_grain_size(double mean_grain_size_phi);
 
 /// Whether sound in the bed is at least as fast as in a bed of 2 mm grains (-1 phi), Wentworth's
 /// border between sand and gravel. The sound speed decides, because each bed has one, with or
-/// without a name. It alone separates rock and stones from the beds that the regressions over grain
-/// size describe.
+/// without a name. It alone separates rock and stones from beds that the regressions describe.
 bool gravel_or_rock(const Sediment& sediment);
 
-/// Wavenumber in the water, rad/cm. Throws std::invalid_argument unless frequency and sound speed
-/// are positive and finite.
+/// Wavenumber in the water, rad/cm. Throws std::invalid_argument unless both arguments are above 0
+/// and finite.
 double wavenumber_per_cm(double frequency_hz, double sound_speed_mps);
 
 /// The wavenumber, rad/cm, at which TR 9407's terms of the relief are evaluated. It is the
@@ -91,8 +88,8 @@ double expected_spread_db(const Sediment& sediment, double frequency_hz,
 /// the handbook itself states 5 to 10 dB for a bed of which only the name is known.
 constexpr double ordinary_spread_db = 6.0;
 
-/// The words of a warning for a spread: "expected within 6 dB", or, if the spread is infinite, that
-/// it is not known.
+/// Words for a warning: "expected within 6 dB", or, if the spread is infinite, that it is not
+/// known.
 std::string spread_text(double spread_db);
 
 /// A warning, to be given once per run, if the frequency is outside the range for which TR 9407 is

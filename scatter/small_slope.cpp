@@ -58,8 +58,7 @@ ReliefIntegral::ReliefIntegral(double alpha) : alpha_(alpha) {
 }
 
 double ReliefIntegral::operator()(double p) const {
-  // The integral of J0(u) u alone is 0 (Abel). It is subtracted where this part would be much
-  // larger than the rest.
+  // The integral of J0(u) u alone is 0 (Abel). It is subtracted where it would be the larger part.
   const bool small = p < 1.0;
   // Terms whose ln x is more than 20 below ln_scale are negligible. Terms whose exponent p x^(2
   // alpha) exceeds 60 are negligible, because of the exponential.

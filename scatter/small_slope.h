@@ -8,9 +8,9 @@
 namespace ensonify::scatter {
 
 /// I(p) = integral over u from 0 to infinity of J0(u) exp(-p u^(2 alpha)) u: the Kirchhoff integral
-/// of relief with a power law. J0 is the real part of the Hankel function H0. So the integral is
-/// computed along a line u = x e^(i psi) of the complex plane, on which H0 decays instead of
-/// oscillating.
+/// of relief with a power law. J0 is the real part of the Hankel function H0, which decays along a
+/// line u = x e^(i psi) of the complex plane instead of oscillating, so the integral is computed
+/// along this line.
 class ReliefIntegral {
  public:
   /// alpha in (0, 1].

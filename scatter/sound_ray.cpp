@@ -15,8 +15,7 @@ constexpr double min_spreading = 0.01;  // of the path squared
 // from the edge stays within nanometres, even where the speed grows by 50 m/s in a metre.
 constexpr double level_arc_m = 1e-3;
 
-// asin(x) / x and asinh(x) / x. For x below series_end, the next term of the series is smaller than
-// rounding.
+// asin(x) / x and asinh(x) / x. Below series_end, the series' next term is smaller than rounding.
 constexpr double series_end = 0.01;
 double series(double x2) {
   return 1.0 + x2 / 6.0 * (1.0 + x2 * 9.0 / 20.0 * (1.0 + x2 * 25.0 / 42.0));

@@ -13,8 +13,7 @@ struct SoundRayPoint {
   double depth_m = 0.0;
   double time_s = 0.0;
   double path_m = 0.0;  ///< along the ray
-  // The ray's unit direction: the cosine (never negative) and the sine of its angle below the
-  // horizontal.
+  // Its unit direction: cosine (never negative) and sine of the ray's angle below the horizontal.
   double along = 1.0;
   double down = 0.0;
   double sound_speed_mps = 0.0;
@@ -30,8 +29,7 @@ class SoundRay {
   /// Starts at a depth, in the direction whose components are `along` (the cosine of the angle
   /// below the horizontal, not negative) and `down` (its sine). The ray is reflected at `surface_m`
   /// and `bottom_m`; the source must be between them. The profile must outlive the ray. Throws
-  /// std::invalid_argument for a source that is not between them, and for a direction that is not a
-  /// unit vector.
+  /// std::invalid_argument if it is not, and for a direction that is not a unit vector.
   SoundRay(const SoundSpeedProfile& profile, double depth_m, double along, double down,
            double surface_m = -std::numeric_limits<double>::infinity(),
            double bottom_m = std::numeric_limits<double>::infinity());
@@ -47,8 +45,7 @@ class SoundRay {
   double path_to_range_m(double range_m) const;
 
   /// Moves the point along the arc, at most to the arc's end, where the ray enters the next layer
-  /// or is reflected. A negative path moves it back along the same arc; use this only for small
-  /// steps.
+  /// or is reflected. A negative path moves it back along the arc; use this only for small steps.
   void advance(double path_m);
 
   int reflections() const { return reflections_; }
@@ -65,8 +62,7 @@ class SoundRay {
   double spreading_back_m2() const;
   /// q, without the limit of spreading_m2().
   double spread_m() const { return spread_m_; }
-  /// The growth of q per metre of path: the angle between two neighbouring rays per radian between
-  /// their launch angles.
+  /// The growth of q per metre of path: the angle between those rays per radian at their launch.
   double spread_rate() const { return spread_rate_s_per_m_ * point_.sound_speed_mps; }
   /// r / cos(launch angle), also finite for vertical rays.
   double sideways_m() const { return swept_m2_per_s_ / source_mps_; }

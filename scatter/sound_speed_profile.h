@@ -14,12 +14,11 @@ struct SoundSpeedSample {
   double absorption_db_per_m = 0.0;  ///< at one frequency, if known
 };
 
-/// Throws std::invalid_argument unless the depth is within 0..12000 m and the speed within
-/// 1000..2000 m/s.
+/// Throws std::invalid_argument unless the depth is in 0..12000 m and the speed in 1000..2000 m/s.
 void check_sound_speed_sample(const SoundSpeedSample& sample);
 
-/// A layer in which sound speed and absorption are linear in depth: c = top_mps + gradient_per_s
-/// (depth - top_m).
+/// A layer with sound speed and absorption linear in depth: top_mps + gradient_per_s (depth -
+/// top_m).
 struct SoundSpeedLayer {
   double top_m, bottom_m;  ///< -inf and inf at the profile's ends
   double top_mps, bottom_mps;
@@ -56,13 +55,12 @@ class SoundSpeedProfile {
   double mean_absorption_db_per_m(double from_m, double to_m) const;
 
   /// The harmonic mean speed between two depths, in either order: distance over travel time
-  /// straight down. If the depths are equal, the speed there. Throws std::invalid_argument unless
-  /// both depths are finite.
+  /// straight down. If they are equal, the speed there. Throws std::invalid_argument unless both
+  /// are finite.
   double mean_speed_mps(double from_m, double to_m) const;
 
   /// All layers, downwards: a constant one above the first sample, one between each two samples, a
-  /// constant one below the last sample. A depth at the edge of two layers belongs to the lower
-  /// one.
+  /// constant one below the last sample. A depth at an edge belongs to the lower layer.
   const std::vector<SoundSpeedLayer>& layers() const { return layers_; }
   std::size_t layer_index(double depth_m) const;
 

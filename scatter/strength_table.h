@@ -14,12 +14,11 @@ struct StrengthCurve {
   std::vector<double> strength_db;  ///< one for each angle
 };
 
-/// Measured backscatter strengths: one or more curves, by increasing frequency. A single curve is
-/// used at all frequencies.
+/// Measured backscatter strengths: curves by increasing frequency. A single curve is for all
+/// frequencies.
 class StrengthTable {
  public:
-  /// Throws std::invalid_argument if a rule in the comments above is broken or a strength is not
-  /// finite.
+  /// Throws std::invalid_argument if a rule above is broken, and if a strength is not finite.
   explicit StrengthTable(std::vector<StrengthCurve> curves);
   const std::vector<StrengthCurve>& curves() const { return curves_; }
 

@@ -49,8 +49,7 @@ double bubble_cross_section(const SeaSurface& surface, double grazing_rad) {
   if (U > 11.0) bv *= std::pow(U / 11.0, 3.5);
   const double reradiation = 0.0136 / (0.0255 * std::cbrt(f));
   const double b = bv / std::sin(grazing_rad);
-  // The layer's response is (1 + 8 b e^-2b - e^-4b) / 2b: 6 for a thin layer, and 1 / 2b for an
-  // opaque one.
+  // The layer's response is (1 + 8 b e^-2b - e^-4b) / 2b: 6 if it is thin, and 1 / 2b if opaque.
   constexpr double opaque = 300.0;
   const double shown = b < opaque ? 8.0 * b * std::exp(-2.0 * b) - std::expm1(-4.0 * b) : 1.0;
   return bv / (4.0 * pi) * reradiation * shown / (2.0 * b);

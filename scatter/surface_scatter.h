@@ -31,8 +31,8 @@ double facet_cross_section(const SeaSurface& surface, double grazing_rad);
 double ripple_cross_section(const SeaSurface& surface, double grazing_rad);
 
 /// The total backscatter, eqs. 1, 13 to 16: facets and ripples, attenuated by the bubbles, plus the
-/// bubbles themselves. Ripples take the place of facets at the angle where the facets' lobe has
-/// fallen by 15 dB.
+/// bubbles themselves. Ripples replace facets at the angle where the facets' lobe has fallen by 15
+/// dB.
 double surface_cross_section(const SeaSurface& surface, double grazing_rad);
 
 }  // namespace ensonify::scatter

@@ -27,8 +27,7 @@ struct CacheLineAllocator {
 template <class T>
 using CacheLines = std::vector<T, CacheLineAllocator<T>>;
 
-/// The number of floats in the widest vector register of any target. Arrays have this many elements
-/// of padding.
+/// Floats in the widest vector register of any target: arrays have this many elements of padding.
 inline constexpr std::size_t widest_vector = 64;
 
 }  // namespace ensonify::engine

@@ -1,11 +1,10 @@
 // Reads numbers of a table at indices that are in the lanes of a register. Kernels include this
-// file, and are compiled once per Highway target. This file must not use inline functions of the
-// rest of the program.
+// file, once per Highway target. It must not use inline functions of the rest of the program.
 //
 // Each lane is loaded separately. On an EPYC (Zen 5), tracing rays over a grid of heights is 5 %
 // faster this way than with gather instructions. The indices are stored in memory first, and are
-// read as `volatile`, because compilers would otherwise take them out of the register one by one,
-// which is slower.
+// read as `volatile`, because compilers otherwise take them out of the register one by one, which
+// is slower.
 
 #if defined(ENSONIFY_GATHER) == defined(HWY_TARGET_TOGGLE)
 #ifdef ENSONIFY_GATHER

@@ -1,6 +1,5 @@
-// Operations on the lanes of a register, for all kernels. Kernels include this file, and are
-// compiled once per Highway target (vector_targets.h). This file must not use inline functions of
-// the rest of the program.
+// Operations on the lanes of a register, for all kernels. Kernels include this file, once per
+// Highway target (vector_targets.h). It must not use inline functions of the rest of the program.
 
 #if defined(ENSONIFY_LANES) == defined(HWY_TARGET_TOGGLE)
 #ifdef ENSONIFY_LANES

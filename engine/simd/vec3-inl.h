@@ -1,6 +1,6 @@
 // Three-dimensional vectors: a lane of three registers has the x, y and z of one vector. Kernels
-// include this file, and are compiled once per Highway target. This file must not use inline
-// functions of the rest of the program.
+// include this file, once per Highway target. It must not use inline functions of the rest of the
+// program.
 
 #if defined(ENSONIFY_VEC3) == defined(HWY_TARGET_TOGGLE)
 #ifdef ENSONIFY_VEC3

@@ -2,9 +2,8 @@
 
 /// Include this header before Highway. It chooses the targets that kernels are compiled for: those
 /// with fused multiply-add instructions, and plain code, which calls std::fma. So all targets do
-/// the same operations on each number, and results are equal to the last bit. If a new version of
-/// Highway adds a target that rounds twice or whose registers have no fixed size, lanes-inl.h
-/// refuses to compile.
+/// the same operations on each number, and results are equal to the last bit. If a new Highway has
+/// a target that rounds twice or whose registers have no fixed size, lanes-inl.h refuses it.
 ///
 /// A kernel without fused operations defines ENSONIFY_NO_FMA before this header. Then it is
 /// compiled for older targets, too.
