@@ -59,7 +59,7 @@ struct RepairReport {
   }
 };
 
-/// A mesh that is manifold (with or without borders) and oriented, with the origin of its faces.
+/// A mesh that is manifold (with or without borders) and oriented, with the sources of its faces.
 struct RepairedMesh {
   TriangleMesh mesh;
   std::vector<std::uint32_t> source_face;  ///< by face: the number in the source; ascending

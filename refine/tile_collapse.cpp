@@ -151,7 +151,7 @@ HalfEdges half_edges(const TriangleMesh& in, int threads) {
 
 /// A part of the mesh in one stage.
 struct CollapseTile {
-  std::vector<Index> vertices;  ///< the remaining vertices, ascending
+  std::vector<Index> vertices;  ///< the remaining vertices
   std::size_t leaves = 0;       ///< how many vertices it had at first
   Index mark = 0;               ///< the highest mark used in it
 };
