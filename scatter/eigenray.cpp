@@ -17,6 +17,7 @@ constexpr int max_arcs = 1000000;  // a ray with more arcs oscillates about a du
 
 struct Launch {
   double along, down;
+  bool operator==(const Launch&) const = default;
 };
 
 /// The middle of two directions; computed with vectors, which keep a small component precise.
@@ -59,7 +60,7 @@ class Shooter {
   Shot between(Shot a, Shot b) const {
     for (int i = 0; i < 2000; ++i) {
       const Shot between = shoot(middle(a.launch, b.launch));
-      if (same(between.launch, a.launch) || same(between.launch, b.launch)) break;
+      if (between.launch == a.launch || between.launch == b.launch) break;
       ((between.below_m > 0.0) == (a.below_m > 0.0) ? a : b) = between;
     }
     const Shot& nearest = std::abs(a.below_m) < std::abs(b.below_m) ? a : b;
@@ -73,10 +74,6 @@ class Shooter {
   }
 
  private:
-  static bool same(const Launch& a, const Launch& b) {
-    return a.along == b.along && a.down == b.down;
-  }
-
   const SoundSpeedProfile& profile_;
   const EigenrayEnds& ends_;
 };

@@ -91,17 +91,15 @@ double rigid_cylinder_gain(double ka) {
   return 4.0 / (pi * ka) * std::norm(sum);
 }
 
-RigidGains::RigidGains()
-    : sphere_{.limit = limit_of_sphere, .at_steps = {}},
-      cylinder_{.limit = limit_of_cylinder, .at_steps = {}} {
-  const auto fill = [](Table& table, double (*gain)(double)) {
-    table.at_steps.push_back(1.0);
+RigidGains::RigidGains() {
+  const auto fill = [](Table& table, double (*limit)(double), double (*gain)(double)) {
+    table = {limit, {1.0}};
     for (double ka = 1.0 / steps_per_ka; ka < large_ka; ka += 1.0 / steps_per_ka)
-      table.at_steps.push_back(gain(ka) / slowly(table.limit(ka)));
+      table.at_steps.push_back(gain(ka) / slowly(limit(ka)));
     table.at_steps.push_back(1.0);
   };
-  fill(sphere_, rigid_sphere_gain);
-  fill(cylinder_, rigid_cylinder_gain);
+  fill(sphere_, limit_of_sphere, rigid_sphere_gain);
+  fill(cylinder_, limit_of_cylinder, rigid_cylinder_gain);
 }
 
 double RigidGains::at(const Table& table, double ka) {
