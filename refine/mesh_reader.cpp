@@ -21,7 +21,13 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "bytes are copied as they are");
 
-constexpr std::array<std::string_view, 4> extensions{".ply", ".obj", ".stl", ".off"};
+struct Format {
+  std::string_view extension;
+  FileMesh (*parse)(std::string_view bytes, std::string_view name);
+};
+/// In the order of MeshFormat.
+constexpr std::array<Format, 4> formats{
+    {{".ply", parse_ply}, {".obj", parse_obj}, {".stl", parse_stl}, {".off", parse_off}}};
 
 /// Extensions of formats of meshes and solids that are not read.
 constexpr std::array<std::string_view, 24> other_extensions{
@@ -34,15 +40,6 @@ std::string extension_of(const std::filesystem::path& file) {
   for (char& c : extension)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 'a' - 'A');
   return extension;
-}
-
-FileMesh parse(std::string_view bytes, MeshFormat format, std::string_view name) {
-  switch (format) {
-    case MeshFormat::ply: return parse_ply(bytes, name);
-    case MeshFormat::obj: return parse_obj(bytes, name);
-    case MeshFormat::stl: return parse_stl(bytes, name);
-    default: return parse_off(bytes, name);
-  }
 }
 
 /// The middle of the box around the vertices that faces use, in whole metres. The border of
@@ -65,9 +62,9 @@ void append_bytes(std::string& bytes, T value) {
 }  // namespace
 
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& file) {
-  const auto found = std::ranges::find(extensions, extension_of(file));
-  if (found == extensions.end()) return std::nullopt;
-  return static_cast<MeshFormat>(found - extensions.begin());
+  const auto found = std::ranges::find(formats, extension_of(file), &Format::extension);
+  if (found == formats.end()) return std::nullopt;
+  return static_cast<MeshFormat>(found - formats.begin());
 }
 
 std::string fault_of_other_mesh(const std::filesystem::path& file) {
@@ -81,7 +78,7 @@ std::string fault_of_other_mesh(const std::filesystem::path& file) {
 
 TriangleMesh parse_mesh(std::string_view bytes, MeshFormat format, std::string_view name) {
   if (is_utf16(bytes)) fail_at_byte(name, 0, std::string(utf16_fault));
-  FileMesh in = parse(bytes, format, name);
+  FileMesh in = formats[static_cast<std::size_t>(format)].parse(bytes, name);
   if (in.positions.size() > std::numeric_limits<std::uint32_t>::max())
     throw MeshError(fmt::format("{}: has {} vertices, more than 32 bits can number; split it", name,
                                 in.positions.size()));
