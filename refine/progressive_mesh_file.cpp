@@ -342,15 +342,40 @@ class ProgressiveMesh::File {
     const auto [offset, bytes] = layout_.extent(s);
     return {reinterpret_cast<const T*>(mapping_.bytes().data() + offset), bytes / sizeof(T)};
   }
-  void verify(Kind kind, std::uint64_t which) const;
+  void verify(Kind kind, std::uint64_t which) const {
+    const auto part = [&](auto items, std::size_t each) {
+      const std::size_t begin = std::min<std::size_t>(which * group * each, items.size());
+      return items.subspan(begin, std::min<std::size_t>(group * each, items.size() - begin));
+    };
+    switch (kind) {
+      case Kind::tag: return check_checksum(Section::tags, which);
+      case Kind::leaf:
+        check_checksum(Section::points, which);
+        return require(std::ranges::all_of(part(section<Eigen::Vector3f>(Section::points), 1),
+                                           [](const auto& p) { return is_sound(p); }),
+                       Section::points, which, "a point is not finite, or too far away");
+      case Kind::node: break;
+    }
+    for (const std::size_t s :
+         {Section::mid, Section::spheres, Section::order, Section::faces, Section::source_face})
+      check_checksum(s, which);
+    require(std::ranges::all_of(part(section<Sphere>(Section::spheres), 1),
+                                [](const Sphere& sphere) { return is_sound(sphere); }),
+            Section::spheres, which, "a sphere is not finite, or too large");
+    const auto slots = section<Face>(Section::faces);
+    const auto inner = slots.first(slots.size() - header_.base_faces);
+    const auto found = part(inner, 2);
+    const auto sources = part(section<Index>(Section::source_face).first(inner.size()), 2);
+    for (std::size_t i = 0; i < found.size(); ++i)
+      require(is_sound(found[i], sources[i], header_.leaves, header_.source_faces) ||
+                  is_empty(found[i], sources[i]),
+              Section::faces, which, "a face names a vertex or a source face that does not exist");
+  }
 
  private:
   [[noreturn]] void damaged(std::string_view what) const {
     throw DamagedFile(fmt::format("{}: {}; remove the file and make it again", name_, what));
   }
-  MeshHeader checked_header() const;
-  void check_tables() const;
-  void check_checksum(std::size_t section, std::uint64_t which) const;
   /// Unless `holds`, throws DamagedFile with the place of a section's piece, and `what`.
   void require(bool holds, std::size_t section, std::uint64_t which, const char* what) const {
     if (holds) return;
@@ -359,107 +384,77 @@ class ProgressiveMesh::File {
                         what));
   }
 
+  MeshHeader checked_header() const {
+    const Bytes bytes = mapping_.bytes();
+    MeshHeader header{};
+    const std::size_t there = std::min(bytes.size(), mesh_magic.size());
+    if (there == 0 || std::memcmp(bytes.data(), mesh_magic.data(), there) != 0)
+      throw MeshError(fmt::format("{}: not a progressive mesh file; name another", name_));
+    if (bytes.size() < page_bytes)
+      damaged(fmt::format("ends after {} bytes, within its header", bytes.size()));
+    std::memcpy(&header, bytes.data(), sizeof header);
+    if (header.byte_order == other_byte_order)
+      throw MeshError(fmt::format(
+          "{}: from a machine of the other byte order; make it again on this one", name_));
+    if (header.byte_order == byte_order && header.version != progressive_mesh_version)
+      throw MeshError(
+          fmt::format("{}: has version {} of the format, but only {} can be read; make it again",
+                      name_, header.version, progressive_mesh_version));
+    Page page;
+    std::memcpy(page.data(), bytes.data(), page.size());
+    const auto require = [&](bool holds, const char* what) {
+      if (!holds) damaged(fmt::format("bytes 0 to {} (header): {}", page_bytes, what));
+    };
+    require(header.byte_order == byte_order && checksum_of(page) == header.checksum,
+            "changed after it was written");
+    require(are_countable(header.leaves, header.roots, header.base_faces) &&
+                header.source_faces < none &&
+                (header.tags == 0 || header.tags == header.source_faces) &&
+                header.about_bytes <= bytes.size(),
+            "counts that no mesh can have");
+    const auto [lowest, highest] = bounds_of(header);
+    require(Eigen::Vector3d(header.world_origin.data()).allFinite() && is_sound(lowest) &&
+                is_sound(highest) && (lowest.array() <= highest.array()).all(),
+            "bounds or a world origin that no mesh can have");
+    const Layout layout(header);
+    if (bytes.size() != layout.file_bytes())
+      damaged(fmt::format("has {} bytes, but its header requires {}", bytes.size(),
+                          layout.file_bytes()));
+    for (std::size_t s = 0; s < section_count; ++s)
+      require(header.sections[s] == layout.extent(s), "sections at wrong places");
+    return header;
+  }
+
+  /// Checks all parts that are used without verifying a node, a leaf or a tag.
+  void check_tables() const {
+    const auto [offset, bytes] = layout_.extent(checksums);
+    if (checksum_of(mapping_.bytes().subspan(offset, page_end(bytes))) !=
+        header_.checksum_of_checksums)
+      damaged(fmt::format("bytes {} to {} (checksums): changed after they were written", offset,
+                          offset + page_end(bytes)));
+    for (std::size_t s = 0; s < checksums; ++s) check_checksum(s, layout_.groups(s));
+    require(are_sound(section<Index>(Section::roots), header_.leaves), Section::roots, 0,
+            "roots do not ascend from 0");
+    const auto all = section<Face>(Section::faces);
+    const auto sources = section<Index>(Section::source_face);
+    for (std::size_t slot = all.size() - header_.base_faces; slot < all.size(); ++slot)
+      require(is_sound(all[slot], sources[slot], header_.leaves, header_.source_faces),
+              Section::faces, layout_.groups(Section::faces),
+              "a face names a vertex or a source face that does not exist");
+  }
+
+  void check_checksum(std::size_t s, std::uint64_t which) const {
+    const auto [offset, bytes] = layout_.piece(s, which);
+    require(checksum_of(mapping_.bytes().subspan(offset, bytes)) ==
+                section<std::uint64_t>(checksums)[layout_.checksum_place(s, which)],
+            s, which, "changed after they were written");
+  }
+
   std::string name_;
   Mapping mapping_;
   MeshHeader header_;
   Layout layout_;
 };
-
-MeshHeader ProgressiveMesh::File::checked_header() const {
-  const Bytes bytes = mapping_.bytes();
-  MeshHeader header{};
-  const std::size_t there = std::min(bytes.size(), mesh_magic.size());
-  if (there == 0 || std::memcmp(bytes.data(), mesh_magic.data(), there) != 0)
-    throw MeshError(fmt::format("{}: not a progressive mesh file; name another", name_));
-  if (bytes.size() < page_bytes)
-    damaged(fmt::format("ends after {} bytes, within its header", bytes.size()));
-  std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.byte_order == other_byte_order)
-    throw MeshError(fmt::format(
-        "{}: from a machine of the other byte order; make it again on this one", name_));
-  if (header.byte_order == byte_order && header.version != progressive_mesh_version)
-    throw MeshError(
-        fmt::format("{}: has version {} of the format, but only {} can be read; make it again",
-                    name_, header.version, progressive_mesh_version));
-  Page page;
-  std::memcpy(page.data(), bytes.data(), page.size());
-  const auto require = [&](bool holds, const char* what) {
-    if (!holds) damaged(fmt::format("bytes 0 to {} (header): {}", page_bytes, what));
-  };
-  require(header.byte_order == byte_order && checksum_of(page) == header.checksum,
-          "changed after it was written");
-  require(are_countable(header.leaves, header.roots, header.base_faces) &&
-              header.source_faces < none &&
-              (header.tags == 0 || header.tags == header.source_faces) &&
-              header.about_bytes <= bytes.size(),
-          "counts that no mesh can have");
-  const auto [lowest, highest] = bounds_of(header);
-  require(Eigen::Vector3d(header.world_origin.data()).allFinite() && is_sound(lowest) &&
-              is_sound(highest) && (lowest.array() <= highest.array()).all(),
-          "bounds or a world origin that no mesh can have");
-  const Layout layout(header);
-  if (bytes.size() != layout.file_bytes())
-    damaged(
-        fmt::format("has {} bytes, but its header requires {}", bytes.size(), layout.file_bytes()));
-  for (std::size_t s = 0; s < section_count; ++s)
-    require(header.sections[s] == layout.extent(s), "sections at wrong places");
-  return header;
-}
-
-/// Checks all parts that are used without verifying a node, a leaf or a tag.
-void ProgressiveMesh::File::check_tables() const {
-  const auto [offset, bytes] = layout_.extent(checksums);
-  if (checksum_of(mapping_.bytes().subspan(offset, page_end(bytes))) !=
-      header_.checksum_of_checksums)
-    damaged(fmt::format("bytes {} to {} (checksums): changed after they were written", offset,
-                        offset + page_end(bytes)));
-  for (std::size_t s = 0; s < checksums; ++s) check_checksum(s, layout_.groups(s));
-  require(are_sound(section<Index>(Section::roots), header_.leaves), Section::roots, 0,
-          "roots do not ascend from 0");
-  const auto all = section<Face>(Section::faces);
-  const auto sources = section<Index>(Section::source_face);
-  for (std::size_t slot = all.size() - header_.base_faces; slot < all.size(); ++slot)
-    require(is_sound(all[slot], sources[slot], header_.leaves, header_.source_faces),
-            Section::faces, layout_.groups(Section::faces),
-            "a face names a vertex or a source face that does not exist");
-}
-
-void ProgressiveMesh::File::check_checksum(std::size_t s, std::uint64_t which) const {
-  const auto [offset, bytes] = layout_.piece(s, which);
-  require(checksum_of(mapping_.bytes().subspan(offset, bytes)) ==
-              section<std::uint64_t>(checksums)[layout_.checksum_place(s, which)],
-          s, which, "changed after they were written");
-}
-
-void ProgressiveMesh::File::verify(Kind kind, std::uint64_t which) const {
-  const auto part = [&](auto items, std::size_t each) {
-    const std::size_t begin = std::min<std::size_t>(which * group * each, items.size());
-    return items.subspan(begin, std::min<std::size_t>(group * each, items.size() - begin));
-  };
-  switch (kind) {
-    case Kind::tag: return check_checksum(Section::tags, which);
-    case Kind::leaf:
-      check_checksum(Section::points, which);
-      return require(std::ranges::all_of(part(section<Eigen::Vector3f>(Section::points), 1),
-                                         [](const auto& p) { return is_sound(p); }),
-                     Section::points, which, "a point is not finite, or too far away");
-    case Kind::node: break;
-  }
-  for (const std::size_t s :
-       {Section::mid, Section::spheres, Section::order, Section::faces, Section::source_face})
-    check_checksum(s, which);
-  require(std::ranges::all_of(part(section<Sphere>(Section::spheres), 1),
-                              [](const Sphere& sphere) { return is_sound(sphere); }),
-          Section::spheres, which, "a sphere is not finite, or too large");
-  const auto slots = section<Face>(Section::faces);
-  const auto inner = slots.first(slots.size() - header_.base_faces);
-  const auto found = part(inner, 2);
-  const auto sources = part(section<Index>(Section::source_face).first(inner.size()), 2);
-  for (std::size_t i = 0; i < found.size(); ++i)
-    require(is_sound(found[i], sources[i], header_.leaves, header_.source_faces) ||
-                is_empty(found[i], sources[i]),
-            Section::faces, which, "a face names a vertex or a source face that does not exist");
-}
 
 ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const File> file) : file_(std::move(file)) {
   const MeshHeader& header = file_->header();

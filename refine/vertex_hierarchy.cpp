@@ -71,8 +71,7 @@ struct Numbering {
 Numbering number_nodes(const TriangleMesh& in, std::span<const Collapse> collapses,
                        const Forest& forest, ProgressiveMeshArrays& out) {
   const std::size_t inner = forest.nodes.size();
-  Numbering layout{.leaf_of = std::vector<Index>(in.positions.size()), .ranges{}};
-  layout.ranges.resize(inner);
+  Numbering layout{std::vector<Index>(in.positions.size()), std::vector<LeafRange>(inner)};
   out.points.resize(in.positions.size());
   out.mid.resize(inner);
   out.order.resize(inner);
