@@ -50,10 +50,9 @@ Range fill_ranges(Tile& tile) {
     for (int column = 0; column < HeightGrid::tile_blocks; ++column) {
       const Range range =
           range_of_block(tile, column * HeightGrid::block_cells, row * HeightGrid::block_cells);
-      tile.blocks[static_cast<std::size_t>(row * HeightGrid::tile_blocks + column)] = range;
-      tile.groups[static_cast<std::size_t>(row / HeightGrid::group_blocks *
-                                               HeightGrid::tile_groups +
-                                           column / HeightGrid::group_blocks)]
+      tile.blocks[number_in_rows(row, HeightGrid::tile_blocks, column)] = range;
+      tile.groups[number_in_rows(row / HeightGrid::group_blocks, HeightGrid::tile_groups,
+                                 column / HeightGrid::group_blocks)]
           .take(range);
       whole.take(range);
     }
@@ -117,10 +116,7 @@ void HeightGrid::make_levels(std::vector<Range> of_tiles) {
     std::size_t next = 0;
     for (int row = 0; row < below.rows; ++row)
       for (int column = 0; column < below.columns; ++column)
-        level
-            .ranges[static_cast<std::size_t>(row / 2) * static_cast<std::size_t>(level.columns) +
-                    static_cast<std::size_t>(column / 2)]
-            .take(below.ranges[next++]);
+        level.ranges[number_in_rows(row / 2, level.columns, column / 2)].take(below.ranges[next++]);
     levels_.push_back(std::move(level));
   }
 }

@@ -17,6 +17,12 @@ namespace ensonify::refine {
 
 class HeightTiles;
 
+/// The number of an element in an array of rows.
+constexpr std::size_t number_in_rows(int row, int columns, int column) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+         static_cast<std::size_t>(column);
+}
+
 /// A surface that is kept as the heights of a grid, whose columns run east and whose rows run
 /// north. Faces are computed when they are needed: two for every cell that has all four heights,
 /// row by row from the south-west, counter-clockwise seen from above. A cell is split along the
@@ -126,8 +132,7 @@ class HeightGrid {
   Range range(int level, int column, int row) const {
     if (level == 0 && in_file_ != nullptr) return range_in_file(tile_number(column, row));
     const Level& at = levels_[static_cast<std::size_t>(level)];
-    return at.ranges[static_cast<std::size_t>(row) * static_cast<std::size_t>(at.columns) +
-                     static_cast<std::size_t>(column)];
+    return at.ranges[number_in_rows(row, at.columns, column)];
   }
   /// The tiles, if they are in a file; otherwise null.
   HeightTiles* tiles_in_file() const { return in_file_.get(); }
@@ -179,8 +184,7 @@ class HeightGrid {
 
   HeightGrid(std::vector<float> x_m, std::vector<float> y_m, const Eigen::Vector3d& world_origin);
   std::size_t tile_number(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(tile_columns()) +
-           static_cast<std::size_t>(column);
+    return number_in_rows(row, tile_columns(), column);
   }
   void make_levels(std::vector<Range> of_tiles);
   void require(std::size_t tile) const;

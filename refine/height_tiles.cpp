@@ -301,25 +301,11 @@ void HeightTiles::put(std::size_t tile, const Entry& entry) {
   states_[tile].store(State::checked, std::memory_order_release);
 }
 
-template <class F>
-void HeightTiles::for_each_tile(std::size_t chunk, F&& f) const {
-  const auto across = static_cast<std::size_t>(chunk_columns());
-  const int first_column = static_cast<int>(chunk % across) * chunk_tiles;
-  const int first_row = static_cast<int>(chunk / across) * chunk_tiles;
-  for (int row = first_row; row < std::min(first_row + chunk_tiles, tile_rows()); ++row)
-    for (int column = first_column; column < std::min(first_column + chunk_tiles, tile_columns());
-         ++column)
-      f(static_cast<std::size_t>(row) * static_cast<std::size_t>(tile_columns()) +
-            static_cast<std::size_t>(column),
-        column, row);
-}
-
 void HeightTiles::check_or_make(std::size_t tile) {
   const int column = static_cast<int>(tile % static_cast<std::size_t>(tile_columns()));
   const int row = static_cast<int>(tile / static_cast<std::size_t>(tile_columns()));
   const std::size_t chunk =
-      static_cast<std::size_t>(row / chunk_tiles) * static_cast<std::size_t>(chunk_columns()) +
-      static_cast<std::size_t>(column / chunk_tiles);
+      number_in_rows(row / chunk_tiles, chunk_columns(), column / chunk_tiles);
   const std::lock_guard lock(chunk_locks_[chunk]);
   // If the tile is absent, make() is called at once: it calls find() for all tiles of the chunk.
   if (states_[tile].load(std::memory_order_relaxed) == State::absent || !find(tile)) make(chunk);
@@ -333,15 +319,20 @@ void HeightTiles::require_chunk(std::size_t chunk) {
 /// Makes the tiles of a chunk that are absent or damaged. The chunk's lock must be held.
 void HeightTiles::make(std::size_t chunk) {
   const auto across = static_cast<std::size_t>(chunk_columns());
-  const int first_column = static_cast<int>(chunk % across) * chunk_cells;
-  const int first_row = static_cast<int>(chunk / across) * chunk_cells;
+  const int first_tile_column = static_cast<int>(chunk % across) * chunk_tiles;
+  const int first_tile_row = static_cast<int>(chunk / across) * chunk_tiles;
+  const int first_column = first_tile_column * HeightGrid::tile_cells;
+  const int first_row = first_tile_row * HeightGrid::tile_cells;
   const int columns =
       std::min(chunk_cells, static_cast<int>(shape_.x_m.size()) - 1 - first_column) + 1;
   const int rows = std::min(chunk_cells, static_cast<int>(shape_.y_m.size()) - 1 - first_row) + 1;
   std::vector<std::pair<std::size_t, std::array<int, 2>>> missing;
-  for_each_tile(chunk, [&](std::size_t tile, int column, int row) {
-    if (!find(tile)) missing.push_back({tile, {column, row}});
-  });
+  for (int row = first_tile_row; row < std::min(first_tile_row + chunk_tiles, tile_rows()); ++row)
+    for (int column = first_tile_column;
+         column < std::min(first_tile_column + chunk_tiles, tile_columns()); ++column) {
+      const std::size_t tile = number_in_rows(row, tile_columns(), column);
+      if (!find(tile)) missing.push_back({tile, {column, row}});
+    }
   if (missing.empty()) return;
 
   const std::size_t points = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
@@ -379,10 +370,8 @@ void HeightTiles::make_tile(Tile& tile, int tile_column, int tile_row, int first
       std::min(HeightGrid::tile_cells, static_cast<int>(shape_.x_m.size()) - 1 - west);
   const int up = std::min(HeightGrid::tile_cells, static_cast<int>(shape_.y_m.size()) - 1 - south);
   const auto row_of = [&](int row) {
-    return z_m.subspan(
-        static_cast<std::size_t>(south - first_row + row) * static_cast<std::size_t>(columns) +
-            static_cast<std::size_t>(west - first_column),
-        static_cast<std::size_t>(across) + 1);
+    return z_m.subspan(number_in_rows(south - first_row + row, columns, west - first_column),
+                       static_cast<std::size_t>(across) + 1);
   };
   for (int row = 0; row <= up; ++row)
     std::ranges::transform(row_of(row), tile.z_m.begin() + row * HeightGrid::tile_points,

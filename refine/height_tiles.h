@@ -130,8 +130,6 @@ class HeightTiles {
   int tile_columns() const { return HeightGrid::tiles_across(static_cast<int>(shape_.x_m.size())); }
   int tile_rows() const { return HeightGrid::tiles_across(static_cast<int>(shape_.y_m.size())); }
   int chunk_columns() const { return (tile_columns() - 1) / chunk_tiles + 1; }
-  template <class F>
-  void for_each_tile(std::size_t chunk, F&& f) const;
 
   Shape shape_;
   Heights heights_;

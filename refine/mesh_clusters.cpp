@@ -38,8 +38,7 @@ MeshClusters::MeshClusters(const HeightGrid& grid, const TriangleMesh& bodies, f
 }
 
 std::size_t MeshClusters::with_tile(int tile_column, int tile_row) const {
-  return static_cast<std::size_t>(tile_row / cluster_tiles) * static_cast<std::size_t>(columns()) +
-         static_cast<std::size_t>(tile_column / cluster_tiles);
+  return number_in_rows(tile_row / cluster_tiles, columns(), tile_column / cluster_tiles);
 }
 
 bool MeshClusters::has_faces(std::size_t cluster) const {
