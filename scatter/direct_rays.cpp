@@ -142,14 +142,13 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
       h00 * a.time_s + h01 * b.time_s + h10 * a.time_slope_s + h11 * b.time_slope_s;
   return {h00 * a.range_m + h01 * b.range_m + h10 * a.range_slope_m + h11 * b.range_slope_m +
               xi * step.range_over_xi_m2_per_s,
-          d0 * (b.range_m - a.range_m) + d10 * a.range_slope_m + d11 * b.range_slope_m +
-              step.slope_m2_per_s / (hypotenuse2 * hypotenuse * source_mps_),
-          top_s + step.time_s,
-          top_s * (y * a.mean_mps + x * b.mean_mps) + step.path_m,
           xi,
-          mps,
-          top_s * (y * a.mean_db_per_s + x * b.mean_db_per_s) +
-              step.path_m * (piece.top_db_per_m + piece.db_per_m2 * step.middle_m)};
+          {w, top_s + step.time_s, top_s * (y * a.mean_mps + x * b.mean_mps) + step.path_m,
+           d0 * (b.range_m - a.range_m) + d10 * a.range_slope_m + d11 * b.range_slope_m +
+               step.slope_m2_per_s / (hypotenuse2 * hypotenuse * source_mps_),
+           mps,
+           top_s * (y * a.mean_db_per_s + x * b.mean_db_per_s) +
+               step.path_m * (piece.top_db_per_m + piece.db_per_m2 * step.middle_m)}};
 }
 
 bool DirectRays::find(double range_m, double depth_m, Eigenray& way) const {
@@ -159,27 +158,24 @@ bool DirectRays::find(double range_m, double depth_m, Eigenray& way) const {
   double w = std::clamp(way.cotangent, 0.0, flattest());
   for (int round = 0; round < max_rounds; ++round) {
     const Place here = at(w, piece, depth_m);
-    const double off_m = here.range_m - range_m;
+    const double off_m = here.range_m - range_m, slope_m = here.way.range_per_cotangent_m;
     if (std::abs(off_m) < close_m) {
       // d(time) / d(range) at a constant depth is Snell's constant.
-      way = {std::max(w - off_m / here.range_slope_m, 0.0),
-             here.time_s - here.xi * off_m,
-             here.path_m,
-             here.range_slope_m,
-             here.mps,
-             here.absorption_db};
+      way = here.way;
+      way.cotangent = std::max(w - off_m / slope_m, 0.0);
+      way.time_s -= here.xi * off_m;
       return true;
     }
     if (off_m < 0.0 && w >= flattest()) return false;
-    w = std::clamp(w - off_m / here.range_slope_m, 0.0, flattest());
+    w = std::clamp(w - off_m / slope_m, 0.0, flattest());
   }
   return false;
 }
 
 double DirectRays::follow(double cotangent, double depth_m, Eigenray& way) const {
   const Place there = at(std::clamp(cotangent, 0.0, flattest()), piece_of(depth_m), depth_m);
-  way = {cotangent,           there.time_s, there.path_m,
-         there.range_slope_m, there.mps,    there.absorption_db};
+  way = there.way;
+  way.cotangent = cotangent;
   return there.range_m;
 }
 

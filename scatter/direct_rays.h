@@ -53,7 +53,8 @@ class DirectRays {
   };
 
   struct Place {
-    double range_m, range_slope_m, time_s, path_m, xi, mps, absorption_db;
+    double range_m, xi;  // xi: Snell's constant, s/m
+    Eigenray way;
   };
   std::size_t piece_of(double depth_m) const;
   Place at(double w, std::size_t k, double depth_m) const;  // w: cotangent, k: number of the piece

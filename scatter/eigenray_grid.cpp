@@ -114,15 +114,9 @@ std::uint32_t EigenrayGrid::made(const CellNumber& cell) {
 std::optional<EigenrayGrid::Patch> EigenrayGrid::patch_of(const CellNumber& number) {
   const std::uint32_t at = made(number);
   if (at == beyond || at == rough) return std::nullopt;
-  const Row& row = rows_[number.row];
   const Cell& cell = cells_[at];
-  return Patch{.top_m = row.top_m,
-               .per_m = row.per_m,
-               .top_mps = row.top_mps,
-               .gradient_per_s = row.gradient_per_s,
-               .column = static_cast<double>(number.column),
-               .straight_over_launch = cell.straight_over_launch.data(),
-               .time_s_per_m = cell.time_s_per_m.data()};
+  return Patch{rows_[number.row], static_cast<double>(number.column),
+               cell.straight_over_launch.data(), cell.time_s_per_m.data()};
 }
 
 void EigenrayGrid::evaluate(const Cell& cell, const Row& row, double x, double range_m,

@@ -33,9 +33,12 @@ class EigenrayGrid {
 
   /// Bicubic coefficients in x (slope) and y (depth), 0 to 1 over a cell: [power of y][power of x].
   using Cubics = std::array<double, 16>;
+  /// A row of cells, within one layer: y = (depth - top_m) * per_m.
+  struct Row {
+    double top_m, per_m, top_mps, gradient_per_s;
+  };
   /// The data from which the rays to a cell's points are computed, for kernels that compute many.
-  struct Patch {
-    double top_m, per_m, top_mps, gradient_per_s;  ///< of the row: y = (depth - top_m) * per_m
+  struct Patch : Row {
     double column;  ///< x = columns range / (range + slope_scale below) - column
     const double* straight_over_launch;  ///< Cubics: ratio of the cotangents
     const double* time_s_per_m;          ///< Cubics: time per metre of the straight line
@@ -62,9 +65,6 @@ class EigenrayGrid {
   static constexpr std::size_t nodes = 4;
   static constexpr std::uint32_t unmade = 0xffffffff, rough = 0xfffffffe, beyond = 0xfffffffd;
 
-  struct Row {  // a row of cells, within one layer
-    double top_m, per_m, top_mps, gradient_per_s;
-  };
   struct Cell {
     Cubics straight_over_launch;  // ratio of the cotangents
     Cubics time_s_per_m;          // time per metre of the straight line
