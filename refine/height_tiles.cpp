@@ -92,15 +92,17 @@ HeightTiles::Layout HeightTiles::layout() const {
   return {shape_.x_m.size(), shape_.y_m.size(), tiles(), with_kinds_};
 }
 
+// Both constructors delegate to the default one, so that the destructor runs if they throw.
 HeightTiles::HeightTiles(std::vector<float> x_m, std::vector<float> y_m,
                          const Eigen::Vector3d& world_origin, const Describe& describe,
                          Heights heights, const std::filesystem::path& file, const std::string& key,
                          bool with_kinds)
-    : shape_{std::move(x_m), std::move(y_m), world_origin},
-      heights_(std::move(heights)),
-      name_(file.string()),
-      key_(key),
-      with_kinds_(with_kinds) {
+    : HeightTiles() {
+  shape_ = {std::move(x_m), std::move(y_m), world_origin};
+  heights_ = std::move(heights);
+  name_ = file.string();
+  key_ = key;
+  with_kinds_ = with_kinds;
   static_assert(sizeof(Entry) == 24 && std::is_trivially_copyable_v<Tile>);
   const std::uint64_t columns = shape_.x_m.size(), rows = shape_.y_m.size();
   check_has_cell(columns, rows);
@@ -110,20 +112,16 @@ HeightTiles::HeightTiles(std::vector<float> x_m, std::vector<float> y_m,
   read_table();
 }
 
-HeightTiles::HeightTiles(const std::filesystem::path& file) : name_(file.string()) {
+HeightTiles::HeightTiles(const std::filesystem::path& file) : HeightTiles() {
+  name_ = file.string();
   const FileReader reader(file);
   if (!reader.fault().empty()) throw MeshError(name_ + ": " + reader.fault());
   descriptor_ = ::fcntl(reader.descriptor(), F_DUPFD_CLOEXEC, 0);
   if (descriptor_ < 0)
     throw MeshError(
         fmt::format("{}: cannot be opened: {}", name_, std::generic_category().message(errno)));
-  try {
-    read_header();
-    read_table();
-  } catch (...) {
-    ::close(descriptor_);
-    throw;
-  }
+  read_header();
+  read_table();
 }
 
 HeightTiles::~HeightTiles() {
@@ -156,15 +154,10 @@ void HeightTiles::open(const std::filesystem::path& file, const Describe& descri
   const Shape wanted = std::exchange(shape_, {});
   const std::string key = std::exchange(key_, {});
   const bool with_kinds = with_kinds_;
-  try {
-    read_header();
-    if (key_ != key || with_kinds_ != with_kinds || shape_.x_m != wanted.x_m ||
-        shape_.y_m != wanted.y_m || shape_.world_origin != wanted.world_origin)
-      throw MeshError(fmt::format("{}: has the tiles of another seafloor", name_));
-  } catch (...) {
-    ::close(descriptor_);
-    throw;
-  }
+  read_header();
+  if (key_ != key || with_kinds_ != with_kinds || shape_.x_m != wanted.x_m ||
+      shape_.y_m != wanted.y_m || shape_.world_origin != wanted.world_origin)
+    throw MeshError(fmt::format("{}: has the tiles of another seafloor", name_));
 }
 
 /// Writes a file without tiles. It appears complete, so another process either finds or makes it.

@@ -110,6 +110,7 @@ class HeightTiles {
   };
   struct Header;
   struct Layout;
+  HeightTiles() = default;
   Layout layout() const;
 
   void open(const std::filesystem::path& file, const Describe& describe);
