@@ -1,7 +1,6 @@
 #include <ensonify/refine/height_tiles.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <limits>

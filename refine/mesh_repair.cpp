@@ -1,13 +1,11 @@
 #include <ensonify/refine/mesh_repair.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <numeric>
 #include <span>
 #include <stdexcept>
-#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>

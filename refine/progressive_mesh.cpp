@@ -1,6 +1,5 @@
 #include <ensonify/refine/progressive_mesh.h>
 
-#include <limits>
 #include <utility>
 
 namespace ensonify::refine {

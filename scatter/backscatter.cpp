@@ -1,7 +1,6 @@
 #include <ensonify/scatter/backscatter.h>
 
 #include <array>
-#include <cmath>
 #include <numbers>
 #include <stdexcept>
 

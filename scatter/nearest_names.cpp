@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <numeric>
-#include <string>
 #include <utility>
 
 #include <fmt/format.h>

@@ -1,7 +1,6 @@
 #include <ensonify/scatter/rigid_body.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <cstddef>
