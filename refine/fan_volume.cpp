@@ -20,7 +20,7 @@ void check_volume(const FanVolume& volume) {
   Eigen::Matrix3d frame;
   frame << volume.array_axis, volume.middle, volume.pole;
   constexpr double right_angle = std::numbers::pi / 2.0;
-  // Written so that NaN fails.
+  // Written with `!`, so that NaN fails.
   if (!((frame.transpose() * frame).isIdentity(1e-9) && volume.apex.allFinite()))
     throw std::invalid_argument("FanVolume: the frame must be orthonormal and the apex finite");
   if (!(volume.truncation_rad >= 0.0 && volume.truncation_rad <= right_angle &&

@@ -13,7 +13,7 @@ namespace ensonify::refine {
 /// Original faces that include all faces that a fan can touch. Corners are leaves of the
 /// progressive mesh, in the source mesh's corner order.
 struct ExactFaces {
-  std::span<const Eigen::Vector3f> points;      ///< by leaf
+  std::span<const Eigen::Vector3f> points;      ///< one per leaf
   std::span<const Face> faces;                  ///< three leaves each
   std::span<const std::uint32_t> source_faces;  ///< numbers of the faces in the source mesh
 };

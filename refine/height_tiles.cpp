@@ -192,7 +192,7 @@ void HeightTiles::read_header() {
   if ((header.version != version && header.version != version_with_kinds) ||
       header.byte_order != byte_order)
     refuse("is of another version of ensonify, or of another kind of machine; remove it");
-  // Before anything is allocated.
+  // Checked before memory is allocated.
   const auto sound = [](std::uint64_t points) { return points >= 2 && points < 1u << 31; };
   if (!sound(header.columns) || !sound(header.rows) ||
       2 * (header.columns - 1) > max_numbers / (header.rows - 1))

@@ -61,17 +61,17 @@ class ProgressiveMesh {
   /// Takes arrays that fit together, as a builder makes them. They are not checked.
   ProgressiveMesh(ProgressiveMeshArrays arrays);
 
-  // By leaf.
+  // One element per leaf.
   std::span<const Eigen::Vector3f> points;  ///< local metres
-  // By inner node.
+  // One element per inner node.
   std::span<const std::uint32_t> mid;
   std::span<const Sphere> spheres;       ///< around all original faces with a corner in the node
   std::span<const std::uint32_t> order;  ///< the collapse's number: 0 is the first, the finest
-  // By face: two per inner node, then the base mesh's.
+  // One element per face: two per inner node, then those of the base mesh.
   std::span<const Face> faces;  ///< three leaves; an empty place has `none` three times
   /// The face's number in the source mesh; `none` for an empty place.
   std::span<const std::uint32_t> source_face;
-  // By vertex of the base mesh.
+  // One element per vertex of the base mesh.
   std::span<const std::uint32_t> roots;  ///< the vertex's first leaf; ascending, from 0
 
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();

@@ -29,7 +29,7 @@ Index previous(Index half_edge) { return half_edge % 3 == 0 ? half_edge + 2 : ha
 struct HalfEdges {
   struct Vertex {
     Eigen::AlignedBox3f box;  ///< around the closed stars of all vertices that it stands for
-    /// A half-edge that starts here, at a border the first of its fan; none: the vertex was
+    /// A half-edge that starts at the vertex (at a border, the first of its fan); none: it was
     /// removed.
     Index half_edge = none;
     Index mark = 0;

@@ -40,7 +40,7 @@ class EigenrayGrid {
   /// The data from which the rays to a cell's points are computed, for kernels that compute many.
   struct Patch : Row {
     double column;  ///< x = columns range / (range + slope_scale below) - column
-    const double* straight_over_launch;  ///< Cubics: ratio of the cotangents
+    const double* straight_over_launch;  ///< Cubics: line's cotangent / launch's cotangent
     const double* time_s_per_m;          ///< Cubics: time per metre of the straight line
   };
   static constexpr std::size_t columns = 96;
@@ -66,7 +66,7 @@ class EigenrayGrid {
   static constexpr std::uint32_t unmade = 0xffffffff, rough = 0xfffffffe, beyond = 0xfffffffd;
 
   struct Cell {
-    Cubics straight_over_launch;  // ratio of the cotangents
+    Cubics straight_over_launch;  // the line's cotangent / the launch's cotangent
     Cubics time_s_per_m;          // time per metre of the straight line
     // At the corners: the ray's length and absorption, divided by the straight line's length.
     std::array<double, 4> lengths, db_per_m;

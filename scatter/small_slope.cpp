@@ -39,7 +39,7 @@ Complex exp_minus_1(Complex z) {
 }
 
 constexpr double ln_step = 1.0 / 14.0;  // between nodes, in ln x
-constexpr double first_ln_x = -60.0;    // smaller x matter only where the result is negligible
+constexpr double first_ln_x = -60.0;    // smaller x count only where the result is negligible
 
 }  // namespace
 
