@@ -5,7 +5,7 @@
 namespace ensonify::refine {
 namespace {
 
-/// The number of bytes, 1 to 4, of the UTF-8 character at the begin of a text; 0 if there is none
+/// The number of bytes, 1 to 4, of the UTF-8 character at the start of a text; 0 if there is none
 /// (The Unicode Standard, version 15.0, table 3-7).
 std::size_t bytes_of_character(std::string_view text) {
   const auto byte = [&](std::size_t i) {

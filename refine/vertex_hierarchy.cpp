@@ -224,7 +224,7 @@ class SphereMaker {
     });
     for (std::size_t l = 0; l < leaves; ++l) star_begin_[l + 2] += star_begin_[l + 1];
     star_.resize(star_begin_.back());
-    // During filling, a star's present end is stored in the place for the next star's begin.
+    // During filling, a star's present end is stored in the place for the next star's start.
     for_parts(leaves, threads_, [&](std::size_t begin, std::size_t end) {
       for_each_corner(begin, end, [&](const Face& face, std::size_t k) {
         star_[star_begin_[face[k] + 1]++] = face[(k + 1) % 3];
