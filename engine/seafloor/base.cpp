@@ -67,10 +67,11 @@ Heightfield make_fractal(const SeafloorOptions& options, std::uint64_t seed,
   return field;
 }
 
-/// `under_water` is the share of the points.
+/// Throws if the survey is above the sea surface. `under_water` is the share of its points that are
+/// below the sea surface.
 void refuse_all_land(const SeafloorOptions& options, double lowest_m, double highest_m,
                      double under_water) {
-  constexpr double least = 1e-3;  // fewer are wrong heights
+  constexpr double least = 1e-3;  // a smaller share of points is taken for wrong heights
   if (lowest_m < 0.0 && under_water > least) return;
   throw refine::MeshError(fmt::format(
       "{}: the whole survey lies above the sea surface{}: its heights are {:.2f} to {:.2f} m and "

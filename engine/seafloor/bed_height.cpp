@@ -16,9 +16,9 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double faces_per_cell = 2.0;
-constexpr double max_cells_per_face = 8.0;  // on average: long faces need larger cells
+constexpr double max_cells_per_face = 8.0;  // on average; if more, the cells are made larger
 
-/// The highest of the faces seen so far above or below one place.
+/// The highest of the faces that look_at() was given and that are above or below one place.
 class Topmost {
  public:
   Topmost(double x_m, double y_m) : place_(x_m, y_m, 0.0) {}
@@ -124,7 +124,7 @@ refine::Bounds BedGrid::bounds() const {
 
 std::optional<BedPoint> BedGrid::top_in_grid(double x_m, double y_m) const {
   Topmost topmost(x_m, y_m);
-  // The cells that touch the place: one, or more on a line of the grid.
+  // First and end of the cells that touch the place: one, or two if the place is on a grid line.
   const auto cells = [](std::span<const float> lines, double place_m) {
     const auto first = std::ranges::lower_bound(lines, place_m) - lines.begin();
     const auto end = std::ranges::upper_bound(lines, place_m) - lines.begin();
@@ -168,7 +168,8 @@ PlumbLine::PlumbLine(const Seafloor& seafloor)
 double PlumbLine::height_m(double x_m, double y_m) { return height_of(top(x_m, y_m)); }
 
 std::optional<BedPoint> PlumbLine::top(double x_m, double y_m) {
-  // A fan of zero width: its slack is larger than the rounding of the place.
+  // A fan of zero width finds the faces at the place: the slack of FanVolume is larger than the
+  // rounding of the place.
   const refine::FanVolume down{.apex = {x_m, y_m, highest_m_ + 1.0},
                                .array_axis = Eigen::Vector3d::UnitX(),
                                .middle = -Eigen::Vector3d::UnitZ(),

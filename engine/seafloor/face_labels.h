@@ -8,8 +8,7 @@
 namespace ensonify::engine {
 
 /// Labels of a seafloor's faces and of bodies that move. All faces of moving body b have the face
-/// number Seafloor::faces + b. It refers to the seafloor and the moving labels, which must outlive
-/// it.
+/// number Seafloor::faces + b. The seafloor and the list of moving labels must outlive this object.
 class FaceLabels {
  public:
   FaceLabels(const Seafloor& seafloor, const std::vector<Label>* moving = nullptr)
@@ -19,7 +18,7 @@ class FaceLabels {
                         : seafloor.labels_in_grid ? 0
                                                   : seafloor.first_labelled) {}
 
-  /// Throws as Seafloor::label_of.
+  /// Throws what Seafloor::label_of() throws.
   std::uint16_t label_of(std::uint32_t face) const {
     if (face < first_labelled_) return 0;
     if (!moving_ || face < seafloor_->faces) return seafloor_->label_of(face);

@@ -23,18 +23,19 @@ struct TileFile {
   std::string key;             ///< what the bed is made from
 };
 
-/// Whether a bed has to be made in tiles: a generated one that is too large for one transform, or a
-/// survey of more than 2^26 points, or of more than 2^28 with its detail (unless it has what a
-/// survey in tiles cannot have). Throws what reading the survey's header throws.
+/// Whether a bed has to be made in tiles. A generated bed is if it is too large for one Fourier
+/// transform. A survey is if it has more than 2^26 points, or more than 2^28 points with its
+/// detail, and nothing that a survey in tiles cannot have. Throws what reading the survey's header
+/// throws.
 bool needs_tiles(const SeafloorOptions& options);
 /// Throws std::invalid_argument, with what to do, for a bed that needs tiles.
 void require_at_once(const SeafloorOptions& options);
 
 /// The seafloor, with the bed in tiles and the objects set down on it. A bed of any size can be
-/// made so; a generated one has other heights then than make_seafloor() gives it, of the same
-/// statistics. Its mean height is that of the options, or of a sample of the survey. Throws what
-/// make_seafloor() and refine::HeightTiles throw, and std::invalid_argument for layers of the
-/// seabed that a bed in tiles cannot have (layers/seabed_in_windows.h).
+/// made in tiles. The heights of a generated bed then differ from the heights that make_seafloor()
+/// makes, but have the same statistics. The mean height comes from the options, or from a sample of
+/// the survey. Throws what make_seafloor() and refine::HeightTiles throw, and std::invalid_argument
+/// for layers of the seabed that a bed in tiles cannot have (layers/seabed_in_windows.h).
 Seafloor make_seafloor_in_tiles(const SeafloorOptions& options, std::uint64_t seed,
                                 std::span<const ObjectOptions> objects,
                                 std::span<const Material> materials, const TileFile& tiles,
