@@ -56,8 +56,7 @@ class LayerStack {
   void lay_patch(const Patch& patch, const Mask& mask, const LayerDraws& draws) {
     const std::vector<double> weight = softened(mask, field_, patch.area.border_m);
     for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += patch.rise_m * weight[i];
-    // In the border each point is randomly one of the two sediments, with a probability equal to
-    // the weight.
+    // In the border, the weight is the probability that a point gets the patch's sediment.
     paint(patch.material, patch.class_name, [&](std::size_t i) {
       if (weight[i] == 0.0 || weight[i] == 1.0) return weight[i] == 1.0;
       const auto columns = static_cast<std::size_t>(field_.columns);
@@ -81,8 +80,7 @@ class LayerStack {
   }
 
  private:
-  // Each lay() adds a layer to the heights and returns which points belong to which of its
-  // features.
+  // Each lay() adds a layer to the heights and returns the feature of each point.
   template <class Relief>
   Marks lay(const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws,
             AddEverywhere<Relief> add) {
@@ -133,7 +131,8 @@ class LayerStack {
     return marked;
   }
 
-  /// Relief that fades out at the area's border; marks beyond its middle are cleared.
+  /// Adds relief that fades out at the area's border, and clears marks where its weight is less
+  /// than half.
   Marks lay_fading(const Heightfield& relief, const std::vector<double>& weight, Marks marked) {
     for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += weight[i] * relief.z_m[i];
     for (std::size_t i = 0; i < weight.size(); ++i)
@@ -141,7 +140,8 @@ class LayerStack {
     return marked;
   }
 
-  /// Numbers the features of the layer that was laid last, each marked by its number in the layer.
+  /// Gives numbers in the map to the features of the layer that was laid last. `marked` has their
+  /// numbers in the layer.
   template <class Relief>
   void assign_instances(const ReliefLayer<Relief>& layer, const Marks& marked) {
     if (layer.class_name.empty()) return;
@@ -166,7 +166,7 @@ class LayerStack {
   template <class Here>
   void paint(const std::string& material, const std::string& class_name, Here here) {
     constexpr std::uint16_t unknown = 65535;
-    std::vector<std::uint16_t> becomes(map_.kinds.size(), unknown);  // kinds as they were before
+    std::vector<std::uint16_t> becomes(map_.kinds.size(), unknown);  // new kind of each kind
     for (std::size_t i = 0; i < map_.point_kind.size(); ++i) {
       if (!here(i)) continue;
       std::uint16_t& kind = becomes[map_.point_kind[i]];
@@ -191,7 +191,7 @@ class LayerStack {
   std::uint64_t seed_;
   RoughnessInWindows* roughness_;
   const WorkControl& control_;
-  std::string name_;  // of the layer that is being laid
+  std::string name_;  // name of the layer that is laid at present
   SeabedMap map_;
   std::function<bool(std::size_t, const std::string&)> has_material_ =
       [this](std::size_t point, const std::string& material) {

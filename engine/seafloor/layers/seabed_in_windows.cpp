@@ -21,19 +21,18 @@ namespace ensonify::engine {
 namespace {
 
 constexpr int max_margin = 1024;  // points
-constexpr int sampled_rows = 8;   // and columns, of places
+constexpr int sampled_rows = 8;   // rows and columns of sampled places
 
-/// Whether a layer at a place depends on its neighbourhood alone. The rock of outcrops is one
-/// transform over the whole grid; roughness is one too, unless its cells are square
-/// (RoughnessInWindows).
+/// Whether a layer at a place depends only on the bed near the place. The rock of outcrops does
+/// not, because it is one transform over the whole grid. Roughness on cells that are not square is
+/// such a transform too; on square cells it is not (RoughnessInWindows).
 template <class Relief>
 bool fits_windows(const Heightfield& grid) {
   if (std::is_same_v<Relief, FractalRelief>) return grid.cell_east_m == grid.cell_north_m;
   return !std::is_same_v<Relief, OutcropRelief>;
 }
 
-/// Calls f(the layer's key, its area, how far its features reach, whether it fits windows) for each
-/// patch and layer of relief.
+/// Calls f(key, area, reach in metres, whether it fits windows) for each patch and layer of relief.
 template <class F>
 void for_each_layer(const Heightfield& grid, const SeabedOptions& options, F&& f) {
   for (std::size_t i = 0; i < options.patches.size(); ++i)
@@ -48,10 +47,10 @@ void for_each_layer(const Heightfield& grid, const SeabedOptions& options, F&& f
   });
 }
 
-/// Points beyond a window on which a layer in it depends.
+/// The number of points beyond a window's border on which a layer in the window depends.
 double margin_of(const Area& area, double reach_m, const Heightfield& grid) {
   const double cell_m = std::min(grid.cell_east_m, grid.cell_north_m);
-  // Three means over half a width together, with rounding.
+  // The three means of softened() reach half the width together; 3 is for their rounding.
   const auto of_means = [&](double width_m) { return 0.5 * width_m / cell_m + 3.0; };
   double margin = std::max(of_means(area.border_m), reach_m / cell_m + 1.0);
   if (area.gentlest_rad || area.steepest_rad)
@@ -71,7 +70,7 @@ int margin_of(const SeabedOptions& options, const Heightfield& grid) {
   return static_cast<int>(std::ceil(std::min(on_others ? sum : most, max_margin + 1.0)));
 }
 
-/// A window of a grid, as far as the grid reaches, with level heights.
+/// The part of a window that is inside the grid, with heights of 0.
 Heightfield window_of(const Heightfield& grid, int first_column, int first_row, int end_column,
                       int end_row) {
   const int west = std::max(0, first_column), south = std::max(0, first_row);
@@ -134,7 +133,7 @@ void require_windows(const Heightfield& grid, const SeabedOptions& options) {
 std::vector<std::string> unfound_area_warnings(
     const Heightfield& grid, const SeabedOptions& options,
     const std::function<refine::HeightTiles::Heights()>& make_bed) {
-  std::vector<Heightfield> samples;  // made when a layer needs them
+  std::vector<Heightfield> samples;  // made when the first layer needs them
   double deepest_m = 0.0, shallowest_m = std::numeric_limits<double>::infinity();
   const auto take_samples = [&] {
     constexpr int side = 64;  // points
