@@ -9,7 +9,7 @@ using std::numbers::pi;
 
 enum BoatPart { boat_hull, boat_deck, boat_engine };
 
-/// A ring about a middle line at gunwale height, as on an inflatable.
+/// The tube of an inflatable, with floor and transom.
 void inflatable(FamilyForm& form, double l, double beam) {
   Solids& solids = form.solids;
   const double r = 0.13 * beam, half = 0.5 * beam - r;

@@ -6,20 +6,21 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double longest_m = 2.0;     // of a part
-constexpr double tallest_m = 0.05;    // between its ends
-constexpr double most_cuts = 256.0;   // of a side, whatever its length
-constexpr double min_slope_m = 0.05;  // over which the bed's slope is taken, to either side
+constexpr double longest_m = 2.0;     // greatest length of a part
+constexpr double tallest_m = 0.05;    // greatest difference of height between the ends of a part
+constexpr double most_cuts = 256.0;   // of a side of any length
+constexpr double min_slope_m = 0.05;  // least distance to each side, for the bed's slope
 constexpr std::size_t parts_per_group = 64;
 
-/// How many pieces a side of a flat part is cut into.
+/// The number of pieces into which a side of a flat part is cut.
 int cuts(const Eigen::Vector3f& axis, float length_m) {
   const double tall_m = std::abs(double(axis.z())) * double(length_m);
   return static_cast<int>(std::ceil(
       std::clamp(std::max(double(length_m) / longest_m, tall_m / tallest_m), 1.0, most_cuts)));
 }
 
-/// The plane of the bed above a part; false if there is none, or the part lies above it.
+/// Sets the plane of the bed above a part. Returns false if there is no bed or the part is above
+/// it.
 bool find_bed(const BedAt& bed, BuriedPart& part) {
   const Eigen::Vector3d& at = part.flat.middle;
   const std::optional<BedPoint> top = bed(at.x(), at.y());

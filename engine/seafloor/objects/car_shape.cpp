@@ -8,7 +8,7 @@ using std::numbers::pi;
 
 enum CarPart { car_body, car_wheel, car_frame };
 
-/// A block whose upper rectangle is smaller, with rounded corners.
+/// A block with rounded corners, smaller at the top. y_m and z_m are the ends in y and z.
 void rounded_block(Solids& solids, const Vector2d& y_m, const Vector2d& z_m, double half_m,
                    double corner, double top_inset_front_m, double top_inset_back_m) {
   std::vector<std::vector<Vector3d>> rings(2);
@@ -38,7 +38,7 @@ void make_car(FamilyForm& form) {
   solids.begin_part(car_body);
   rounded_block(solids, {-0.5 * l, 0.5 * l}, {sill + 0.1 * wheel, belt}, half, 0.3, 0.05 * l,
                 0.03 * l);
-  // The roof on its pillars; the panes are gone, or the cabin is closed.
+  // The cabin is closed, or only the roof and its pillars are left.
   const double front = (van ? 0.4 : 0.2) * l, back = (van ? -0.49 : pickup ? -0.06 : -0.36) * l;
   const double rake_front = (van ? 0.1 : 0.15) * l, rake_back = (van ? 0.02 : 0.08) * l;
   const bool closed = van || draws.chance(0.4);

@@ -10,7 +10,7 @@ using std::numbers::pi;
 
 enum ContainerPart { container_wall, container_frame, container_door };
 
-/// A corrugated wall of `width_m` along x and `length_m` along y about the origin, its outside at
+/// A corrugated wall about the origin, `width_m` along x and `length_m` along y. Its outside is at
 /// z = 0 or below.
 void corrugated(Solids& solids, double width_m, double length_m, double dent_m, bool along_y) {
   constexpr double depth_m = 0.045, thick_m = 0.02;

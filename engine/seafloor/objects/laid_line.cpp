@@ -14,9 +14,9 @@ std::vector<double> hang(std::span<const double> along_m, std::span<const double
                          double sag_radius_m) {
   const auto bend = [&](std::size_t i) { return along_m[i] * along_m[i] / (2.0 * sag_radius_m); };
   const auto u = [&](std::size_t i) { return ground_m[i] - bend(i); };
-  std::vector<std::size_t> hull;  // the supports
+  std::vector<std::size_t> hull;  // the points at which the line touches the ground
   for (std::size_t i = 0; i < along_m.size(); ++i) {
-    const auto below = [&](std::size_t a, std::size_t b) {  // b under the chord from a to i
+    const auto below = [&](std::size_t a, std::size_t b) {  // b is under the chord from a to i
       return (u(b) - u(a)) * (along_m[i] - along_m[a]) <= (u(i) - u(a)) * (along_m[b] - along_m[a]);
     };
     while (hull.size() > 1 && below(hull[hull.size() - 2], hull.back())) hull.pop_back();
@@ -37,7 +37,7 @@ std::vector<double> hang(std::span<const double> along_m, std::span<const double
 std::vector<Vector3d> laid_line(std::span<const Vector2d> path, double diameter_m, double step_m,
                                 double sag_radius_m, double lift_m,
                                 const std::function<double(const Vector2d&)>& ground_m) {
-  constexpr std::array offsets = {-0.9, -0.5, 0.0, 0.5, 0.9};  // of the radius, across the tube
+  constexpr std::array offsets = {-0.9, -0.5, 0.0, 0.5, 0.9};  // across the tube / radius
   const double radius_m = 0.5 * diameter_m;
   std::vector<Vector2d> places;
   std::vector<double> along_m, bed_m;

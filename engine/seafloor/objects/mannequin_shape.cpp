@@ -46,8 +46,8 @@ void make_mannequin(FamilyForm& form) {
   solids.ball({0.0, 0.43 * l, z}, 0.065 * l, 3);
   solids.begin_part(limbs);
   for (const double side : {-1.0, 1.0}) {
-    // On a side the limbs lie in front of the body, so that they neither carry it nor stand up from
-    // it; only on the back are knees raised.
+    // If the body lies on a side, the limbs are in front of it, so they neither carry it nor stand
+    // up. Knees are raised only if the body lies on its back.
     const auto spread = [&](double aside, double along, double up) {
       return on_side ? Vector3d(0.0, along, aside + up) : Vector3d(side * aside, along, up);
     };

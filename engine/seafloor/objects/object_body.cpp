@@ -23,16 +23,16 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double max_table_faces = 4e6;  // for the round bodies of a table, refined for its lobe
+constexpr double max_table_faces = 4e6;  // of all objects of a table after refined()
 constexpr int max_round = 512;           // facets around a body
 
-/// The table with facets of round shapes as small as its material's lobe needs, within the limits
-/// above.
+/// The table with facets of round shapes as small as the lobe of its material needs, within the
+/// limits above.
 ObjectOptions refined(ObjectOptions table, std::span<const Material> materials) {
   const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
   if (!lobe_rad) return table;
   constexpr double finer = 0.87;  // a margin, since facets differ in size
-  // A ball with n facets around it has about n^2 / 1.5 faces, and up to four times that, since
+  // A ball with n facets around it has n^2 / 1.5 faces, and up to four times this number, because
   // edges are only halved.
   const double affordable = std::sqrt(0.375 * max_table_faces / std::max(table.count, 1));
   table.size.facet_rad = std::max(finer * facet_over_lobe * *lobe_rad,
@@ -42,8 +42,8 @@ ObjectOptions refined(ObjectOptions table, std::span<const Material> materials) 
 
 constexpr double far_m = 1e5;  // size of an object up to which floats resolve a centimetre
 
-/// A warning for an object so large that one of its vertices may be misplaced: names the farthest
-/// vertex and the precision that is left.
+/// A warning for an object so large that one of its vertices may be misplaced. The warning names
+/// the farthest vertex and the precision of positions.
 std::optional<std::string> warning_of_extent(const refine::TriangleMesh& mesh,
                                              const ObjectOptions& table) {
   const refine::Bounds box = refine::bounds(mesh);
@@ -86,8 +86,8 @@ refine::RepairedMesh repaired(const refine::TriangleMesh& read, const ObjectOpti
   return refine::repair_file(read, table.weld_tolerance_m / table.scale, table.mesh.path);
 }
 
-/// The mesh of a table's file; with a length, scaled so that its longer side seen from above has
-/// it.
+/// The mesh of a table's file. If the table has a length, the mesh is scaled so that its longer
+/// horizontal side has this length.
 refine::TriangleMesh read_fitted(const ObjectOptions& table, const MemoryPlan& plan) {
   refine::TriangleMesh mesh =
       read_mesh_to_repair(table.mesh.path, plan, "use a coarser mesh of the object");
@@ -203,7 +203,7 @@ ObjectBody BodySource::body(std::size_t copy) const {
       body.mesh = std::move(made.mesh);
       const bool depth_given = options_.burial || options_.height_m;
       if (kind.several || !depth_given) body.sunk_m = made.sunk_m;
-      // Part 0 is the object's own label, and those of the shape follow.
+      // Part 0 is the whole object, and the parts of the shape follow.
       for (const std::uint8_t part : made.face_part)
         body.face_part.push_back(static_cast<std::uint16_t>(part + 1));
     } catch (const std::invalid_argument& error) {

@@ -33,7 +33,7 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr int max_tries = 1000;
 
-/// What all tables need, and the faces of the objects so far.
+/// What all tables need to place their objects, and the number of faces of the objects so far.
 class Placing {
  public:
   Placing(std::uint64_t its_seed, const BedGrid& its_bed, std::span<const Material> its_materials,
@@ -51,10 +51,11 @@ class Placing {
   const MemoryPlan& plan;
   const int threads;
 
-  /// Call it before each object is set down. `faces`: of that object.
+  /// Counts the faces of an object that will be set down, and throws MemoryError if they do not
+  /// fit.
   void take(std::size_t faces, const std::string& what) {
     if (stop_check_) stop_check_();
-    constexpr double faces_between = 1e5;  // of two looks at the memory in use, which take a while
+    constexpr double faces_between = 1e5;  // between two checks of the memory, which are slow
     const auto more = static_cast<double>(faces);
     if (faces_ + more >= checked_ + faces_between) {
       require_object_fits(more, faces_, what, plan);
@@ -68,7 +69,7 @@ class Placing {
   double faces_ = 0.0, checked_ = 0.0;
 };
 
-/// Leaves the first part, the object's own label, and those different ones that faces have.
+/// Removes the parts that no face has and parts that are equal. The first part stays.
 void merge_parts(PlacedObjects::One& object) {
   std::vector<ObjectPart> parts{object.parts.front()};
   std::vector<std::optional<std::uint16_t>> numbers(object.parts.size());
@@ -87,13 +88,13 @@ void merge_parts(PlacedObjects::One& object) {
 /// Makes the objects of one of the scene's [[objects]] tables, or of an assembly of several.
 class Table {
  public:
-  /// `members` are the numbers of the tables that belong to table `number`, which is one of them.
+  /// `members` are the numbers of the tables of the assembly, with the base `number` first.
   Table(std::span<const ObjectOptions> tables, std::size_t number,
         std::span<const std::size_t> members, Placing& placing)
       : number_(number), seed_(placing.seed), bed_(placing.bed), placing_(placing) {
     for (const std::size_t member : members) {
       ObjectOptions options = tables[member];
-      options.count = tables[number].count;  // an assembly's members are as many as its base
+      options.count = tables[number].count;  // the base has the count of the whole assembly
       sources_.emplace_back(options, member, placing.seed, placing.bed, placing.materials,
                             placing.plan);
     }
@@ -106,9 +107,9 @@ class Table {
   PlacedObjects::One one(std::size_t number, Layout& layout) const {
     const Spot spot{options_.east_m, options_.north_m, options_.heading_rad, options_.scale};
     const ObjectBody body = body_of(number);
-    placing_.take(body.mesh.faces.size(), what_);  // a line has few
+    placing_.take(body.mesh.faces.size(), what_);  // 0 for a line, which has few
     PlacedObjects::One placed =
-        set_down_at(body, spot, number);  // first, since it refuses a line that is too long
+        set_down_at(body, spot, number);  // before discs(), because it refuses too long lines
     layout.take(discs(body.mesh, spot));
     return placed;
   }
@@ -126,7 +127,7 @@ class Table {
       spots.clear();
       refine::parallel_for(some, placing_.threads,
                            [&](std::size_t i, int) { bodies[i] = body_of(first + i); });
-      // One after another, because each keeps its distance from those before it.
+      // One after another, because each object keeps its distance from earlier objects.
       for (std::size_t i = 0; i < some; ++i) {
         const std::optional<Spot> spot = find_room(bodies[i].mesh, first + i, area, layout);
         if (!spot)
@@ -155,7 +156,7 @@ class Table {
     centre(body);
     for (std::size_t i = 1; i < sources_.size(); ++i) {
       ObjectBody member = sources_[i].body(copy);
-      // The whole object has the class of its base, unless its parts have their own classes.
+      // The whole object has the class of its base, unless its parts have separate classes.
       if (!options_.part_classes)
         for (ObjectPart& part : member.parts) part.class_name = options_.class_name;
       add_member(body, std::move(member), sources_[i].options());
@@ -184,8 +185,8 @@ class Table {
     return object;
   }
 
-  /// The part of the bed that an object covers: discs along the longer side of its bounding
-  /// rectangle.
+  /// The part of the bed that an object covers, as discs along the longer side of the object's
+  /// bounding rectangle.
   std::vector<Disc> discs(const refine::TriangleMesh& mesh, const Spot& spot) const {
     const Eigen::Rotation2Dd turn(-spot.heading_rad);
     const Vector2d place(spot.east_m, spot.north_m);
@@ -274,7 +275,7 @@ class Table {
   }
 
   std::vector<BodySource> sources_;  // the base first
-  ObjectOptions options_;            // the base's
+  ObjectOptions options_;            // options of the base
   std::size_t number_;
   std::uint64_t seed_;
   const BedGrid& bed_;
@@ -282,7 +283,8 @@ class Table {
   std::string what_;
 };
 
-/// Collects bodies whose facets are too wide for their material's lobe; warns of the worst one.
+/// Counts the bodies whose facets are too wide for the lobe of their material, and warns of the
+/// worst body.
 class CoarseFacets {
  public:
   void look_at(const BodySource& source, const ObjectMesh& mesh,
@@ -332,8 +334,8 @@ double mean_edge_m(const ObjectMesh& mesh) {
   return sum_m / (3.0 * static_cast<double>(mesh.faces.size()));
 }
 
-/// A warning of objects that lie so far from the seabed's middle that floats turn their facets; it
-/// names the one that lies farthest.
+/// A warning of objects so far from the seabed's middle that the rounding of floats turns their
+/// facets. The warning names the farthest object.
 std::optional<std::string> warning_of_distance(const BodySource& source,
                                                std::span<const PlacedObjects::One> objects) {
   constexpr double most_turned = 0.1;  // rad, about 6 degrees

@@ -8,8 +8,8 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
 
-/// A profile with a cylinder from `back` to `front` and a nose of `nose_m` ahead of it: an ogive
-/// (blunt = 0) or half an ellipse (1).
+/// A profile of a cylinder from `back` to `front` and, ahead of it, a nose of the length `nose_m`:
+/// an ogive or half an ellipse.
 std::vector<Vector2d> with_nose(double r, double back, double front, double nose_m, bool ogive) {
   std::vector<Vector2d> profile{Vector2d(r, back)};
   constexpr int steps = 7;
@@ -21,7 +21,7 @@ std::vector<Vector2d> with_nose(double r, double back, double front, double nose
   return profile;
 }
 
-/// Sunk in, with a tilt of its axis.
+/// Turns what was made about its axis, tilts the axis, and sinks it into the bed.
 void lie(FamilyForm& form, double min_sunk, double max_sunk, double tilt_deg) {
   Draws& draws = form.draws;
   const double tilt = radians(draws.between(-tilt_deg, tilt_deg));
@@ -30,7 +30,7 @@ void lie(FamilyForm& form, double min_sunk, double max_sunk, double tilt_deg) {
   rest(form.solids, 0, draws.between(min_sunk, max_sunk));
 }
 
-/// Tilted about both horizontal axes and sunk in.
+/// Tilts what was made about both horizontal axes, and sinks it into the bed.
 void tilt_and_sink(FamilyForm& form, double tilt_deg, double max_sunk) {
   const double about_y = radians(form.draws.between(-tilt_deg, tilt_deg));
   const double about_x = radians(form.draws.between(-tilt_deg, tilt_deg));
@@ -78,7 +78,7 @@ void bomb(FamilyForm& form) {
   for (const double y : {-0.02 * l, 0.12 * l})  // suspension lugs
     solids.block({0.0, y, 1.02 * r}, {0.05 * l, 0.05 * l, 0.25 * r});
   solids.begin_part(ordnance_tail);
-  if (!draws.chance(0.3)) {  // otherwise torn off when it struck
+  if (!draws.chance(0.3)) {  // otherwise the tail was torn off on impact
     fins(form, 4, -0.4 * l, 0.2 * l, r, 0.95 * r);
     if (draws.chance(0.5)) ring(solids, 1.0 * r, -0.43 * l, 0.12 * l, 0.06 * r, form.sides(24));
   }
@@ -182,7 +182,7 @@ void wedge_mine(FamilyForm& form) {
   const double l = form.size_m > 0.0 ? form.size_m : draws.between(0.95, 1.1);
   const double w = l * draws.between(0.72, 0.85), high = l * draws.between(0.34, 0.42);
   solids.begin_part(mine_body);
-  // Sections along y: low in front, highest behind the middle, with rounded shoulders.
+  // Sections along y: low in front and highest behind the middle, with rounded corners.
   std::vector<std::vector<Vector3d>> rings;
   for (const Vector3d& at :
        {Vector3d(-0.5, 0.72, 0.8), Vector3d(-0.46, 0.92, 0.97), Vector3d(-0.2, 1.0, 1.0),

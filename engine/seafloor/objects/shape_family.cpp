@@ -48,7 +48,7 @@ void bent_plate(Solids& solids, double width_m, double length_m, double thick_m,
     for (int c = 0; c <= cells; ++c) {
       const double u = double(c) / cells - 0.5, v = double(r) / cells - 0.5;
       const double z = bend_m * (0.25 - v * v) * 4.0 + twist_m * u * v * 4.0;
-      // Columns towards -x, so that the front is above.
+      // Columns are numbered towards -x, so the front is the upper side.
       grid.front.emplace_back(-width_m * u, length_m * v, z + 0.5 * thick_m);
       grid.back.emplace_back(-width_m * u, length_m * v, z - 0.5 * thick_m);
     }
@@ -97,7 +97,7 @@ void add_fin(Solids& solids, const Fin& fin) {
     std::vector<Vector3d>& ring = rings.emplace_back();
     for (int k = 0; k < points; ++k) {
       const double angle = 2.0 * pi * k / points;
-      // Thickest at two fifths of the chord, sharper behind.
+      // Thickest at about two fifths of the chord from the leading edge.
       const double y = 0.5 * chord * std::cos(angle);
       const double z =
           0.5 * fin.thickness * chord * std::sin(angle) * (0.75 + 0.25 * std::cos(angle));

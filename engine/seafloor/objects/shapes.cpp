@@ -21,16 +21,16 @@ Dimension tall(double m) { return {"tall_m", &Size::shape_height_m, m}; }
 Dimension diameter(double m) { return {"diameter_m", &Size::diameter_m, m}; }
 Dimension top_diameter(double m) { return {"top_diameter_m", &Size::top_diameter_m, m}; }
 Dimension rod(double m) { return {"rod_m", &Size::rod_m, m}; }
-/// A size that a family draws, and one that follows from its form.
+/// A size that a family draws, from the usual size of `dimension` to max_m.
 Dimension drawn(Dimension dimension, double max_m) {
   dimension.max_m = max_m;
   return dimension;
 }
-constexpr double follows = 0.0;
+constexpr double follows = 0.0;  // the size follows from the form that a family draws
 
 }  // namespace
 
-// Where no source is named, the usual sizes are typical values, rounded.
+// Usual sizes without a source are typical values, rounded.
 namespace {
 std::vector<ShapeKind> made_shape_kinds() {
   return {

@@ -75,7 +75,8 @@ void Solids::sweep(std::span<const Vector3d> points, const CrossSection& section
     upright = (upright - upright.dot(in) * in).normalized();
     before = in;
     const Vector3d right = in.cross(upright);
-    // The mitre's plane halves the corner; a turn of more than about 130 degrees is cut square.
+    // The plane of the mitre halves the corner. At a turn of more than about 130 degrees, the
+    // section is perpendicular to the incoming direction.
     Vector3d across = in + out;
     const bool sharp = across.norm() < 0.8;
     across = sharp ? in : across.normalized();
@@ -160,7 +161,7 @@ void Solids::taper(const Vector3d& from, const Vector3d& to, double from_radius_
 
 namespace {
 
-/// The cells of a grid that are there.
+/// Which cells of a grid exist.
 class Cells {
  public:
   explicit Cells(const PlateGrid& grid)
@@ -177,7 +178,8 @@ class Cells {
   std::size_t at(int row, int column) const {
     return static_cast<std::size_t>(row * columns_ + column);
   }
-  /// Cuts one of two cells that touch at a corner alone: four walls would meet in its edge.
+  /// Cuts one of two cells that touch only at a corner, because four walls would meet in one edge
+  /// there. Returns whether any cell was cut.
   bool part_corners() {
     bool any = false;
     for (int r = 0; r + 1 < rows_; ++r)

@@ -10,8 +10,8 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double cell_m = 2.0;
-// A larger disc is not put into cells but compared with all other discs: its cells could be far
-// more than those (a mesh may be a million metres long).
+// A larger disc is compared with all other discs instead of being put into cells, because it could
+// have many more cells than there are discs (a mesh may be a million metres long).
 constexpr double max_cells_across = 64.0;
 bool is_large(double reach_m) { return 2.0 * reach_m > max_cells_across * cell_m; }
 

@@ -12,10 +12,10 @@ using std::numbers::pi;
 
 }  // namespace
 
-/// What a stretch of the ship is made of, from stern (0) to bow (1).
+/// Adds everything of the ship between two shares of its length.
 void Wreck::stretch(double from, double to) {
   const bool from_torn = from > 0.0, to_torn = to < 1.0;
-  const double rust = 1.5 - 0.75 * wear_;  // the noise above which plating is gone
+  const double rust = 1.5 - 0.75 * wear_;  // plating is missing where noise() is larger
   solids_.begin_part(hull);
   add_plating(solids_, lines_,
               {.from = from,
@@ -44,7 +44,7 @@ void Wreck::transom() {
                 {1.1 * half, plate_m_, 0.8 * (top - keel)});
 }
 
-/// Frames, and in the holds the cargo and the machinery.
+/// Frames with the beams of the deck, cargo in the holds, and sediment.
 void Wreck::inside(double from, double to) {
   if (type_ == Type::submarine) return;
   const int count = std::clamp(static_cast<int>(length_m_ / 2.0), 8, 24);
@@ -54,7 +54,7 @@ void Wreck::inside(double from, double to) {
     const bool beam = draws_.chance(0.9 - 0.4 * wear_);
     if (s < from + 0.02 || s > to - 0.02) continue;
     rib(s, 0.0);
-    if (!beam || in_hatch(s, 0.0)) continue;  // of the deck, which shows where the deck is gone
+    if (!beam || in_hatch(s, 0.0)) continue;  // a beam is visible where the deck is missing
     const double half = lines_.half_breadth_m(s, bulwark_m_ + 3.0 * plate_m_);
     solids_.block({0.0, length_m_ * (s - 0.5), deck_m(s, 1.0) - 3.2 * plate_m_},
                   {2.0 * half - plate_m_, 3.0 * plate_m_, 3.8 * plate_m_});
@@ -66,7 +66,7 @@ void Wreck::inside(double from, double to) {
   infill(from, to);
 }
 
-/// Sediment, and what has fallen on it: an uneven floor in the hull.
+/// An uneven floor in the hull: sediment with fallen things on it.
 void Wreck::infill(double from, double to) {
   solids_.begin_part(wreck_debris);
   constexpr int across_cells = 12;
@@ -83,7 +83,7 @@ void Wreck::infill(double from, double to) {
       const double across = 1.0 - 2.0 * (c + (at_side ? 0.0 : aside)) / across_cells;
       const double up =
           std::min(0.95, level + 0.1 * noise(0.6 * s, 2.0 * across) + draws_.between(-0.04, 0.04));
-      // The hull's half breadth where the floor is lowest.
+      // The half breadth of the hull at the lowest level of the floor.
       const double keel = lines_.keel_m(s), deep = lines_.top_m(s) - keel;
       const double half = 0.97 * lines_.half_breadth_m(s, (1.0 - level + 0.16) * deep);
       const Vector3d at(half * across, length_m_ * (s - 0.5), keel + up * deep);
@@ -94,7 +94,7 @@ void Wreck::infill(double from, double to) {
 }
 
 void Wreck::rib(double s, double lost) {
-  constexpr double shortest_m = 1.0;  // of shorter ones a rib would end far outside the hull
+  constexpr double shortest_m = 1.0;  // in a shorter ship a rib would end far outside the hull
   const double wide = 0.006 * std::max(1.0, 30.0 / std::max(length_m_, shortest_m));
   add_plating(solids_, lines_,
               {.from = s - 0.5 * wide,

@@ -15,12 +15,12 @@ struct Range {
   double low, high;
 };
 
-/// What the lines of a type of ship are drawn from.
+/// The ranges from which the lines of a type of ship are drawn.
 struct TypeOfShip {
-  Range beam;   ///< over the length
-  Range depth;  ///< over the beam
+  Range beam;   ///< beam / length
+  Range depth;  ///< depth / beam
   Range section, bow, stern, stern_width;
-  Range sheer, rake;  ///< over the depth
+  Range sheer, rake;  ///< sheer / depth, rake / depth
   double bow_width;
 };
 // clang-format off
@@ -69,7 +69,7 @@ void Wreck::choose_lines() {
   house_at_ = draws_.chance(0.6) ? draws_.between(0.42, 0.56) : 0.16;
 }
 
-/// Smooth noise along and around the hull, about -1 to 1.
+/// Smooth noise along (s) and around (t) the hull, between -1.35 and 1.35.
 double Wreck::noise(double s, double t) const {
   return 0.45 *
          (std::cos(19.0 * s + 5.0 * t + phases_[0]) + std::cos(31.0 * s - 9.0 * t + phases_[1]) +

@@ -31,7 +31,8 @@ void Wreck::make() {
     whole();
 }
 
-/// Turns and sinks in what was made from a mark on: by its list, trim and heading.
+/// Turns everything that was made since a mark by list, trim and heading, and sinks it into the
+/// bed.
 void Wreck::lie(std::size_t mark, double list, double trim, double heading, double sunk_m,
                 const Vector2d& place) {
   solids_.move(mark, motion({0.0, 0.0, -0.5 * lines_.depth_m}, 0.0, 0.0, 0.0));
@@ -39,12 +40,12 @@ void Wreck::lie(std::size_t mark, double list, double trim, double heading, doub
   solids_.move(mark, turn);
   turn = motion({place.x(), place.y(), 0.0}, trim, 0.0, heading);
   solids_.move(mark, turn);
-  // The lowest point of the hull, not of a mast that lies over the side.
+  // By the lowest point of the hull, because a mast that lies over the side may be lower.
   const double low_m = lowest_of_hull(list);
   solids_.move(mark, motion({0.0, 0.0, -low_m - sunk_m}, 0.0, 0.0, 0.0));
 }
 
-/// The lowest point of the midship section about its middle, with a list.
+/// The z of the lowest point of the midship section, relative to the section's middle, with a list.
 double Wreck::lowest_of_hull(double list) const {
   double low = 0.0;
   for (int k = -16; k <= 16; ++k) {
@@ -79,7 +80,7 @@ void Wreck::broken() {
       stretch(at, 1.0);
     else
       stretch(0.0, at);
-    // About its own middle.
+    // Move the middle of this half to the origin.
     const double middle = length_m_ * (0.5 * (bow ? at + 1.0 : at) - 0.5);
     solids_.move(mark, motion({0.0, -middle, 0.0}, 0.0, 0.0, 0.0));
     const bool upright = draws_.chance(0.6);
@@ -97,7 +98,7 @@ void Wreck::broken() {
   solids_.move(mark, motion({0.0, length_m_ * (at - 0.5), 0.0}, 0.0, 0.0, 0.0));
 }
 
-/// The frames of a wooden ship stand out of the bed, over the bottom and the keelson.
+/// A wooden ship of which the frames, the bottom and the keelson are left.
 void Wreck::frames_alone() {
   open_ = true;
   const std::size_t mark = solids_.mark();
@@ -134,7 +135,7 @@ void Wreck::frames_alone() {
   field(15 + draws_.one_of(40), 1.0);
 }
 
-/// The sides have fallen outwards over the bottom; boilers, engine and the ends stand out.
+/// A ship whose sides have fallen outwards; boilers, engine, bow and stern stand higher.
 void Wreck::collapsed() {
   open_ = true;
   const HullLines ship = lines_;

@@ -155,7 +155,7 @@ void Wreck::forecastle() {
   solids_.plate(grid);
 }
 
-/// Masts that stand, are broken off, or have fallen over the side.
+/// Masts that are upright, broken off, or fallen over the side.
 void Wreck::masts(double from, double to) {
   if (type_ == Type::barge || type_ == Type::submarine) return;
   solids_.begin_part(mast);
@@ -204,7 +204,7 @@ void Wreck::deck_gear(double from, double to) {
   }
 }
 
-/// What is left of the rail along the gunwale: posts, and pieces of its upper bar.
+/// Remains of the rail along the gunwale: posts, and pieces of its upper bar.
 void Wreck::rails(double from, double to) {
   if (type_ == Type::barge || type_ == Type::submarine) return;
   solids_.begin_part(hull);
@@ -225,7 +225,7 @@ void Wreck::rails(double from, double to) {
     }
 }
 
-/// What has fallen on the deck, or on the bottom of an open hull: planks, pipes and boxes.
+/// Planks and boxes that have fallen on the deck, or on the bottom of an open hull.
 void Wreck::clutter(double from, double to) {
   if (type_ == Type::submarine) return;
   solids_.begin_part(wreck_debris);
@@ -236,7 +236,7 @@ void Wreck::clutter(double from, double to) {
     const double across = draws_.between(-0.9, 0.9), long_m = draws_.between(0.04, 0.3);
     const double thick = std::clamp(0.03 * lines_.beam_m, 0.06, 0.6) * draws_.between(0.4, 1.6);
     const bool box = draws_.chance(0.3), beam = draws_.chance(0.5);
-    // Half of them fell nearly across or along the ship.
+    // Half of the pieces lie nearly across or along the ship.
     double turn = beam ? 0.5 * pi * draws_.one_of(2) : draws_.between(0.0, pi);
     if (beam) turn += draws_.between(-0.15, 0.15);
     const double lean = draws_.between(-0.4, 0.4);
