@@ -1,7 +1,6 @@
 #include <ensonify/engine/seafloor/bed_height.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <span>

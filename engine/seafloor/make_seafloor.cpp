@@ -1,6 +1,5 @@
 #include <ensonify/engine/seafloor/make_seafloor.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <memory>

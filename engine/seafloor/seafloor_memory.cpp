@@ -1,7 +1,6 @@
 #include <ensonify/engine/seafloor/seafloor_memory.h>
 
 #include <algorithm>
-#include <string>
 
 #include <fmt/format.h>
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <memory>
 #include <stdexcept>
-#include <string>
 
 #include <Eigen/Geometry>
 #include <cpl_conv.h>

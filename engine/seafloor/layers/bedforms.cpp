@@ -5,14 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <span>
 #include <stdexcept>
-#include <vector>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/made_once.h>
-#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/bed/catmull_rom.h>
 #include <ensonify/engine/seafloor/bed/interpolated.h>
 #include <ensonify/engine/seafloor/bed/points_near.h>

@@ -1,10 +1,8 @@
 #include <ensonify/engine/seafloor/objects/flat_parts.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <numeric>
 #include <tuple>

@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <span>
 #include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -20,7 +15,6 @@
 #include <ensonify/engine/base/scene_error.h>
 #include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/objects/facets.h>
-#include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/seafloor/objects/set_down.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/objects/spacing.h>

@@ -4,7 +4,6 @@
 #include <numbers>
 #include <stdexcept>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/objects/draws.h>

@@ -6,7 +6,6 @@
 #include <numbers>
 #include <utility>
 
-#include <Eigen/Geometry>
 
 namespace ensonify::engine {
 
