@@ -35,7 +35,6 @@ struct FamilyForm;
 struct ShapeKind {
   std::string_view name;
   std::string_view help;  ///< what the shape is, and the source of its usual size
-  bool along_path;        ///< laid along a path, not set down
   std::vector<Dimension> dimensions;
   std::vector<ShapePart> parts = {};
   std::vector<std::string_view> variants = {};  ///< words for the key `variant`
@@ -43,6 +42,7 @@ struct ShapeKind {
   /// Whether a member is several things that are each sunk into the bed. A burial sinks all of them
   /// deeper.
   bool several = false;
+  bool along_path = false;  ///< laid along a path, not set down
 
   /// One size of this shape: the given size, or the usual size if it is unset. Throws
   /// std::invalid_argument for a size that the shape does not have.
