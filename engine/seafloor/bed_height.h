@@ -48,9 +48,9 @@ class BedGrid {
   Cells cell_of(const Eigen::Vector2d& place) const;
   /// The lowest and the highest column and row that the face can touch.
   std::array<Cells, 2> cells_of(std::uint32_t face) const;
-  /// Calls f(cell) for each cell from the first to the second of cells_of(face).
+  /// Calls f(cell) for each cell in the columns and rows from ends[0] to ends[1].
   template <class F>
-  void for_each_cell(std::uint32_t face, F&& f) const;
+  void for_each_cell(const std::array<Cells, 2>& ends, F&& f) const;
 
   void make_cells(const std::function<void()>& stop_check);
   std::optional<BedPoint> top_in_grid(double x_m, double y_m) const;
