@@ -25,8 +25,8 @@ class FaceLabels {
     return static_cast<std::uint16_t>(seafloor_->labels.size() + (face - seafloor_->faces));
   }
   const Label& operator[](std::uint16_t label) const {
-    const std::size_t still = seafloor_->labels.size();
-    return label < still ? seafloor_->labels[label] : (*moving_)[label - still];
+    const std::size_t fixed = seafloor_->labels.size();
+    return label < fixed ? seafloor_->labels[label] : (*moving_)[label - fixed];
   }
 
  private:
