@@ -24,14 +24,6 @@ namespace {
 constexpr double max_survey_points = 67108864.0;        // 2^26, read at once
 constexpr double max_points_with_detail = 268435456.0;  // 2^28, made by with_detail()
 
-std::string not_at_once(const SeafloorOptions& options) {
-  const Heightfield grid = base_grid(options);
-  return fmt::format(
-      "seafloor: a bed of {} x {} points is too large to be made at once, which this needs (run, "
-      "stream, live, generate, preview and analyse make it in tiles); {}",
-      grid.columns, grid.rows, smaller_bed_remedy(options, BedForm::grid));
-}
-
 /// The heights and kinds of a bed's tiles.
 refine::HeightTiles::Heights heights_of_tiles(const SeafloorOptions& options,
                                               const Heightfield& grid, std::uint64_t seed) {
@@ -114,7 +106,12 @@ bool needs_tiles(const SeafloorOptions& options) {
 }
 
 void require_at_once(const SeafloorOptions& options) {
-  if (needs_tiles(options)) throw std::invalid_argument(not_at_once(options));
+  if (!needs_tiles(options)) return;
+  const Heightfield grid = base_grid(options);
+  throw std::invalid_argument(fmt::format(
+      "seafloor: a bed of {} x {} points is too large to be made at once, which this needs (run, "
+      "stream, live, generate, preview and analyse make it in tiles); {}",
+      grid.columns, grid.rows, smaller_bed_remedy(options, BedForm::grid)));
 }
 
 Seafloor make_seafloor_in_tiles(const SeafloorOptions& options, std::uint64_t seed,
