@@ -86,28 +86,23 @@ std::optional<SceneError> obstacle_to_windows(const Heightfield& grid,
   std::optional<SceneError> obstacle;
   for_each_layer(grid, options, [&](const std::string& key, const Area& area, double reach_m, bool fits) {
     if (obstacle) return;
+    const auto refuse = [&](std::string_view why) {
+      obstacle.emplace(key, fmt::format("{}: {}", key, why));
+    };
     if (!fits)
-      obstacle.emplace(
-          key,
-          fmt::format(
-              "{}: this bed is made in tiles and cannot have this layer, which is made for all of the bed "
-              "at once (roughness only if its cells are not square); remove it, or make the bed smaller",
-              key));
+      refuse(
+          "this bed is made in tiles and cannot have this layer, which is made for all of the bed at "
+          "once (roughness only if its cells are not square); remove it, or make the bed smaller");
     else if (area.pixels || !area.image.path.empty())
-      obstacle.emplace(
-          key,
-          fmt::format(
-              "{}: a bed that is made in tiles takes areas as polygons; make an outline of the image "
-              "with gdal_polygonize.py, in GeoJSON",
-              key));
+      refuse(
+          "a bed that is made in tiles takes areas as polygons; make an outline of the image with "
+          "gdal_polygonize.py, in GeoJSON");
     else if (margin_of(area, reach_m, grid) > max_margin)
-      obstacle.emplace(
-          key,
-          fmt::format(
-              "{}: its forms or its border reach {:.0f} m; where a bed with such cells is made in tiles, "
-              "they may reach about {:.0f} m: make them smaller, or the cells larger",
-              key, std::max(reach_m, 0.5 * area.border_m),
-              max_margin * std::min(grid.cell_east_m, grid.cell_north_m)));
+      refuse(fmt::format(
+          "its forms or its border reach {:.0f} m; where a bed with such cells is made in tiles, they "
+          "may reach about {:.0f} m: make them smaller, or the cells larger",
+          std::max(reach_m, 0.5 * area.border_m),
+          max_margin * std::min(grid.cell_east_m, grid.cell_north_m)));
   });
   if (!obstacle && margin_of(options, grid) > max_margin)
     obstacle.emplace(
