@@ -77,11 +77,10 @@ class OutlinesInStrip {
     for (const PolygonWithHoles& outline : outlines) {
       SidesInStrip border(outline.border, low_m, high_m);
       if (border.empty()) continue;
-      Outline& here = outlines_.emplace_back(std::move(border));
-      for (const Polygon& hole : outline.holes) {
-        SidesInStrip sides(hole, low_m, high_m);
-        if (!sides.empty()) here.holes.push_back(std::move(sides));
-      }
+      outlines_.push_back({std::move(border), {}});
+      for (const Polygon& hole : outline.holes)
+        if (SidesInStrip sides(hole, low_m, high_m); !sides.empty())
+          outlines_.back().holes.push_back(std::move(sides));
     }
   }
   bool hold(const Vector2d& p) const {
@@ -100,7 +99,6 @@ class OutlinesInStrip {
 
  private:
   struct Outline {
-    explicit Outline(SidesInStrip its_border) : border(std::move(its_border)) {}
     SidesInStrip border;
     std::vector<SidesInStrip> holes;
   };

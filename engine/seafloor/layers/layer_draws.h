@@ -68,15 +68,13 @@ void for_each_scattered(const Heightfield& grid, double per_m2, double margin_m,
                         const LayerDraws& draws, std::uint64_t what, F&& f) {
   if (!(per_m2 > 0.0)) return;
   const double side_m = 1.0 / std::sqrt(per_m2);  // one point per lattice cell on average
-  const auto first = [&](double edge_m) {
-    return static_cast<std::int64_t>(std::floor((edge_m - margin_m) / side_m));
+  const auto cell_at = [&](double place_m) {
+    return static_cast<std::int64_t>(std::floor(place_m / side_m));
   };
-  const auto last = [&](double edge_m) {
-    return static_cast<std::int64_t>(std::floor((edge_m + margin_m) / side_m));
-  };
-  for (std::int64_t row = first(grid.y_m(0)); row <= last(grid.y_m(grid.rows - 1)); ++row)
-    for (std::int64_t column = first(grid.x_m(0)); column <= last(grid.x_m(grid.columns - 1));
-         ++column) {
+  const std::int64_t east = cell_at(grid.x_m(grid.columns - 1) + margin_m),
+                     north = cell_at(grid.y_m(grid.rows - 1) + margin_m);
+  for (std::int64_t row = cell_at(grid.y_m(0) - margin_m); row <= north; ++row)
+    for (std::int64_t column = cell_at(grid.x_m(0) - margin_m); column <= east; ++column) {
       const RandomStream cell = draws.of(what, column, row);
       std::array<double, 1> count;
       cell.uniform(count);
