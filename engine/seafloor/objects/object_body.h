@@ -56,6 +56,10 @@ class BodySource {
 
   const ObjectOptions& options() const { return options_; }
   std::size_t number() const { return number_; }
+  /// The shape, or the name of the mesh's file without its folder.
+  std::string name() const {
+    return options_.shape.empty() ? options_.mesh.path.filename().string() : options_.shape;
+  }
   /// The name of the table in messages.
   const std::string& what() const { return what_; }
   const std::optional<refine::RepairReport>& report() const { return report_; }
