@@ -38,12 +38,9 @@ bool find_bed(const BedAt& bed, BuriedPart& part) {
 }
 
 void enclose(BuriedGroup& group) {
-  Eigen::Vector3d lowest = group.parts.front().flat.middle, highest = lowest;
-  for (const BuriedPart& part : group.parts) {
-    lowest = lowest.cwiseMin(part.flat.middle);
-    highest = highest.cwiseMax(part.flat.middle);
-  }
-  group.middle = 0.5 * (lowest + highest);
+  Eigen::AlignedBox3d box;
+  for (const BuriedPart& part : group.parts) box.extend(part.flat.middle);
+  group.middle = box.center();
   for (const BuriedPart& part : group.parts)
     group.radius_m = std::max(group.radius_m, (part.flat.middle - group.middle).norm() +
                                                   0.5 * double(part.flat.length_m) +

@@ -139,12 +139,7 @@ struct Sum {
             .across = across.cast<float>(),
             .length_m = static_cast<float>(length_m),
             .width_m = static_cast<float>(width_m),
-            .bend_along_rad = 0.0f,
-            .bend_across_rad = 0.0f,
-            .first_facet = 0,
-            .facets = 0,
             .round = round,
-            .piece = false,
             .surface = surface};
   }
 };

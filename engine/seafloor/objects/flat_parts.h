@@ -25,10 +25,10 @@ struct FlatPart {
   float length_m, width_m;        ///< along these axes; their product is the area
   /// If the part approximates a curved surface: by how much the normal of this surface turns along
   /// each axis, from end to end of the part. Otherwise 0.
-  float bend_along_rad, bend_across_rad;
-  std::uint32_t first_facet, facets;  ///< of the curved surface; facets is 0 if there is none
-  bool round;                         ///< nearer to an ellipse than to a rectangle
-  bool piece;             ///< a piece of a flat part that was cut; all pieces have one `surface`
+  float bend_along_rad = 0.0f, bend_across_rad = 0.0f;
+  std::uint32_t first_facet = 0, facets = 0;  ///< of the curved surface; no facets if there is none
+  bool round = false;                         ///< nearer to an ellipse than to a rectangle
+  bool piece = false;     ///< a piece of a flat part that was cut; all pieces have one `surface`
   std::uint32_t surface;  ///< number of the smooth surface, equal for parts without an edge between
 };
 

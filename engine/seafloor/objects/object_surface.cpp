@@ -9,12 +9,9 @@
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
-namespace {
 
 using Eigen::Vector3d;
 using std::numbers::pi;
-
-}  // namespace
 
 FlatPartBlock::FlatPartBlock(std::span<const FlatPart> flat_parts, const CurvedFacets& curved,
                              std::size_t its_first, std::size_t its_count)
@@ -163,11 +160,8 @@ std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor, int threads
   refine::parallel_for(labels.size(), threads, [&](std::size_t i, int) {
     if (stop_check) stop_check();
     Part& part = parts[labels[i]];
-    ObjectMesh own;
-    own.positions = part.mesh->positions;
+    ObjectMesh own = *part.mesh;
     own.faces = std::move(part.faces);
-    own.place = part.mesh->place;
-    own.rounding_m = part.mesh->rounding_m;
     made[i].emplace(own, labels[i], stop_check);
   });
   std::vector<ObjectSurface> objects;

@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 namespace ensonify::engine {
 namespace {
 
@@ -25,12 +27,10 @@ double distance_m(const Vector2d& place, const Vector2d& a, const Vector2d& b) {
 }  // namespace
 
 PlacementArea::PlacementArea(std::vector<Vector2d> polygon) : polygon_(std::move(polygon)) {
-  Vector2d high = low_ = polygon_.front();
-  for (const Vector2d& corner : polygon_) {
-    low_ = low_.cwiseMin(corner);
-    high = high.cwiseMax(corner);
-  }
-  size_ = high - low_;
+  Eigen::AlignedBox2d box;
+  for (const Vector2d& corner : polygon_) box.extend(corner);
+  low_ = box.min();
+  size_ = box.sizes();
 }
 
 PlacementArea::PlacementArea(const Disc& disc)
