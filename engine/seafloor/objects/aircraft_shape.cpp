@@ -160,14 +160,13 @@ class Aircraft {
 
   /// Adds an engine with its cowling and, unless it is a jet engine, its propeller.
   void engine_at(const Vector3d& nose, double long_m, double r, bool jet) {
-    solids_.begin_part(engine);
-    const std::size_t mark = solids_.mark();
+    const std::size_t mark = solids_.begin_part(engine);
     const std::array profile{Vector2d((jet ? 0.7 : 0.3) * r, -long_m),
                              Vector2d(0.8 * r, -0.75 * long_m), Vector2d(r, -0.4 * long_m),
                              Vector2d(r, -0.08 * long_m), Vector2d((jet ? 0.85 : 0.7) * r, 0.0)};
     turned(solids_, profile, sides_);
     if (!jet) propeller(r);
-    solids_.move(mark, motion(nose, 0.0, 0.0, 0.0));
+    solids_.move(mark, motion(nose));
   }
 
   void propeller(double r) {
@@ -219,8 +218,7 @@ class Aircraft {
   void with_fuselage() {
     const bool inverted = draws_.chance(0.25), breaks = draws_.chance(0.18);
     const double broken_at = draws_.between(0.28, 0.42);
-    const std::size_t mark = solids_.mark();
-    solids_.begin_part(fuselage);
+    const std::size_t mark = solids_.begin_part(fuselage);
     body(breaks ? broken_at : 0.0, 1.0, false, breaks);
     const std::array<double, 2> left = wings();
     noses();
@@ -229,12 +227,11 @@ class Aircraft {
     if (!breaks) tail_unit();
     lie(mark, inverted);
     if (breaks) {
-      const std::size_t aft = solids_.mark();
-      solids_.begin_part(fuselage);
+      const std::size_t aft = solids_.begin_part(fuselage);
       body(0.0, broken_at, true, false);
       tail_unit();
       const double middle = length_m_ * (0.5 * broken_at - 0.5);
-      solids_.move(aft, motion({0.0, -middle, 0.0}, 0.0, 0.0, 0.0));
+      solids_.move(aft, motion({0.0, -middle, 0.0}));
       lie(aft, draws_.chance(0.2));
       const double turn = radians(draws_.between(-50.0, 50.0));
       const double aside_m = draws_.between(-0.12, 0.12) * length_m_;
@@ -289,7 +286,7 @@ class Aircraft {
                              Vector2d(r, 0.1 * long_m), Vector2d(0.7 * r, 0.35 * long_m),
                              Vector2d(0.15 * r, 0.5 * long_m)};
     turned(solids_, profile, sides_);
-    solids_.move(mark, motion({0.0, length_m_ * (at - 0.5), 0.85 * radius_m_}, 0.0, 0.0, 0.0));
+    solids_.move(mark, motion({0.0, length_m_ * (at - 0.5), 0.85 * radius_m_}));
   }
 
   void undercarriage() {
@@ -314,7 +311,7 @@ class Aircraft {
     // The fuselage is sunk into the bed by a share of its radius, but low wings are not buried.
     const double up =
         draws_.between(low_wing, 1.0) * radius_m_ + (inverted ? 0.3 * radius_m_ : 0.0);
-    solids_.move(mark, motion({0.0, 0.0, up}, 0.0, 0.0, 0.0));
+    solids_.move(mark, motion({0.0, 0.0, up}));
   }
 
   /// Adds the outer wings that were torn off, near the aircraft.
@@ -330,7 +327,7 @@ class Aircraft {
       outer.from = left[i];
       add_wing(outer);
       const Vector3d middle = solids_.box(mark).center();
-      solids_.move(mark, motion(-middle, 0.0, 0.0, 0.0));
+      solids_.move(mark, motion(-middle));
       const double roll = draws_.between(-0.15, 0.15), pitch = draws_.between(-0.1, 0.1);
       solids_.move(mark,
                    motion({side * away * half_span_m_, ahead * length_m_, 0.0}, pitch, roll, turn));

@@ -77,10 +77,10 @@ void make_car(FamilyForm& form) {
       if (!draws.chance(0.08))
         solids.taper({side * 0.72 * half, end * axle, wheel},
                      {side * 1.01 * half, end * axle, wheel}, wheel, wheel, form.sides());
-  const double fate = draws.between(0.0, 1.0), side = draws.side();
-  const double list = fate < 0.6    ? radians(draws.between(0.0, 8.0))
-                      : fate < 0.85 ? radians(draws.between(172.0, 188.0))
-                                    : radians(draws.between(82.0, 98.0));
+  const double drawn = draws.between(0.0, 1.0), side = draws.side();
+  const double list = drawn < 0.6    ? radians(draws.between(0.0, 8.0))
+                      : drawn < 0.85 ? radians(draws.between(172.0, 188.0))
+                                     : radians(draws.between(82.0, 98.0));
   solids.move(0, motion(Vector3d::Zero(), radians(draws.between(-4.0, 4.0)), side * list, 0.0));
   rest(solids, 0, draws.between(0.05, 0.3));
 }

@@ -3,12 +3,9 @@
 #include <ensonify/engine/seafloor/objects/shape_family.h>
 
 namespace ensonify::engine {
-namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
-
-}  // namespace
 
 void make_cable_drum(FamilyForm& form) {
   Draws& draws = form.draws;
@@ -85,8 +82,7 @@ void make_mooring(FamilyForm& form) {
   Solids& solids = form.solids;
   const double high = form.size_m,
                size = std::clamp(0.2 * high, 0.4, 1.2) * draws.between(0.7, 1.3);
-  solids.begin_part(sinker);
-  const std::size_t mark = solids.mark();
+  const std::size_t mark = solids.begin_part(sinker);
   if (draws.chance(0.6)) {
     std::vector<std::vector<Vector3d>> rings(2);
     for (const Vector2d& p : {Vector2d(1, 1), Vector2d(-1, 1), Vector2d(-1, -1), Vector2d(1, -1)})

@@ -285,9 +285,8 @@ class BodyMaker {
       const Vector3d size(0.5 * l, 0.6 * l, draws_.between(0.2, 0.5) * l);
       solids_.block({0.0, 0.0, 0.5 * size.z()}, size);
       const double r = 0.2 * l;
-      const std::array<Vector3d, 2> axle{Vector3d(0.0, -0.4 * l, size.z()),
-                                         Vector3d(0.0, 0.4 * l, size.z())};
-      solids_.sweep(axle, circle(r, 16));
+      solids_.sweep(std::array{Vector3d(0.0, -0.4 * l, size.z()), Vector3d(0.0, 0.4 * l, size.z())},
+                    circle(r, 16));
     }
   }
 

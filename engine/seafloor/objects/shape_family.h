@@ -50,8 +50,8 @@ void make_mine(FamilyForm& form);
 inline double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
 /// A rotation about x, then y, then z, and then a shift.
-Eigen::Isometry3d motion(const Eigen::Vector3d& shift_m, double about_x_rad, double about_y_rad,
-                         double about_z_rad);
+Eigen::Isometry3d motion(const Eigen::Vector3d& shift_m, double about_x_rad = 0.0,
+                         double about_y_rad = 0.0, double about_z_rad = 0.0);
 /// Lifts or lowers everything that was added since a mark, until this share of its height is below
 /// z = 0.
 void rest(Solids& solids, std::size_t mark, double sunk_share);
@@ -68,15 +68,5 @@ void bent_plate(Solids& solids, double width_m, double length_m, double thick_m,
 /// ellipse with these half axes, more of them near its middle.
 void scatter_debris(Solids& solids, int count, double longest_m, const Eigen::Vector2d& half_axes_m,
                     Draws& draws);
-
-/// A tapered fin or blade.
-struct Fin {
-  Eigen::Vector3d root;  ///< middle of the root chord
-  Eigen::Vector3d out;   ///< unit, from root to tip; not along y
-  double span_m, root_chord_m, tip_chord_m;
-  double sweep;      ///< tangent of the angle by which the middle line is swept back
-  double thickness;  ///< thickness / chord
-};
-void add_fin(Solids& solids, const Fin& fin);
 
 }  // namespace ensonify::engine

@@ -6,7 +6,6 @@
 #include <numbers>
 #include <utility>
 
-
 namespace ensonify::engine {
 
 using Eigen::Vector2d, Eigen::Vector3d;
@@ -141,8 +140,7 @@ void Solids::ball(const Vector3d& middle, double radius_m, int level) {
 
 void Solids::block(const Vector3d& middle, const Vector3d& size_m) {
   const Vector3d half(0.0, 0.5 * size_m.y(), 0.0);
-  const std::array<Vector3d, 2> ends{middle - half, middle + half};
-  sweep(ends, rectangle(size_m.x(), size_m.z()));
+  sweep(std::array<Vector3d, 2>{middle - half, middle + half}, rectangle(size_m.x(), size_m.z()));
 }
 
 void Solids::taper(const Vector3d& from, const Vector3d& to, double from_radius_m,
@@ -233,9 +231,10 @@ void Solids::plate(const PlateGrid& grid) {
     }
 }
 
-void Solids::begin_part(std::size_t number) {
+std::size_t Solids::begin_part(std::size_t number) {
   face_part_.resize(mesh.faces.size(), part_);
   part_ = static_cast<std::uint8_t>(number);
+  return mark();
 }
 
 std::vector<std::uint8_t> Solids::face_parts() {

@@ -26,6 +26,12 @@ struct PlateGrid {
   int rows = 0, columns = 0;
   std::vector<Eigen::Vector3d> front, back;
   std::vector<bool> cut;  ///< whether a cell is missing, (rows - 1) * (columns - 1); empty: none
+
+  /// Adds a point to the front, and to the back the point thick_m below it.
+  void add(const Eigen::Vector3d& point, double thick_m) {
+    front.push_back(point);
+    back.emplace_back(point - Eigen::Vector3d(0.0, 0.0, thick_m));
+  }
 };
 
 /// Collects closed surfaces with normals outwards. Each call adds one surface; surfaces may
@@ -55,8 +61,8 @@ class Solids {
   /// only at a corner, one of them is cut too. Adds nothing if no cell is left.
   void plate(const PlateGrid& grid);
 
-  /// Faces that are added after this call belong to this part.
-  void begin_part(std::size_t number);
+  /// Faces that are added after this call belong to this part. Returns mark().
+  std::size_t begin_part(std::size_t number);
   /// The part of each face; empty if all belong to part 0.
   std::vector<std::uint8_t> face_parts();
   /// The number of vertices so far, which marks where later surfaces begin.

@@ -5,12 +5,9 @@
 #include <numbers>
 
 namespace ensonify::engine {
-namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
-
-}  // namespace
 
 /// Adds everything of the ship between two shares of its length.
 void Wreck::stretch(double from, double to) {
@@ -86,9 +83,7 @@ void Wreck::infill(double from, double to) {
       // The half breadth of the hull at the lowest level of the floor.
       const double keel = lines_.keel_m(s), deep = lines_.top_m(s) - keel;
       const double half = 0.97 * lines_.half_breadth_m(s, (1.0 - level + 0.16) * deep);
-      const Vector3d at(half * across, length_m_ * (s - 0.5), keel + up * deep);
-      grid.front.push_back(at);
-      grid.back.emplace_back(at - Vector3d(0.0, 0.0, 0.08 * lines_.depth_m));
+      grid.add({half * across, length_m_ * (s - 0.5), keel + up * deep}, 0.08 * lines_.depth_m);
     }
   solids_.plate(grid);
 }

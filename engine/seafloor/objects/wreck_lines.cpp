@@ -103,14 +103,8 @@ void Wreck::choose_hatches() {
 }
 
 double Wreck::house_at() const {
-  switch (type_) {
-    case Type::steamer: return house_at_;
-    case Type::trawler: return 0.3;
-    case Type::barge: return 0.1;
-    case Type::sailing_ship: return 0.17;
-    case Type::submarine: break;
-  }
-  return 0.55;
+  const std::array at{house_at_, 0.3, 0.1, 0.17, 0.55};  // in the order of Type
+  return at[static_cast<std::size_t>(type_)];
 }
 
 }  // namespace ensonify::engine

@@ -5,11 +5,8 @@
 #include <cmath>
 
 namespace ensonify::engine {
-namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
-
-}  // namespace
 
 Wreck::Wreck(FamilyForm& form)
     : variant_(form.variant),
@@ -35,14 +32,12 @@ void Wreck::make() {
 /// bed.
 void Wreck::lie(std::size_t mark, double list, double trim, double heading, double sunk_m,
                 const Vector2d& place) {
-  solids_.move(mark, motion({0.0, 0.0, -0.5 * lines_.depth_m}, 0.0, 0.0, 0.0));
-  Eigen::Isometry3d turn = motion(Vector3d::Zero(), 0.0, list, 0.0);
-  solids_.move(mark, turn);
-  turn = motion({place.x(), place.y(), 0.0}, trim, 0.0, heading);
-  solids_.move(mark, turn);
+  solids_.move(mark, motion({0.0, 0.0, -0.5 * lines_.depth_m}));
+  solids_.move(mark, motion(Vector3d::Zero(), 0.0, list, 0.0));
+  solids_.move(mark, motion({place.x(), place.y(), 0.0}, trim, 0.0, heading));
   // By the lowest point of the hull, because a mast that lies over the side may be lower.
   const double low_m = lowest_of_hull(list);
-  solids_.move(mark, motion({0.0, 0.0, -low_m - sunk_m}, 0.0, 0.0, 0.0));
+  solids_.move(mark, motion({0.0, 0.0, -low_m - sunk_m}));
 }
 
 /// The z of the lowest point of the midship section, relative to the section's middle, with a list.
@@ -64,8 +59,7 @@ void Wreck::whole() {
           : radians(draws_.between(0.0, 9.0));
   const double depth = lines_.depth_m, reach = draws_.between(0.0, 0.7);
   const double trim = draws_.side() * reach * depth / (0.5 * length_m_);  // one end buried
-  solids_.begin_part(hull);
-  const std::size_t mark = solids_.mark();
+  const std::size_t mark = solids_.begin_part(hull);
   stretch(0.0, 1.0);
   lie(mark, side * list, trim, 0.0, (draws_.between(0.05, 0.3) + 0.6 * reach) * depth, {0.0, 0.0});
   field(10 + draws_.one_of(40), 1.1);
@@ -76,13 +70,10 @@ void Wreck::broken() {
   const double at = draws_.between(0.3, 0.7), gap = draws_.between(0.0, 0.1) * length_m_;
   for (const bool bow : {false, true}) {
     const std::size_t mark = solids_.mark();
-    if (bow)
-      stretch(at, 1.0);
-    else
-      stretch(0.0, at);
+    stretch(bow ? at : 0.0, bow ? 1.0 : at);
     // Move the middle of this half to the origin.
     const double middle = length_m_ * (0.5 * (bow ? at + 1.0 : at) - 0.5);
-    solids_.move(mark, motion({0.0, -middle, 0.0}, 0.0, 0.0, 0.0));
+    solids_.move(mark, motion({0.0, -middle, 0.0}));
     const bool upright = draws_.chance(0.6);
     const double side = draws_.side();
     const double list =
@@ -95,14 +86,13 @@ void Wreck::broken() {
   }
   const std::size_t mark = solids_.mark();
   field(25 + draws_.one_of(50), 1.3);
-  solids_.move(mark, motion({0.0, length_m_ * (at - 0.5), 0.0}, 0.0, 0.0, 0.0));
+  solids_.move(mark, motion({0.0, length_m_ * (at - 0.5), 0.0}));
 }
 
 /// A wooden ship of which the frames, the bottom and the keelson are left.
 void Wreck::frames_alone() {
   open_ = true;
-  const std::size_t mark = solids_.mark();
-  solids_.begin_part(hull);
+  const std::size_t mark = solids_.begin_part(hull);
   const double left = draws_.between(0.15, 0.45);
   add_plating(solids_, lines_,
               {.from = 0.03,
@@ -139,8 +129,7 @@ void Wreck::frames_alone() {
 void Wreck::collapsed() {
   open_ = true;
   const HullLines ship = lines_;
-  solids_.begin_part(hull);
-  std::size_t mark = solids_.mark();
+  std::size_t mark = solids_.begin_part(hull);
   lines_.depth_m *= draws_.between(0.12, 0.25);
   lines_.sheer_m = 0.0;
   lines_.stern_rise_m *= 0.2;
@@ -157,7 +146,7 @@ void Wreck::collapsed() {
   for (int i = 0; i < 16; ++i)
     if (const double s = draws_.between(0.15, 0.85); !draws_.chance(0.3))
       rib(s, draws_.between(0.0, 0.4));
-  solids_.move(mark, motion({0.0, 0.0, -0.5 * lines_.depth_m}, 0.0, 0.0, 0.0));
+  solids_.move(mark, motion({0.0, 0.0, -0.5 * lines_.depth_m}));
   lines_ = ship;
   fallen_sides();
   engine_room();
@@ -169,7 +158,7 @@ void Wreck::collapsed() {
     mark = solids_.mark();
     stretch(end.x(), end.y());
     const double middle = length_m_ * (0.5 * (end.x() + end.y()) - 0.5);
-    solids_.move(mark, motion({0.0, -middle, 0.0}, 0.0, 0.0, 0.0));
+    solids_.move(mark, motion({0.0, -middle, 0.0}));
     const double sunk_m = draws_.between(0.15, 0.4) * lines_.depth_m;
     const double heading = radians(draws_.between(-20.0, 20.0));
     const double side = draws_.side(), list = side * radians(draws_.between(20.0, 95.0));

@@ -7,12 +7,9 @@
 #include <vector>
 
 namespace ensonify::engine {
-namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
-
-}  // namespace
 
 void Wreck::deck_of(double from, double to) {
   if (type_ == Type::submarine) {
@@ -38,8 +35,7 @@ void Wreck::deck_of(double from, double to) {
                                      : r == rows ? std::min(to, 0.985)
                                                  : s) +
                                     torn - 0.5);
-      grid.front.emplace_back(half * across, y, z);
-      grid.back.emplace_back(half * across, y, z - plate_m_);
+      grid.add({half * across, y, z}, plate_m_);
     }
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < across_cells; ++c) {
@@ -75,8 +71,7 @@ void Wreck::submarine_deck(double from, double to) {
       const double s = low + (high - low) * r / rows, across = 1.0 - 2.0 * double(c) / columns;
       const double half = 1.0 * lines_.half_breadth_m(s), y = length_m_ * (s - 0.5);
       const double z = lines_.top_m(s) + 0.12 * lines_.beam_m * (1.0 - 0.9 * across * across);
-      grid.front.emplace_back(0.97 * half * across, y, z);
-      grid.back.emplace_back(0.97 * half * across, y, z - 0.13 * lines_.beam_m);
+      grid.add({0.97 * half * across, y, z}, 0.13 * lines_.beam_m);
     }
   solids_.plate(grid);
 }
@@ -145,11 +140,10 @@ void Wreck::forecastle() {
     const double s = from + (0.985 - from) * r / rows;
     for (const double across : {1.0, 0.0, -1.0}) {
       const double z = lines_.top_m(s) + 0.02 * lines_.beam_m * (1.0 - across * across);
-      const Vector3d at(
-          0.99 * lines_.half_breadth_m(s) * across,
-          length_m_ * (s - 0.5) + lines_.rake_m * std::pow((s - 0.8) / 0.2, 2.0) * (s > 0.8), z);
-      grid.front.push_back(at);
-      grid.back.emplace_back(at - Vector3d(0.0, 0.0, plate_m_));
+      grid.add(
+          {0.99 * lines_.half_breadth_m(s) * across,
+           length_m_ * (s - 0.5) + lines_.rake_m * std::pow((s - 0.8) / 0.2, 2.0) * (s > 0.8), z},
+          plate_m_);
     }
   }
   solids_.plate(grid);
@@ -165,19 +159,19 @@ void Wreck::masts(double from, double to) {
   for (int i = 0; i < count; ++i) {
     const double s = at[static_cast<std::size_t>(i)];
     const double high = length_m_ * draws_.between(0.25, sailing ? 0.6 : 0.4);
-    const double fate = draws_.between(0.0, 1.0), side = draws_.side();
+    const double state = draws_.between(0.0, 1.0), side = draws_.side();
     const double fall = draws_.between(0.8, 1.5), swing = draws_.between(-0.6, 0.6);
     if (s < from + 0.02 || s > to - 0.02) continue;
     const double r = std::max(0.05, 0.012 * high), base = deck_m(s, 0.0) - 0.2 * lines_.depth_m;
     const Vector3d foot(0.0, length_m_ * (s - 0.5), base);
-    if (fate < 0.35) {
+    if (state < 0.35) {
       solids_.taper(foot, foot + Vector3d(0.0, -0.04 * high, high), r, 0.5 * r, 8);
       if (!sailing)  // a derrick boom
         solids_.taper(foot + Vector3d(0.0, 0.0, 0.25 * high),
                       foot + Vector3d(0.0, 0.5 * high * side, 0.45 * high), 0.6 * r, 0.5 * r, 8);
     } else {
-      solids_.taper(foot, foot + Vector3d(0.0, 0.0, (0.2 + 0.3 * fate) * high), r, 0.9 * r, 8);
-      if (fate < 0.8) {  // fallen over the side
+      solids_.taper(foot, foot + Vector3d(0.0, 0.0, (0.2 + 0.3 * state) * high), r, 0.9 * r, 8);
+      if (state < 0.8) {  // fallen over the side
         const Vector3d across(side * lines_.half_breadth_m(s), 0.0, lines_.top_m(s) - base);
         const Vector3d way =
             Vector3d(side * std::cos(swing), std::sin(swing), -0.2 * fall).normalized();
