@@ -10,18 +10,15 @@ namespace ensonify::engine {
 
 /// Builds a seafloor's progressive mesh, which replaces its mesh. Where the mesh is not manifold,
 /// vertices are split; the faces stay where they are, so rays hit the same places. The result does
-/// not depend on the number of threads. Throws what refine::build_by_tiles() throws, which also
-/// describes `stop_check`.
+/// not depend on the number of threads. `stop_check` and exceptions as of refine::build_by_tiles().
 void analyse(Seafloor& seafloor, int threads, const std::function<void()>& stop_check = {});
 
-/// Writes an analysed seafloor to a file, with a key that identifies what it was made from. Throws
-/// std::system_error.
+/// Writes an analysed seafloor with a key of what it was made from. Throws std::system_error.
 void save_analysed(const Seafloor& seafloor, const std::string& key,
                    const std::filesystem::path& file);
 
-/// Maps a file that save_analysed() wrote. Parts that no ping touches are never read, and the other
-/// parts are checked before they are used. Throws refine::MeshError for a file of another kind or a
-/// damaged file.
+/// Maps a file that save_analysed() wrote. Parts that no ping touches are never read; other parts
+/// are checked before use. Throws refine::MeshError for a damaged file or a file of another kind.
 Seafloor open_analysed(const std::filesystem::path& file);
 /// As above. Throws refine::MeshError also if the file has another key.
 Seafloor open_analysed(const std::filesystem::path& file, const std::string& key);

@@ -13,8 +13,7 @@
 
 namespace ensonify::engine {
 
-// The base of a seafloor that is a grid. The base is generated, or read from a survey and given
-// finer detail.
+// The base of a seafloor that is a grid: generated, or read from a survey and given finer detail.
 
 /// Reads only the header of a survey. Throws what make_base() would throw because of the header.
 void check_header(const SeafloorOptions& options);
@@ -29,8 +28,7 @@ Heightfield base_grid(const SeafloorOptions& options);
 Heightfield make_base(const SeafloorOptions& options, std::uint64_t seed,
                       const WorkControl& control);
 
-/// A function that makes the heights of any window of the grid (bed/generated_tiles.h,
-/// survey_tiles()).
+/// A function for the heights of any window of the grid (bed/generated_tiles.h, survey_tiles()).
 refine::HeightTiles::Heights base_in_windows(const SeafloorOptions& options, std::uint64_t seed);
 
 /// Estimates the heights from the options, or from a sample of the survey, without making the base.

@@ -175,8 +175,7 @@ PlumbLine::PlumbLine(const Seafloor& seafloor)
 double PlumbLine::height_m(double x_m, double y_m) { return height_of(top(x_m, y_m)); }
 
 std::optional<BedPoint> PlumbLine::top(double x_m, double y_m) {
-  // A fan of zero width finds the faces at the place: the slack of FanVolume is larger than the
-  // rounding of the place.
+  // A fan of zero width: the slack of FanVolume is larger than the rounding of the place.
   const refine::FanVolume down{.apex = {x_m, y_m, highest_m_ + 1.0},
                                .array_axis = Eigen::Vector3d::UnitX(),
                                .middle = -Eigen::Vector3d::UnitZ(),

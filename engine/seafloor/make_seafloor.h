@@ -14,8 +14,8 @@
 
 namespace ensonify::engine {
 
-/// Part of the keys of caches. Raise this number when a change of the code makes another seafloor
-/// from the same options.
+/// Part of the keys of caches. Raise it when changed code makes another seafloor from equal
+/// options.
 inline constexpr int seafloor_version = 23;
 
 /// The heights of the bed that make_seafloor() makes, with the scours of the objects but without

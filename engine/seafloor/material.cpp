@@ -50,8 +50,7 @@ bool is_solid(std::string_view name) {
   return std::ranges::find(solids, name, &scatter::NamedSolid::name) != solids.end();
 }
 
-/// For example "; the nearest names are 'steel' (a solid) and 'silt' (a sediment)", from the lists
-/// of all materials.
+/// From all lists, for example "; the nearest names are 'steel' (a solid) and 'silt' (a sediment)".
 std::string nearest_materials(std::string_view name, std::span<const Material> own) {
   std::vector<std::string_view> names, lists;
   const auto add = [&](std::string_view list, const auto& items) {

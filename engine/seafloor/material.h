@@ -19,17 +19,16 @@ class StrengthTable;
 
 namespace ensonify::engine {
 
-/// How a material can scatter: one of the bottom models of scatter::bottom_model_kinds() (`lambert`
-/// uses Material::lambert_mu_db), `solid`, or one of two models from measurements, `gsab` and
-/// `table`.
+/// How a material can scatter: one of scatter::bottom_model_kinds() (`lambert` uses
+/// Material::lambert_mu_db), `solid`, or a model from measurements, `gsab` or `table`.
 struct MaterialModel {
   std::string_view name;
   std::string_view help;
 };
 std::vector<MaterialModel> material_models();
 
-/// What the bed or an object is made of: a named sediment or solid, and the parameters that replace
-/// those of the name.
+/// What the bed or an object is made of: a named sediment or solid, and parameters that replace
+/// its.
 struct Material {
   std::string name;
   std::string model = "tr9407";      ///< the name of one of material_models()
@@ -51,8 +50,8 @@ struct Material {
   std::optional<double> glint_share, glints_per_m2, variation_db, variation_m;
 };
 
-/// Whether the material's model uses the parameters of a sediment. Throws std::invalid_argument for
-/// an unknown model.
+/// Whether the model uses the parameters of a sediment. Throws std::invalid_argument for an unknown
+/// model.
 bool is_sediment(const Material& material);
 
 /// The names of the covers, "seagrass, shells".
@@ -70,8 +69,8 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
                                                      double sound_speed_mps,
                                                      double relief_spacing_m);
 
-/// The parameters of a sediment; nullopt for a material whose model does not use them. Throws what
-/// backscatter_of() throws.
+/// The parameters of a sediment; nullopt if the model uses none. Throws what backscatter_of()
+/// throws.
 std::optional<scatter::Sediment> sediment_of(const Material& material);
 
 /// How unevenly the material scatters within the sonar's cell; a smooth solid scatters evenly.
@@ -81,13 +80,11 @@ scatter::GroundTexture texture_of(const Material& material);
 /// The solid; nullopt for a material with another model. Throws what backscatter_of() throws.
 std::optional<scatter::Solid> as_solid(const Material& material);
 
-/// The part of the incident energy that objects of this material reflect without scattering
-/// (scatter::Solid::smooth_specular()); 0 unless the material is a solid. Throws what
-/// backscatter_of() throws.
+/// The share of the incident energy that objects of a solid reflect without scattering
+/// (scatter::Solid::smooth_specular()); otherwise 0. Throws what backscatter_of() throws.
 double smooth_specular(const Material& material);
 
-/// Half the width of the specular lobe of the material with this name; nullopt if the material has
-/// no specular lobe.
+/// Half the width of the specular lobe of the material with this name; nullopt without such a lobe.
 std::optional<double> lobe_width_rad(std::string_view name, std::span<const Material> own);
 
 /// Warnings about a material and its backscatter at a frequency: parameters outside their

@@ -10,8 +10,7 @@
 
 namespace ensonify::engine {
 
-// Counts faces, not areas: a bed of several materials is a grid, so all faces have about the same
-// area.
+// Counts faces, not areas: a bed of several materials is a grid of faces of about equal areas.
 std::vector<double> Seafloor::material_shares() const {
   constexpr std::size_t most = 16384;
   std::vector<std::uint16_t> sample;

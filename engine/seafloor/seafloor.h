@@ -116,19 +116,17 @@ struct Seafloor {
   /// sample of its faces is counted. If the labels are in the grid, whose tiles may not be made
   /// yet, the first material has the whole bed. Throws what label_of() throws.
   std::vector<double> material_shares() const;
-  /// Whether the bed has tiles that are made when they are needed. Heights of other tiles are not
-  /// known.
+  /// Whether tiles of the bed are made when they are needed, so other heights are not known yet.
   bool in_tiles() const;
-  /// The bounds of all faces, local metres. If in_tiles(), the heights are estimates: faces may
-  /// exceed them.
+  /// The bounds of all faces, local metres. If in_tiles(), heights are estimates and may be
+  /// exceeded.
   refine::Bounds bounds() const;
   /// Counts the repairs to a mesh file, and adds a warning of them.
   void add_repairs(const refine::RepairReport& report, const std::filesystem::path& file);
   /// All faces of a seafloor without a progressive mesh, in their order. Throws what a bed in tiles
   /// throws, and std::bad_alloc.
   refine::TriangleMesh whole_mesh(const std::function<void()>& stop_check = {}) const;
-  /// Appends the objects' faces to `bed`, which has some or all faces of `grid`. Throws
-  /// std::bad_alloc.
+  /// Appends the objects' faces to `bed`, some or all faces of `grid`. Throws std::bad_alloc.
   refine::TriangleMesh with_objects(refine::TriangleMesh bed) const;
 
  private:

@@ -14,8 +14,7 @@
 
 namespace ensonify::engine {
 
-// A bed that is too large to be made at once is a grid whose tiles are made when they are needed
-// (refine/height_tiles.h).
+// A bed too large to be made at once is a grid of tiles, made when needed (refine/height_tiles.h).
 
 /// Where the tiles are kept.
 struct TileFile {
@@ -25,8 +24,7 @@ struct TileFile {
 
 /// Whether a bed has to be made in tiles. A generated bed is if it is too large for one Fourier
 /// transform. A survey is if it has more than 2^26 points, or more than 2^28 points with its
-/// detail, and nothing that a survey in tiles cannot have. Throws what reading the survey's header
-/// throws.
+/// detail, and nothing that a survey in tiles cannot have. Throws what read_survey_header() throws.
 bool needs_tiles(const SeafloorOptions& options);
 /// Throws std::invalid_argument, with what to do, for a bed that needs tiles.
 void require_at_once(const SeafloorOptions& options);

@@ -12,8 +12,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Bytes that are allocated at the same time while the heights of a bed are made, including 8 per
-/// point for the heights.
+/// Bytes allocated at the same time while the heights of a bed are made, with 8 per point for them.
 double heights_bytes(const SeafloorOptions& options, const Heightfield& grid) {
   const double points = grid.points();
   double bytes = 8.0 * points;

@@ -40,8 +40,7 @@ struct SeafloorOptions {
   double water_level_m = 0.0;            ///< height of the sea surface in the file's vertical datum
   std::string material = "medium sand";  ///< a name for material_named() of material.h
   /// Thickness of the bed's uppermost layer into which sound penetrates, where the bed's material
-  /// is a sediment. Objects that are buried in this layer return an echo (buried_surfaces.h). 0:
-  /// none.
+  /// is a sediment. Objects buried in this layer return an echo (buried_surfaces.h). 0: none.
   double penetration_m = 0.0;
 
   /// Whether the bed is a grid of heights.

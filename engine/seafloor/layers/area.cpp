@@ -69,8 +69,7 @@ bool touch(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector
          (cda == 0.0 && within(c, d, a)) || (cdb == 0.0 && within(c, d, b));
 }
 
-/// The parts of outlines that cross a strip. A row of a grid then needs to test only a few of the
-/// polygons of a file.
+/// The parts of outlines that cross a strip, so a row of a grid tests few polygons of a file.
 class OutlinesInStrip {
  public:
   OutlinesInStrip(const std::vector<PolygonWithHoles>& outlines, double low_m, double high_m) {
@@ -212,8 +211,7 @@ void mean_across_columns(std::vector<double>& values, std::size_t rows, std::siz
   }
 }
 
-/// Three sliding means in each direction. Together they are nearly a Gaussian that is `width_m`
-/// wide from end to end.
+/// Three sliding means in each direction, nearly a Gaussian that is `width_m` wide from end to end.
 std::vector<double> blurred(std::vector<double> values, const Heightfield& grid, double width_m) {
   const auto columns = static_cast<std::size_t>(grid.columns);
   const auto rows = static_cast<std::size_t>(grid.rows);
@@ -378,8 +376,7 @@ class MaskMaker {
           quantity.name, lowest / quantity.per_unit, highest / quantity.per_unit, quantity.unit));
   }
 
-  // Keeps the points where a random field is highest. The borders of the patches are a contour of
-  // this field.
+  // Keeps the points where a random field is highest. Its contours are the borders of the patches.
   void keep_share() {
     const std::vector<double> heights = ragged_field(grid_, draws_, layer_stream::patches,
                                                      0.25 * area_.patch_m, 4.0 * area_.patch_m);

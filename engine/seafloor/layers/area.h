@@ -15,8 +15,7 @@
 
 namespace ensonify::engine {
 
-/// Points of a closed polygon, local metres (east, north). The first point may be repeated at the
-/// end.
+/// Points of a closed polygon, local metres (east, north). The last may repeat the first.
 using Polygon = std::vector<Eigen::Vector2d>;
 
 /// The pixels of a raster that is stretched over the seabed. The northern row is first.
@@ -50,8 +49,7 @@ struct Area {
   }
 };
 
-/// The ground on which an area is found: heights before any layer, and whether the map has a
-/// material at a point.
+/// The ground on which an area is found: heights before any layer, and the materials of the map.
 struct AreaGround {
   const Heightfield& base;
   std::function<bool(std::size_t point, const std::string& material)> has_material;
@@ -60,8 +58,7 @@ struct AreaGround {
 /// 1 for each point of the grid in the area, otherwise 0. A window of a grid gets the values that
 /// the whole grid has there. The exception is a `share` below 1, which in a window follows from the
 /// statistics of the patches and is right only on average. Throws std::invalid_argument for an area
-/// that has no point of a whole grid, and refine::MeshError for files that cannot be read or do not
-/// fit.
+/// without a point of a whole grid, and refine::MeshError for files that are unreadable or unfit.
 std::vector<double> area_mask(const Area& area, const AreaGround& ground, const LayerDraws& draws);
 
 /// The message that no point of a grid can be in the polygons and the disc of an area; empty if one

@@ -37,8 +37,7 @@ struct Extent {
 
 std::vector<Extent> extents_of(const Heightfield& field, const SeabedMap& map) {
   std::vector<Extent> extents(map.feature_layer.size());
-  // A face belongs to a feature if two of its three points do, so labels reach half a cell beyond a
-  // point.
+  // A face belongs to a feature if two of its points do: labels reach half a cell beyond a point.
   const Vector3d half_cell(0.5 * field.cell_east_m, 0.5 * field.cell_north_m, 0.0);
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column) {

@@ -22,8 +22,7 @@ Label make_label(const std::string& material, const std::string& class_name, Sea
 /// Labels the faces of a bed, where `grid` has the heights of `field`. A face gets the label that
 /// most of its corners have on the map. The instance numbers of features follow the numbers of the
 /// `objects` objects. If a layer has more features than numbers are left, its features get no
-/// numbers, and a warning reports this. Throws std::invalid_argument for a map with more labels
-/// than max_labels.
+/// numbers, and a warning reports this. Throws std::invalid_argument for more than max_labels.
 void label_bed(const Heightfield& field, const refine::HeightGrid& grid, const SeabedMap& map,
                std::size_t objects, Seafloor& seafloor);
 

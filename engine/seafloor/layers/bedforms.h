@@ -39,8 +39,7 @@ void add_bedforms(Heightfield& field, const Bedforms& relief, const LayerDraws& 
 const ReliefKind<Bedforms>& kind_of(const Bedforms&);
 
 /// The profile of a crest as a function of the phase, between -1 and 1; one turn is from trough to
-/// trough. Interpolated in a table, with an error of 1e-3 at the edge of the sharpest crest and
-/// 1e-5 elsewhere.
+/// trough. Interpolated in a table: the error is 1e-3 at the sharpest crest's edge, 1e-5 elsewhere.
 class CrestProfile {
  public:
   /// Sharpness from 0 to 1 and asymmetry from 0 to below 1, as in Bedforms.

@@ -21,8 +21,7 @@ constexpr double farthest_top = 1.6;  // greatest distance of a top from its mid
 // A Gaussian exp(-x^2) with x beyond this is less than 5e-22 and changes no height.
 constexpr double faint = 7.0;
 
-/// The mean of (diameter / median)^2 over all stones. The diameter is log-normal, with an upper
-/// limit.
+/// The mean of (diameter / median)^2 for a log-normal diameter with an upper limit.
 double mean_square_of_median(double spread) {
   if (spread == 0.0) return 1.0;
   const double largest = std::log(largest_boulder_of_median);

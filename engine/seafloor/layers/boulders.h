@@ -23,8 +23,7 @@ struct BoulderField {
 };
 
 /// Adds boulders whose middle is `allowed`. Sets `marked` (one number per point of the field) to
-/// the number, from 1, of the highest boulder at the point. Throws std::invalid_argument for values
-/// outside their ranges.
+/// the number, from 1, of the highest boulder there. Throws std::invalid_argument for wrong values.
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,
                   const Allowed& allowed, std::span<std::uint32_t> marked);
 

@@ -72,8 +72,8 @@ class Joints {
     double low = 0.0, high = 0.0;
     bool contains(double place) const { return low <= place && place < high; }
   };
-  /// The gap between two open joints of a set in which a place lies. Each interval of spacing_m has
-  /// one joint.
+  /// The gap between two open joints in which a place lies. A joint is in each interval of
+  /// spacing_m.
   Gap gap(double place, std::uint64_t set, std::int64_t strip, double closed) const {
     struct Joint {
       double at;
@@ -126,8 +126,7 @@ class FallenBlock {
   double length_m_, width_m_, height_m_, east_, north_, lean_along_, lean_across_, corner_;
 };
 
-/// The length over which the rms roughness is half the rock's height. Longer waves would be
-/// separate hills.
+/// The length at which the rms roughness is half the rock's height: longer waves would be hills.
 double longest_roughness_m(const OutcropRelief& relief) {
   return std::pow(0.5 * relief.height_m / relief.roughness_at_1m_m, 1.0 / relief.hurst);
 }

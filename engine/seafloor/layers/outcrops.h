@@ -18,11 +18,9 @@ struct OutcropRelief {
   double hurst = 0.7;              ///< Hurst exponent H of the roughness
 };
 
-/// Adds rock where it is above `field`, the surface of the sediment. The height of the rock over
-/// the sediment rises from -height_m where `weight` (0 to 1, one per point) is 0 to height_m where
-/// it is
-/// 1. Sets `marked` to 1 where rock is visible. Throws std::invalid_argument for values outside
-/// their ranges.
+/// Adds rock where it is above `field`, the surface of the sediment. Its height over the sediment
+/// is -height_m at a `weight` of 0 and height_m at a weight of 1 (one weight per point). Sets
+/// `marked` to 1 where rock is visible. Throws std::invalid_argument for wrong values.
 void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDraws& draws,
                   std::span<const double> weight, std::span<std::uint32_t> marked);
 

@@ -64,8 +64,7 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
           const double axis = by_current * most_bent * std::sin(2.0 * along + 2.0 * pi * u[9]);
           const double across = (dx * along_y - dy * along_x) / (0.5 * diameter_m) * stretch - axis;
           const double angle = std::atan2(across, along);
-          // The outline is not a circle: slumped walls are some hundredths of the radius inside or
-          // outside it.
+          // Slumped walls are some hundredths of the radius inside or outside a circle.
           const double waves = outline_waves[0] * std::cos(2.0 * angle + 2.0 * pi * u[6]) +
                                outline_waves[1] * std::cos(3.0 * angle + 2.0 * pi * u[7]) +
                                outline_waves[2] * std::cos(5.0 * angle + 2.0 * pi * u[8]);

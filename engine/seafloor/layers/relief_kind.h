@@ -44,8 +44,7 @@ using AddMarked = void (*)(Heightfield&, const Relief&, const LayerDraws&,
 template <class Relief>
 using AddScattered = void (*)(Heightfield&, const Relief&, const LayerDraws&, const Allowed&,
                               std::span<std::uint32_t> marked);
-/// Ground that rises out of the bed where `weight` increases, and covers what is lower. The layer
-/// has no features.
+/// Ground that rises with `weight` and covers what is lower. The layer has no features.
 template <class Relief>
 using AddRising = void (*)(Heightfield&, const Relief&, const LayerDraws&,
                            std::span<const double> weight, std::span<std::uint32_t> marked);

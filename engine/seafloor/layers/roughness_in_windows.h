@@ -14,8 +14,7 @@
 namespace ensonify::engine {
 
 /// The roughness layers of a bed that is made in windows: fields over the whole bed, with the
-/// statistics of a field that one transform makes. Each field is prepared when it is first needed.
-/// Thread-safe.
+/// statistics of one transform. Each field is prepared when it is first needed. Thread-safe.
 class RoughnessInWindows {
  public:
   /// Only the size of the bed is used. The cells must be square.

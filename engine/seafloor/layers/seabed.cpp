@@ -131,8 +131,7 @@ class LayerStack {
     return marked;
   }
 
-  /// Adds relief that fades out at the area's border, and clears marks where its weight is less
-  /// than half.
+  /// Adds relief that fades out at the area's border, and clears marks where weight is at most 0.5.
   Marks lay_fading(const Heightfield& relief, const std::vector<double>& weight, Marks marked) {
     for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += weight[i] * relief.z_m[i];
     for (std::size_t i = 0; i < weight.size(); ++i)
@@ -140,8 +139,7 @@ class LayerStack {
     return marked;
   }
 
-  /// Gives numbers in the map to the features of the layer that was laid last. `marked` has their
-  /// numbers in the layer.
+  /// Numbers the features of the last layer in the map. `marked` has their numbers in the layer.
   template <class Relief>
   void assign_instances(const ReliefLayer<Relief>& layer, const Marks& marked) {
     if (layer.class_name.empty()) return;

@@ -82,8 +82,7 @@ struct SeabedMap {
   /// Index into kinds, one per grid point; empty: all points have kinds[0].
   std::vector<std::uint16_t> point_kind;
   /// For each feature (a trawl mark, a pit, a boulder) its layer: "boulders.0" is the first layer
-  /// of boulders. Some features have no point, because they are too small for the grid or are
-  /// covered.
+  /// of boulders. Features that are too small for the grid or covered have no point.
   std::vector<std::string> feature_layer;
   /// Index into feature_layer plus 1, one per grid point; 0: no feature. Empty: no features.
   std::vector<std::uint32_t> point_feature;

@@ -19,8 +19,7 @@ int cuts(const Eigen::Vector3f& axis, float length_m) {
       std::clamp(std::max(double(length_m) / longest_m, tall_m / tallest_m), 1.0, most_cuts)));
 }
 
-/// Sets the plane of the bed above a part. Returns false if there is no bed or the part is above
-/// it.
+/// Sets the plane of the bed above a part. Returns false if there is no bed above the part.
 bool find_bed(const BedAt& bed, BuriedPart& part) {
   const Eigen::Vector3d& at = part.flat.middle;
   const std::optional<BedPoint> top = bed(at.x(), at.y());

@@ -10,8 +10,7 @@ using std::numbers::pi;
 
 enum ContainerPart { container_wall, container_frame, container_door };
 
-/// A corrugated wall about the origin, `width_m` along x and `length_m` along y. Its outside is at
-/// z = 0 or below.
+/// A corrugated wall about the origin: `width_m` along x, `length_m` along y, outside at z <= 0.
 void corrugated(Solids& solids, double width_m, double length_m, double dent_m, bool along_y) {
   constexpr double depth_m = 0.045, thick_m = 0.02;
   const double across_m = along_y ? length_m : width_m;

@@ -19,13 +19,11 @@ using Eigen::Vector3d;
 
 constexpr double straight = 3.0;  // least ratio of lengths across an edge, see curved_facets.h
 
-/// Fits a quadric to the places around a corner, by least squares. In a frame with its origin at
-/// the corner and z along a normal: z = A x + B y + (C x^2 + 2 D x y + E y^2) / 2 - (F x + G y + H
-/// z) z.
+/// Fits a quadric to the places around a corner, by least squares. With the origin at the corner
+/// and z along a normal: z = A x + B y + (C x^2 + 2 D x y + E y^2) / 2 - (F x + G y + H z) z.
 class QuadricFit {
  public:
-  /// `unit_m` is the unit of length of the fit. `rounding_m` is the least standard deviation of the
-  /// places.
+  /// `unit_m`: unit of length of the fit. `rounding_m`: least standard deviation of the places.
   QuadricFit(const Vector3d& corner, const Vector3d& normal, double unit_m, double rounding_m)
       : corner_(corner),
         unit_m_(unit_m),

@@ -17,8 +17,7 @@ inline constexpr double sharpest_rad = 40.0 * degree, flattest_rad = 0.05 * degr
 
 /// The angle between the normals of neighbouring facets where a mesh approximates a round surface:
 /// the mean of the angles up to sharpest_rad over all edges, weighted by length and angle. Larger
-/// angles are real edges of the body. If the sum of angle times length is larger for real edges,
-/// the result is 0.
+/// angles are real edges of the body. The result is 0 if real edges turn more (angle times length).
 double facet_angle_rad(const ObjectMesh& mesh);
 
 }  // namespace ensonify::engine

@@ -59,9 +59,8 @@ std::vector<std::uint32_t> places_of(const ObjectMesh& mesh,
   return place;
 }
 
-// From a sonar at a range of at least D^2 / lambda, a rectangle has the echo of any shape of the
-// length D. So pieces of a flat part need not be shorter than this length, or than this share of
-// the part's length.
+// From a range of at least D^2 / lambda, a rectangle has the echo of any shape of the length D. So
+// pieces need not be shorter than this length, or than this share of their flat part's length.
 constexpr double shortest_piece_m = 0.05, shortest_piece = 0.05;
 
 using Corners = std::array<Vector3d, 3>;
@@ -70,8 +69,7 @@ double area_m2_of(const Corners& face) {
   return 0.5 * (face[1] - face[0]).cross(face[2] - face[0]).norm();
 }
 
-/// The second moments of a flat part about its middle, divided by its area, along two axes x and y
-/// in its plane.
+/// The second moments of a flat part about its middle / area, along two axes x and y in its plane.
 struct Moments {
   Vector3d x, y;
   double xx, yy, xy;

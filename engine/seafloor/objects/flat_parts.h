@@ -67,9 +67,8 @@ struct FlatParts {
   std::vector<FlatPart> in_pieces() &&;
 };
 
-/// The flat parts of a mesh, in the mesh's own frame. Vertices at one place count as one. Edges
-/// sharper than 40 degrees are real edges, as in facet_angle_rad(). `stop_check` is called from
-/// time to time.
+/// The flat parts of a mesh, in its own frame. Vertices at one place count as one. Edges sharper
+/// than sharpest_rad (facets.h) are real edges. `stop_check` is called from time to time.
 FlatParts flat_parts_of(const ObjectMesh& mesh, const std::function<void()>& stop_check = {});
 
 }  // namespace ensonify::engine

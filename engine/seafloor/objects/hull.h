@@ -28,8 +28,7 @@ struct HullLines {
   /// The half breadth at a distance below the gunwale.
   double half_breadth_m(double s, double below_top_m) const;
   /// A point of the section, `inset_m` inside the hull. t is -1 at the port gunwale, 0 at the keel
-  /// and 1 at the starboard gunwale. Equal steps of t turn the normal of a round section by equal
-  /// angles.
+  /// and 1 at the starboard gunwale. In a round section, equal steps of t are equal angles.
   Eigen::Vector3d point(double s, double t, double inset_m = 0.0) const;
 };
 

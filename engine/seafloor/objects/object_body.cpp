@@ -22,8 +22,7 @@ namespace {
 constexpr double max_table_faces = 4e6;  // of all objects of a table after refined()
 constexpr int max_round = 512;           // facets around a body
 
-/// The table with facets of round shapes as small as the lobe of its material needs, within the
-/// limits above.
+/// The table with facets of round shapes as small as its material's lobe needs, within the limits.
 ObjectOptions refined(ObjectOptions table, std::span<const Material> materials) {
   const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
   if (!lobe_rad) return table;

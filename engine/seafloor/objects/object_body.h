@@ -49,8 +49,7 @@ void add_member(ObjectBody& base, ObjectBody member, const ObjectOptions& option
 /// Makes the bodies of one of the scene's [[objects]] tables.
 class BodySource {
  public:
-  /// Reads and repairs the mesh of a file. Throws what mesh_of() throws, and MemoryError for a mesh
-  /// that does not fit.
+  /// Reads and repairs the mesh of a file. Throws what mesh_of() throws, and MemoryError.
   BodySource(const ObjectOptions& options, std::size_t number, std::uint64_t seed,
              const BedGrid& bed, std::span<const Material> materials, const MemoryPlan& plan);
 

@@ -36,8 +36,7 @@ struct Placing {
   const WorkControl& control;
   double faces_so_far = 0.0, checked_faces = 0.0;
 
-  /// Counts the faces of an object that will be set down, and throws MemoryError if they do not
-  /// fit.
+  /// Counts the faces of an object before it is set down. Throws MemoryError if they do not fit.
   void take(std::size_t faces, const std::string& what) {
     control.check_stop();
     constexpr double faces_between = 1e5;  // between two checks of the memory, which are slow
@@ -167,8 +166,7 @@ class Table {
     return object;
   }
 
-  /// The part of the bed that an object covers, as discs along the longer side of the object's
-  /// bounding rectangle.
+  /// What an object covers of the bed: discs along the longer side of its bounding rectangle.
   std::vector<Disc> discs(const refine::TriangleMesh& mesh, const Spot& spot) const {
     const Eigen::Rotation2Dd turn(-spot.heading_rad);
     const Vector2d place(spot.east_m, spot.north_m);
@@ -263,8 +261,7 @@ class Table {
   std::string what_;
 };
 
-/// Counts the bodies whose facets are too wide for the lobe of their material, and warns of the
-/// worst body.
+/// Counts bodies whose facets are too wide for their material's lobe, and warns of the worst one.
 class CoarseFacets {
  public:
   void look_at(const BodySource& source, const ObjectMesh& mesh,

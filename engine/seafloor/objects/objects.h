@@ -49,8 +49,7 @@ std::size_t count_of(std::span<const ObjectOptions> tables);
 /// streams, so another table changes them only if its objects occupy the place. Throws SceneError,
 /// with the scene's key of the table, for a mesh or path that cannot be read, for a place without a
 /// bed below it, for objects that find no room and for sizes that contradict one another;
-/// MemoryError for a mesh or objects that do not fit. The result does not depend on the number of
-/// threads.
+/// MemoryError for a mesh or objects that do not fit. The number of threads does not matter.
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                             const BedGrid& bed, std::span<const Material> materials = {},
                             const MemoryPlan& plan = {}, const WorkControl& control = {});

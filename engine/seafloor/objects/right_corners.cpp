@@ -35,9 +35,8 @@ bool are_square(const FlatPart& a, const FlatPart& b) {
 /// Adds the corners of two perpendicular flat parts: in front of both, behind both, and in front of
 /// one and behind the other.
 void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>& corners) {
-  // Shares of a flat part's length: greatest gap between the edge and the part, and least length
-  // beyond the edge. The rectangle with the second moments of a right triangle extends 6 % beyond
-  // the triangle's sides.
+  // Shares of a flat part's length: greatest gap between edge and part, and least length beyond the
+  // edge. The rectangle of a right triangle's moments extends 6 % beyond the triangle's sides.
   constexpr double gap = 0.02, beyond = 0.07;
   const Vector3d m = a.normal.cast<double>(), n = b.normal.cast<double>();
   const Vector3d edge = m.cross(n).normalized();

@@ -144,8 +144,7 @@ class Footing {
     return found;
   }
 
-  /// Finds the points under the object and its height: the median of the tops, so that masts do not
-  /// count.
+  /// Finds the points under the object, and its height: the median of its tops, to ignore masts.
   void find_base(const refine::TriangleMesh& mesh) {
     const std::unordered_map<std::size_t, double> tops_m = tops(mesh);
     base_ = footprint(tops_m, 0.0);
@@ -213,8 +212,7 @@ class Footing {
     return ways;
   }
 
-  /// Digs the moat. It is deepest at a distance of width_m from the object, and half as deep in the
-  /// lee.
+  /// Digs the moat, which is deepest at width_m from the object, and half as deep in the lee.
   template <class Share>
   void dig(double depth_m, double width_m, const Vector2d& down, const Share& share,
            std::span<const Footing* const> standing, const WorkControl& control,
@@ -251,8 +249,7 @@ class Footing {
         bed.at(dug_m.first_column + column, dug_m.first_row + row) -= dug_m.at(column, row);
   }
 
-  /// Reduces the depths of a moat to 0 under this object, with walls around it as steep as sand can
-  /// be.
+  /// Fills a moat under this object, with walls around it as steep as sand can be.
   void keep_base(Heightfield& dug_m, double deepest_m) const {
     const double cell_m = std::hypot(bed_.cell_east_m, bed_.cell_north_m);  // from corner to corner
     const double reach_m = deepest_m / steepest + cell_m;

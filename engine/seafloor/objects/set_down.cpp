@@ -30,8 +30,7 @@ refine::MeshError no_bed(const std::string& what, double east_m, double north_m)
                   what, east_m, north_m));
 }
 
-/// z = height + slope . (place - middle): the least-squares fit to the bed's heights in a
-/// rectangle.
+/// z = height + slope . (place - middle): the least-squares fit to the bed in a rectangle.
 struct Plane {
   double height_m = 0.0;
   Vector2d slope = Vector2d::Zero();
@@ -93,8 +92,8 @@ void between_vertices(refine::Triangles mesh, double step_m, With&& with) {
     }
 }
 
-/// For each face and each vertex of the bed below or above the face, calls with(height of the face
-/// over the vertex).
+/// Calls with(height of face over vertex) for each face and each vertex of the bed below or above
+/// it.
 template <class With>
 void over_bed_vertices(refine::Triangles object, const BedGrid& bed, With&& with) {
   constexpr double slack = 1e-9;  // so that no vertex is missed between two faces
@@ -148,8 +147,7 @@ double buried_share(refine::Triangles object, const Plane& plane) {
                               : 0.0;
 }
 
-/// Typical values for objects without sag_radius_m: a stiff pipe spans gaps, a chain follows the
-/// ground.
+/// Typical values if sag_radius_m is unset: a stiff pipe spans gaps, a chain follows the ground.
 double usual_sag_radius_m(const std::string& shape) {
   if (shape == "pipeline") return 1000.0;
   return shape == "cable" ? 50.0 : 3.0;

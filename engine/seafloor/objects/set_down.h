@@ -36,8 +36,7 @@ Eigen::Matrix3d attitude(const ObjectOptions& object, double heading_rad);
 /// vertices touches the bed or a vertex of the bed touches it. Then it is raised or sunk by the
 /// object's height or burial, and sunk by `sunk_m`, in the mesh's units. A burial is the share of
 /// the way from touching the bed to being covered by the bed; on a level bed this is a share of the
-/// object's height. `what` begins messages. Throws refine::MeshError for a place without a bed
-/// below it.
+/// object's height. `what` begins messages. Throws refine::MeshError for a place without a bed.
 SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, const Spot& spot,
                  const BedGrid& bed, const std::string& what, double sunk_m = 0.0);
 

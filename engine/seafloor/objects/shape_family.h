@@ -52,16 +52,15 @@ inline double radians(double degrees) { return degrees * std::numbers::pi / 180.
 /// A rotation about x, then y, then z, and then a shift.
 Eigen::Isometry3d motion(const Eigen::Vector3d& shift_m, double about_x_rad = 0.0,
                          double about_y_rad = 0.0, double about_z_rad = 0.0);
-/// Lifts or lowers everything that was added since a mark, until this share of its height is below
-/// z = 0.
+/// Shifts everything since a mark up or down, so that this share of its height is below z = 0.
 void rest(Solids& solids, std::size_t mark, double sunk_share);
 /// A straight bar between two points.
 void bar(Solids& solids, const Eigen::Vector3d& from, const Eigen::Vector3d& to, double width_m,
          double thick_m);
 /// A body of revolution about y, from a profile of (radius, y) with y rising.
 void turned(Solids& solids, std::span<const Eigen::Vector2d> profile, int sides);
-/// A bent and twisted plate about the origin, nearly in the xy plane. If `torn`, cells at its edges
-/// are missing.
+/// A bent and twisted plate about the origin, nearly in the xy plane. If `torn`, edge cells are
+/// lost.
 void bent_plate(Solids& solids, double width_m, double length_m, double thick_m, double bend_m,
                 double twist_m, bool torn, Draws& draws);
 /// `count` torn plates, beams and pipes with lengths up to `longest_m` that lie on z = 0 in an

@@ -39,8 +39,7 @@ struct ShapeKind {
   std::vector<ShapePart> parts = {};
   std::vector<std::string_view> variants = {};  ///< words for the key `variant`
   void (*family)(FamilyForm&) = nullptr;        ///< makes a member
-  /// Whether a member is several things that are each sunk into the bed. A burial sinks all of them
-  /// deeper.
+  /// Whether a member is several things, each sunk into the bed: a burial sinks all of them deeper.
   bool several = false;
   bool along_path = false;  ///< laid along a path, not set down
 
@@ -57,8 +56,7 @@ struct ShapeBody {
 };
 
 const std::vector<ShapeKind>& shape_kinds();
-/// The shape with this name; - and _ are equal. Throws std::invalid_argument, with all names, for
-/// an unknown name.
+/// The shape with this name; - and _ are equal. Throws std::invalid_argument with all names.
 const ShapeKind& shape_named(std::string_view name);
 /// All dimensions that shapes have, each once.
 std::span<const Dimension> all_dimensions();

@@ -28,8 +28,7 @@ void Wreck::make() {
     whole();
 }
 
-/// Turns everything that was made since a mark by list, trim and heading, and sinks it into the
-/// bed.
+/// Turns everything since a mark by list, trim and heading, and sinks it into the bed.
 void Wreck::lie(std::size_t mark, double list, double trim, double heading, double sunk_m,
                 const Vector2d& place) {
   solids_.move(mark, motion({0.0, 0.0, -0.5 * lines_.depth_m}));
