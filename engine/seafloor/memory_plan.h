@@ -14,8 +14,8 @@ namespace ensonify::engine {
 ///
 /// Every estimate is a lower bound: it counts only what is certainly allocated at the same time, so
 /// no seafloor that fits is refused. The heights of a survey are counted before the survey is read.
-/// Its faces are counted when they are known, because holes make no faces. Each random layer
-/// counts.
+/// Its faces are counted when they are known, because holes make no faces. For random layers, the
+/// need of each is counted.
 struct MemoryPlan {
   MemoryLimit limit;
   double bytes_per_face = 0.0;  ///< for what is built over the mesh: a tree, or the analysis
