@@ -45,39 +45,35 @@ struct BrokenFace {
 class Boulder {
  public:
   Boulder(const BoulderField& field, const auto& u, const LayerDraws& draws) {
-    diameter_m_ = random_diameter_m(field.diameter_m, field.diameter_spread,
-                                    largest_boulder_of_median, u[2], u[3]);
-    height_m_ = field.height_ratio * diameter_m_ * (0.3 + 1.4 * u[4]);  // some lie deep in the bed
+    diameter_m = random_diameter_m(field.diameter_m, field.diameter_spread,
+                                   largest_boulder_of_median, u[2], u[3]);
+    height_m = field.height_ratio * diameter_m * (0.3 + 1.4 * u[4]);  // some lie deep in the bed
     heading_ = 2.0 * pi * u[5];
     stretch_ = std::sqrt(1.0 + 0.7 * u[6]);
     corner_ = 2.0 * pi * u[7];
     corner_2_ = 2.0 * pi * u[8];
     lean_ = 0.6 * (u[9] - 0.5);
-    current_turn_rad_ = 0.8 * (lower_bits(u[5]) - 0.5);
-    moat_share_ = 2.0 * lower_bits(u[6]);
-    tail_share_ = 2.0 * lower_bits(u[7]);
+    current_turn_rad = 0.8 * (lower_bits(u[5]) - 0.5);
+    moat_share = 2.0 * lower_bits(u[6]);
+    tail_share = 2.0 * lower_bits(u[7]);
     squareness_ = 2.0 + 4.0 * lower_bits(u[9]);
     // Broken faces need more numbers than feature_draws has, so they have a random stream that the
     // stone's own numbers choose.
     break_off(draws.of(layer_stream::broken_faces, static_cast<std::int64_t>(u[6] * 0x1p31),
                        static_cast<std::int64_t>(u[7] * 0x1p31)));
   }
-  double diameter_m() const { return diameter_m_; }
-  double height_m() const { return height_m_; }
-  // Random variation per stone: turn of the current (rad), and factors on the depth of the moat and
-  // the height of the tail.
-  double current_turn_rad() const { return current_turn_rad_; }
-  double moat_share() const { return moat_share_; }
-  double tail_share() const { return tail_share_; }
-
   /// The height of the stone's top over the bed, 0 outside the stone.
   double top_m(double dx, double dy) const {
     const double along =
-        (dx * std::sin(heading_) + dy * std::cos(heading_)) / (0.5 * diameter_m_ * stretch_);
+        (dx * std::sin(heading_) + dy * std::cos(heading_)) / (0.5 * diameter_m * stretch_);
     const double across =
-        (dx * std::cos(heading_) - dy * std::sin(heading_)) / (0.5 * diameter_m_) * stretch_;
+        (dx * std::cos(heading_) - dy * std::sin(heading_)) / (0.5 * diameter_m) * stretch_;
     return top_m_ * top(along, across);
   }
+
+  double diameter_m, height_m;
+  // Random variation: turn of the current, and factors on depth of the moat and height of the tail.
+  double current_turn_rad, moat_share, tail_share;
 
  private:
   /// The height of the top divided by top_m_, at a place in units of half the axes.
@@ -118,15 +114,14 @@ class Boulder {
       for (const double along : places)
         if (const double broken = lowest_broken_face(along, across); broken > highest)
           highest = std::max(highest, std::min(broken, block(std::hypot(along, across), along)));
-    top_m_ = height_m_ / highest;
+    top_m_ = height_m / highest;
   }
 
   static constexpr std::array outline_waves = {
       0.10, 0.06};  // amplitudes, as shares of the outline's radius
   static constexpr std::size_t broken_faces = 4;
   std::array<BrokenFace, broken_faces> broken_;
-  double diameter_m_, height_m_, top_m_, heading_, stretch_, corner_, corner_2_, lean_;
-  double current_turn_rad_, moat_share_, tail_share_;
+  double top_m_, heading_, stretch_, corner_, corner_2_, lean_;
   double squareness_;  // 2: half an ellipsoid; above, the top is flat and the sides are steep
 };
 
@@ -156,12 +151,12 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
     if (!allowed(x, y) || (boulders.clustering > 0.0 && !stays(x, y, lower_bits(u[8])))) return;
     ++number;
     const Boulder stone(boulders, u, draws);
-    const double half_m = 0.5 * stone.diameter_m();
-    const double current_rad = boulders.current_rad + stone.current_turn_rad();
+    const double half_m = 0.5 * stone.diameter_m;
+    const double current_rad = boulders.current_rad + stone.current_turn_rad;
     const double down_x = std::sin(current_rad), down_y = std::cos(current_rad);
-    const double moat_m = boulders.scour_ratio * stone.height_m() * stone.moat_share();
-    const double tail_m = boulders.tail_ratio * stone.height_m() * stone.tail_share();
-    const double its_reach_m = stone.diameter_m() * (sand_moved ? tail_diameters : 0.8);
+    const double moat_m = boulders.scour_ratio * stone.height_m * stone.moat_share;
+    const double tail_m = boulders.tail_ratio * stone.height_m * stone.tail_share;
+    const double its_reach_m = stone.diameter_m * (sand_moved ? tail_diameters : 0.8);
     for_each_point_near(field, x, y, its_reach_m, [&](int column, int row, double dx, double dy) {
       const std::size_t point = field.index(column, row);
       const double down = (dx * down_x + dy * down_y) / half_m;
