@@ -160,49 +160,49 @@ void add_member(ObjectBody& base, ObjectBody member, const ObjectOptions& option
     base.face_part.push_back(static_cast<std::uint16_t>(part + parts));
 }
 
-BodySource::BodySource(const ObjectOptions& options, std::size_t number, std::uint64_t seed,
+BodySource::BodySource(const ObjectOptions& table, std::size_t its_number, std::uint64_t seed,
                        const BedGrid& bed, std::span<const Material> materials,
                        const MemoryPlan& plan)
-    : options_(refined(options, materials)), number_(number), seed_(seed) {
-  const std::string name = options.shape.empty() ? options.mesh.path.string() : options.shape;
-  what_ = options.shape.empty() ? name : fmt::format("objects.{} ({})", number, name);
-  if (!options_.path_file.path.empty()) options_.path = read_path(options_.path_file.path);
-  if (options.shape.empty()) {
-    const refine::TriangleMesh read = read_fitted(options, plan);
-    warning_ = warning_of_extent(read, options);
-    if (!warning_) warning_ = warning_of_size(read, options, bed);
-    if (warning_) what_ = *warning_;
-    refine::RepairedMesh sound = repaired(read, options);
+    : options(refined(table, materials)), number(its_number), seed_(seed) {
+  what = table.shape.empty() ? table.mesh.path.string()
+                             : fmt::format("objects.{} ({})", number, table.shape);
+  if (!options.path_file.path.empty()) options.path = read_path(options.path_file.path);
+  if (table.shape.empty()) {
+    const refine::TriangleMesh read = read_fitted(table, plan);
+    warning = warning_of_extent(read, table);
+    if (!warning) warning = warning_of_size(read, table, bed);
+    if (warning) what = *warning;
+    refine::RepairedMesh sound = repaired(read, table);
     mesh_ = std::move(sound.mesh);
     open_ = !refine::encloses_volume(mesh_);
-    report_ = sound.report;
+    report = sound.report;
   }
 }
 
 bool BodySource::is_line() const {
-  return !options_.shape.empty() && shape_named(options_.shape).along_path;
+  return !options.shape.empty() && shape_named(options.shape).along_path;
 }
 
 ObjectBody BodySource::body(std::size_t copy) const {
-  ObjectBody body{.mesh = {}, .parts = parts_of(options_), .face_part = {}};
-  if (options_.shape.empty()) {
+  ObjectBody body{.mesh = {}, .parts = parts_of(options), .face_part = {}};
+  if (options.shape.empty()) {
     body.mesh = mesh_;
     body.parts.front().two_sided = open_;
   } else if (!is_line()) {
     const RandomStream form =
-        options_.shape_seed ? RandomStream(*options_.shape_seed, Purpose::object_shape, {0, copy})
-                            : RandomStream(seed_, Purpose::object_shape, {number_, copy});
+        options.shape_seed ? RandomStream(*options.shape_seed, Purpose::object_shape, {0, copy})
+                           : RandomStream(seed_, Purpose::object_shape, {number, copy});
     try {
-      const ShapeKind& kind = shape_named(options_.shape);
-      ShapeBody made = make_body(kind, options_.size, form, options_.variant);
+      const ShapeKind& kind = shape_named(options.shape);
+      ShapeBody made = make_body(kind, options.size, form, options.variant);
       body.mesh = std::move(made.mesh);
-      const bool depth_given = options_.burial || options_.height_m;
+      const bool depth_given = options.burial || options.height_m;
       if (kind.several || !depth_given) body.sunk_m = made.sunk_m;
       // Part 0 is the whole object, and the parts of the shape follow.
       for (const std::uint8_t part : made.face_part)
         body.face_part.push_back(static_cast<std::uint16_t>(part + 1));
     } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument(fmt::format("{}: {}", what_, error.what()));
+      throw std::invalid_argument(fmt::format("{}: {}", what, error.what()));
     }
   }
   const bool one_of_several = body.parts.size() > 1;

@@ -47,37 +47,30 @@ void centre(ObjectBody& body);
 void add_member(ObjectBody& base, ObjectBody member, const ObjectOptions& options);
 
 /// Makes the bodies of one of the scene's [[objects]] tables.
-class BodySource {
- public:
+struct BodySource {
+  ObjectOptions options;
+  std::size_t number;
+  std::string what;  ///< the name of the table in messages
+  std::optional<refine::RepairReport> report;
+  /// A warning of a mesh so large that a vertex may be misplaced, or wider than the bed.
+  std::optional<std::string> warning;
+
   /// Reads and repairs the mesh of a file. Throws what mesh_of() throws, and MemoryError.
-  BodySource(const ObjectOptions& options, std::size_t number, std::uint64_t seed,
+  BodySource(const ObjectOptions& table, std::size_t its_number, std::uint64_t seed,
              const BedGrid& bed, std::span<const Material> materials, const MemoryPlan& plan);
 
-  const ObjectOptions& options() const { return options_; }
-  std::size_t number() const { return number_; }
   /// The shape, or the name of the mesh's file without its folder.
   std::string name() const {
-    return options_.shape.empty() ? options_.mesh.path.filename().string() : options_.shape;
+    return options.shape.empty() ? options.mesh.path.filename().string() : options.shape;
   }
-  /// The name of the table in messages.
-  const std::string& what() const { return what_; }
-  const std::optional<refine::RepairReport>& report() const { return report_; }
-  /// A warning of a mesh so large that a vertex may be misplaced, or wider than the bed.
-  const std::optional<std::string>& warning() const { return warning_; }
   bool is_line() const;
-
   /// The body with number `copy`. The body of a line has labels only.
   ObjectBody body(std::size_t copy) const;
 
  private:
-  ObjectOptions options_;
-  std::size_t number_;
   std::uint64_t seed_;
-  std::string what_;
   refine::TriangleMesh mesh_;  // of a file
   bool open_ = false;          // whether mesh_ encloses no volume
-  std::optional<refine::RepairReport> report_;
-  std::optional<std::string> warning_;
 };
 
 }  // namespace ensonify::engine

@@ -78,8 +78,8 @@ class Table {
       sources_.emplace_back(options, member, placing.seed, placing.bed, placing.materials,
                             placing.plan);
     }
-    options_ = base().options();
-    what_ = base().what();
+    options_ = base().options;
+    what_ = base().what;
   }
 
   const std::vector<BodySource>& sources() const { return sources_; }
@@ -139,7 +139,7 @@ class Table {
       // The whole object has the class of its base, unless its parts have separate classes.
       if (!options_.part_classes)
         for (ObjectPart& part : member.parts) part.class_name = options_.class_name;
-      add_member(body, std::move(member), sources_[i].options());
+      add_member(body, std::move(member), sources_[i].options);
     }
     body.sunk_m = std::max(0.0, -double(refine::bounds(body.mesh).lowest.z()));
     return body;
@@ -266,7 +266,7 @@ class CoarseFacets {
  public:
   void look_at(const BodySource& source, const ObjectMesh& mesh,
                std::span<const Material> materials) {
-    const ObjectOptions& table = source.options();
+    const ObjectOptions& table = source.options;
     const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
     if (!lobe_rad) return;
     const double facet_rad = facet_angle_rad(mesh);
@@ -278,7 +278,7 @@ class CoarseFacets {
         "objects.{} ({}): neighbouring facets differ by {:.2g} degrees, too much for the lobe of "
         "{}, {:.2g} degrees wide: it is bright from some sides and invisible from others; use {}a "
         "material with a lobe_width_deg of {:.2g} or more",
-        source.number(), source.name(), facet_rad / degree, table.material, *lobe_rad / degree,
+        source.number, source.name(), facet_rad / degree, table.material, *lobe_rad / degree,
         table.shape.empty()  ? fmt::format("a mesh with facets of {:.2g} degrees or less, or ",
                                            facet_over_lobe * *lobe_rad / degree)
         : table.size.facet_m ? "a smaller facet_m, or "
@@ -326,7 +326,7 @@ std::optional<std::string> warning_of_distance(const BodySource& source,
       "objects.{} ({}): lies {:.3g} km from the middle of the seabed, where vertices are {:.2g} m "
       "apart, and the edges of its facets are {:.2g} m long: rays meet a rougher shape there, "
       "although its glints stay right; use larger facets, or a seabed whose middle is nearer",
-      source.number(), source.name(), 1e-3 * double(off), step_m, edge_m);
+      source.number, source.name(), 1e-3 * double(off), step_m, edge_m);
 }
 
 }  // namespace
@@ -364,9 +364,8 @@ PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t
   const auto place_table = [&](std::size_t t) {
     const Table table(tables, t, members[t], placing);
     for (const BodySource& source : table.sources()) {
-      if (source.report())
-        placed.repairs.emplace_back(source.options().mesh.path, *source.report());
-      if (source.warning()) placed.warnings.push_back(*source.warning());
+      if (source.report) placed.repairs.emplace_back(source.options.mesh.path, *source.report);
+      if (source.warning) placed.warnings.push_back(*source.warning);
     }
     if (tables[t].count > 0)
       of_table[t] = table.many(layout);
