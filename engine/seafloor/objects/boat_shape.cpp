@@ -14,17 +14,13 @@ void inflatable(FamilyForm& form, double l, double beam) {
   Solids& solids = form.solids;
   const double r = 0.13 * beam, half = 0.5 * beam - r;
   std::vector<Vector3d> way;
-  way.emplace_back(-half, -0.5 * l, r);
-  way.emplace_back(-half, 0.0, r);
-  way.emplace_back(-half, 0.18 * l, r);
+  for (const double y : {-0.5, 0.0, 0.18}) way.emplace_back(-half, y * l, r);
   for (int k = 1; k < 8; ++k) {
     const double angle = pi * k / 8.0;
     way.emplace_back(-half * std::cos(angle), (0.2 + 0.26 * std::sin(angle)) * l,
                      r * (1.0 + 0.6 * std::sin(angle)));
   }
-  way.emplace_back(half, 0.18 * l, r);
-  way.emplace_back(half, 0.0, r);
-  way.emplace_back(half, -0.5 * l, r);
+  for (const double y : {0.18, 0.0, -0.5}) way.emplace_back(half, y * l, r);
   solids.sweep(way, circle(r, form.sides(12)));
   solids.block({0.0, -0.05 * l, 0.5 * r}, {2.0 * half, 0.75 * l, 0.3 * r});
   solids.block({0.0, -0.42 * l, 1.1 * r}, {2.0 * half, 0.02 * l, 2.0 * r});
