@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <span>
 #include <vector>
@@ -25,5 +26,9 @@ std::vector<double> hang(std::span<const double> along_m, std::span<const double
 std::vector<Eigen::Vector3d> laid_line(
     std::span<const Eigen::Vector2d> path, double diameter_m, double step_m, double sag_radius_m,
     double lift_m, const std::function<double(const Eigen::Vector2d&)>& ground_m);
+
+/// Reads the path of a line, two points or more, from a CsvTable with the columns east_m and
+/// north_m. Throws SceneError.
+std::vector<Eigen::Vector2d> read_path(const std::filesystem::path& file);
 
 }  // namespace ensonify::engine

@@ -12,7 +12,7 @@
 
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/seafloor/objects/facets.h>
-#include <ensonify/engine/seafloor/objects/path_reader.h>
+#include <ensonify/engine/seafloor/objects/laid_line.h>
 #include <ensonify/engine/seafloor/objects/set_down.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 
