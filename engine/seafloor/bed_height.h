@@ -66,8 +66,7 @@ class BedGrid {
   std::vector<std::uint32_t> faces_;
 };
 
-/// Finds the face among those of a progressive mesh that a vertical line can touch. Not
-/// thread-safe.
+/// Finds the face among the faces of a progressive mesh that a plumb line touches. Not thread-safe.
 class PlumbLine {
  public:
   /// The seafloor must have a progressive mesh, which this object shares.

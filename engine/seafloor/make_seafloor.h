@@ -14,8 +14,7 @@
 
 namespace ensonify::engine {
 
-/// Part of the keys of caches. Raise it when changed code makes another seafloor from equal
-/// options.
+/// Part of the keys of caches. Raise it if changed code makes other seafloors from equal options.
 inline constexpr int seafloor_version = 23;
 
 /// The heights of the bed that make_seafloor() makes, with the scours of the objects but without

@@ -27,8 +27,7 @@ struct MaterialModel {
 };
 std::vector<MaterialModel> material_models();
 
-/// What the bed or an object is made of: a named sediment or solid, and parameters that replace
-/// its.
+/// What the bed or an object is made of: a named sediment or solid, with some parameters changed.
 struct Material {
   std::string name;
   std::string model = "tr9407";      ///< the name of one of material_models()
@@ -42,16 +41,16 @@ struct Material {
   std::optional<double> gsab_lambert_db;                            ///< `gsab` needs it
   double gsab_lambert_exponent = 2.0;
   std::optional<double> gsab_transitional_db, gsab_transitional_width_rad;  ///< none: no such lobe
-  InputFile table;                                         ///< a CSV file, for `table`
-  std::shared_ptr<const scatter::StrengthTable> measured;  ///< its content, read with the scene
+  InputFile table;  ///< a CSV file, for `table`
+  std::shared_ptr<const scatter::StrengthTable>
+      measured;                     ///< content of `table`, read with the scene
   double strength_offset_db = 0.0;  ///< added to the strength that the model gives
   /// Values that replace those of the texture of `like` (scatter::GroundTexture).
   std::optional<double> texture_patch_m, texture_shape, texture_exponent;
   std::optional<double> glint_share, glints_per_m2, variation_db, variation_m;
 };
 
-/// Whether the model uses the parameters of a sediment. Throws std::invalid_argument for an unknown
-/// model.
+/// Whether the model uses a sediment's parameters. Throws std::invalid_argument for unknown models.
 bool is_sediment(const Material& material);
 
 /// The names of the covers, "seagrass, shells".
@@ -69,8 +68,7 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
                                                      double sound_speed_mps,
                                                      double relief_spacing_m);
 
-/// The parameters of a sediment; nullopt if the model uses none. Throws what backscatter_of()
-/// throws.
+/// The parameters of a sediment; nullopt for other materials. Throws what backscatter_of() throws.
 std::optional<scatter::Sediment> sediment_of(const Material& material);
 
 /// How unevenly the material scatters within the sonar's cell; a smooth solid scatters evenly.

@@ -88,8 +88,7 @@ struct Seafloor {
   std::vector<ObjectMesh> object_meshes;  ///< one per object; `mesh` has their faces in this order
   std::vector<FeatureRecord> features;    ///< only features that have a point of the bed
   std::size_t repairs = 0;                ///< number of repairs to all mesh files
-  std::vector<std::string>
-      warnings;  ///< of repairs, one line per file, and of a bed that is too coarse
+  std::vector<std::string> warnings;      ///< of repairs, one line per file, and of too large cells
 
   /// Whether all faces have label 0.
   bool one_label() const {
@@ -116,10 +115,9 @@ struct Seafloor {
   /// sample of its faces is counted. If the labels are in the grid, whose tiles may not be made
   /// yet, the first material has the whole bed. Throws what label_of() throws.
   std::vector<double> material_shares() const;
-  /// Whether tiles of the bed are made when they are needed, so other heights are not known yet.
+  /// Whether the bed has tiles that are made when needed, so that not all heights are known.
   bool in_tiles() const;
-  /// The bounds of all faces, local metres. If in_tiles(), heights are estimates and may be
-  /// exceeded.
+  /// The bounds of all faces, local metres. If in_tiles(), heights are estimates.
   refine::Bounds bounds() const;
   /// Counts the repairs to a mesh file, and adds a warning of them.
   void add_repairs(const refine::RepairReport& report, const std::filesystem::path& file);

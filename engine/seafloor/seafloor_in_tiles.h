@@ -22,9 +22,9 @@ struct TileFile {
   std::string key;             ///< what the bed is made from
 };
 
-/// Whether a bed has to be made in tiles. A generated bed is if it is too large for one Fourier
-/// transform. A survey is if it has more than 2^26 points, or more than 2^28 points with its
-/// detail, and nothing that a survey in tiles cannot have. Throws what read_survey_header() throws.
+/// Whether a bed has to be made in tiles: a generated bed that is too large for one Fourier
+/// transform, or a survey of more than 2^26 points (with detail: 2^28) that has nothing that a
+/// survey in tiles cannot have. Throws what read_survey_header() throws.
 bool needs_tiles(const SeafloorOptions& options);
 /// Throws std::invalid_argument, with what to do, for a bed that needs tiles.
 void require_at_once(const SeafloorOptions& options);

@@ -35,7 +35,7 @@ struct Area {
   std::shared_ptr<const AreaPixels> pixels;          ///< used instead of `image` if not null
   int image_value = 1;                               ///< value of the pixels inside the area
   std::optional<double> shallowest_m, deepest_m;     ///< depth of the bed before its layers
-  std::optional<double> gentlest_rad, steepest_rad;  ///< its slope, smoothed over border_m
+  std::optional<double> gentlest_rad, steepest_rad;  ///< slope of the bed, over border_m
   std::string on;         ///< material that the map must have there; empty: any
   double share = 1.0;     ///< share of the places within all other limits, in ragged patches
   double patch_m = 30.0;  ///< typical size of these patches

@@ -61,8 +61,7 @@ class Forks {
     const double reach_m = reach_in_lengths * length_m;
     for_each_point_near(grid_, x, y, reach_m, [&](int column, int row, double dx, double dy) {
       const std::size_t point = grid_.index(column, row);
-      // Vectors from the two places to the point. The pair adds the angle between them to the
-      // phase.
+      // Vectors from the two places to the point; the pair adds their angle to the phase.
       const double ax = dx - 0.5 * east, ay = dy - 0.5 * north;
       const double bx = dx + 0.5 * east, by = dy + 0.5 * north;
       const double away_2 = (dx * dx + dy * dy) / (reach_m * reach_m);

@@ -72,8 +72,7 @@ class Joints {
     double low = 0.0, high = 0.0;
     bool contains(double place) const { return low <= place && place < high; }
   };
-  /// The gap between two open joints in which a place lies. A joint is in each interval of
-  /// spacing_m.
+  /// The gap between two open joints in which a place lies. Each interval of spacing_m has a joint.
   Gap gap(double place, std::uint64_t set, std::int64_t strip, double closed) const {
     struct Joint {
       double at;

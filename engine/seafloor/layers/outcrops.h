@@ -13,7 +13,7 @@ struct OutcropRelief {
   double height_m = 2.0;           ///< how far the rock rises where the weight of its area is 1
   double ledge_m = 0.5;            ///< thickness of a bed, the height of a step; 0: no ledges
   double dip_rad = 0.05;           ///< how steeply the beds sink
-  double dip_heading_rad = 0.0;    ///< the direction in which they sink
+  double dip_heading_rad = 0.0;    ///< the direction in which the beds sink
   double roughness_at_1m_m = 0.1;  ///< rms height difference of points 1 m apart on the rock
   double hurst = 0.7;              ///< Hurst exponent H of the roughness
 };

@@ -113,8 +113,7 @@ std::optional<SceneError> obstacle_to_windows(const Heightfield& grid,
 
 void require_windows(const Heightfield& grid, const SeabedOptions& options) {
   if (const auto obstacle = obstacle_to_windows(grid, options)) throw SceneError(*obstacle);
-  // lay_seabed() refuses the same options for a corner as for the whole bed, except areas that lie
-  // outside it.
+  // lay_seabed() refuses for a corner what it refuses for the whole bed, except areas outside it.
   Heightfield corner = window_of(grid, 0, 0, 4, 4);
   lay_seabed(corner, options, {}, 0);
   for_each_layer(grid, options, [&](const std::string& key, const Area& area, double, bool) {

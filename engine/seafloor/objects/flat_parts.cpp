@@ -143,8 +143,7 @@ struct Sum {
 };
 
 /// Turns the axes of a flat part whose second moments are equal and so define no axes. The new axes
-/// are the sides of the smallest rectangle around the faces that has a side along one of their
-/// edges.
+/// are the sides of the smallest rectangle around the faces with a side along one of their edges.
 void turn_to_sides(FlatPart& part, std::span<const Corners> faces) {
   constexpr std::size_t enough = 8;  // faces whose edges are tried
   const Vector3d normal = part.normal.cast<double>();

@@ -14,8 +14,7 @@ namespace ensonify::engine {
 /// than sag_radius_m. Between supports it is the parabola z'' = 1 / sag_radius_m of a string whose
 /// tension is sag_radius_m times its weight per metre in water. A span of length s sags by s^2 / (8
 /// sag_radius_m). With u = z - along_m^2 / (2 sag_radius_m), the curve is the upper convex hull of
-/// the ground's u, so no iteration is needed. `along_m` must ascend; `ground_m` has the same
-/// length.
+/// the ground's u, so no iteration is needed. `along_m` must ascend and be as long as `ground_m`.
 std::vector<double> hang(std::span<const double> along_m, std::span<const double> ground_m,
                          double sag_radius_m);
 

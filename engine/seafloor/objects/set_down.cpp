@@ -92,8 +92,7 @@ void between_vertices(refine::Triangles mesh, double step_m, With&& with) {
     }
 }
 
-/// Calls with(height of face over vertex) for each face and each vertex of the bed below or above
-/// it.
+/// Calls with(height of face over vertex) for each face and vertex of the bed on one vertical line.
 template <class With>
 void over_bed_vertices(refine::Triangles object, const BedGrid& bed, With&& with) {
   constexpr double slack = 1e-9;  // so that no vertex is missed between two faces

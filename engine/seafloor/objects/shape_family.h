@@ -59,8 +59,7 @@ void bar(Solids& solids, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
          double thick_m);
 /// A body of revolution about y, from a profile of (radius, y) with y rising.
 void turned(Solids& solids, std::span<const Eigen::Vector2d> profile, int sides);
-/// A bent and twisted plate about the origin, nearly in the xy plane. If `torn`, edge cells are
-/// lost.
+/// A bent and twisted plate about the origin, nearly in the xy plane, with missing cells if `torn`.
 void bent_plate(Solids& solids, double width_m, double length_m, double thick_m, double bend_m,
                 double twist_m, bool torn, Draws& draws);
 /// `count` torn plates, beams and pipes with lengths up to `longest_m` that lie on z = 0 in an

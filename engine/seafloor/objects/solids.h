@@ -47,8 +47,7 @@ class Solids {
   void sweep(std::span<const Eigen::Vector3d> points, const CrossSection& section,
              const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), bool loop = false);
   /// A profile of points (radius, height), rotated about z. All radii are positive. Heights rise
-  /// from the first to the last, or the profile is a loop that is counter-clockwise in (radius,
-  /// height).
+  /// from the first to the last, or the profile is a loop, counter-clockwise in (radius, height).
   void revolve(std::span<const Eigen::Vector2d> profile, int segments, bool loop = false);
   /// A ball of 20 * 4^level faces.
   void ball(const Eigen::Vector3d& middle, double radius_m, int level);
