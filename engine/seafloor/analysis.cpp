@@ -135,12 +135,11 @@ void save_analysed(const Seafloor& seafloor, const std::string& key,
 Seafloor open_analysed(const std::filesystem::path& file) {
   Seafloor seafloor;
   seafloor.labels.clear();
-  const auto mesh =
+  seafloor.progressive =
       std::make_shared<const refine::ProgressiveMesh>(refine::map_progressive_mesh(file));
-  seafloor.progressive = mesh;
-  seafloor.mesh.world_origin = mesh->world_origin;
+  seafloor.mesh.world_origin = seafloor.progressive->world_origin;
   try {
-    take(mesh->about(), seafloor);
+    take(seafloor.progressive->about(), seafloor);
   } catch (const std::exception&) {
     throw refine::MeshError(fmt::format(
         "{}: a progressive mesh without labels for its faces or without the shapes of its objects, "

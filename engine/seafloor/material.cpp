@@ -324,15 +324,11 @@ double smooth_specular(const Material& material) {
 }
 
 std::optional<double> lobe_width_rad(std::string_view name, std::span<const Material> own) {
-  const auto is_its = [&](const auto& known) { return known.name == name; };
   std::optional<Solid> of_name;
-  if (const auto found = std::ranges::find_if(own, is_its); found != own.end()) {
-    if (found->model == solid) of_name = solid_of(*found);
-  } else {
-    const std::vector<scatter::NamedSolid> known = scatter::named_solids();
-    if (const auto named = std::ranges::find_if(known, is_its); named != known.end())
-      of_name = named->solid;
-  }
+  if (const auto found = std::ranges::find(own, name, &Material::name); found != own.end())
+    of_name = as_solid(*found);
+  else if (is_solid(name))
+    of_name = scatter::solid_named(name);
   if (!of_name || !(of_name->rough().specular > 0.0)) return std::nullopt;
   return of_name->lobe_width_rad;
 }
