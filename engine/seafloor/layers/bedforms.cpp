@@ -40,8 +40,8 @@ class Forks {
  public:
   Forks(const Heightfield& grid, const Bedforms& relief, const LayerDraws& draws)
       : grid_(grid), core_m_(0.35 * relief.wavelength_m) {
-    turns_.assign(static_cast<std::size_t>(grid.points()), 0.0);
-    height_.assign(turns_.size(), 1.0);
+    turns.assign(static_cast<std::size_t>(grid.points()), 0.0);
+    height.assign(turns.size(), 1.0);
     const double per_m2 = relief.forks / std::pow(10.0 * relief.wavelength_m, 2);
     const double longest_m = 7.0 * relief.wavelength_m;
     for_each_scattered(grid, per_m2, reach_in_lengths * longest_m, draws, layer_stream::forks,
@@ -53,8 +53,7 @@ class Forks {
                              u[4] < 0.5 ? -1.0 : 1.0);
                        });
   }
-  double turns(std::size_t point) const { return turns_[point]; }
-  double height(std::size_t point) const { return height_[point]; }
+  std::vector<double> turns, height;  // at the points: added to the phase, and a factor on heights
 
  private:
   void add(double x, double y, double east, double north, double length_m, double sign) {
@@ -71,13 +70,12 @@ class Forks {
         const double rest = 2.0 * (1.0 - std::sqrt(away_2));
         window = rest * rest * (3.0 - 2.0 * rest);
       }
-      turns_[point] +=
-          sign * window * std::atan2(ax * by - ay * bx, ax * bx + ay * by) / (2.0 * pi);
+      turns[point] += sign * window * std::atan2(ax * by - ay * bx, ax * bx + ay * by) / (2.0 * pi);
       // At the two places the phase is undefined, so the height falls smoothly to zero there, over
       // the width of a crest.
       for (const double r2 : {ax * ax + ay * ay, bx * bx + by * by})
         if (r2 < 16.0 * core_m_ * core_m_)
-          height_[point] *= 1.0 - std::exp(-r2 / (core_m_ * core_m_));
+          height[point] *= 1.0 - std::exp(-r2 / (core_m_ * core_m_));
     });
   }
 
@@ -85,7 +83,6 @@ class Forks {
 
   const Heightfield& grid_;
   double core_m_;
-  std::vector<double> turns_, height_;
 };
 
 /// Random irregularities, each about two wavelengths of the bedforms long: normal random numbers of
@@ -141,7 +138,7 @@ void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& d
         const std::size_t point = grid.index(column, row);
         turns[point] = (grid.x_m(column) * east + grid.y_m(row) * north) / relief.wavelength_m +
                        bend_turns * turns[point] + relief.raggedness * shift[point] +
-                       forks.turns(point);
+                       forks.turns[point];
       }
   }
   // `mean` is the mean of the profile, from the mean of sin^p over half a turn.
@@ -185,7 +182,7 @@ void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& d
               ? less_than(ln_height,
                           std::log(highest_over_spacing / (turns_per_m(point) * relief.height_m)))
               : ln_height;
-      field.z_m[at] += 0.5 * relief.height_m * std::exp(higher_ln) * forks.height(point) *
+      field.z_m[at] += 0.5 * relief.height_m * std::exp(higher_ln) * forks.height[point] *
                        dying_out(at, near_height[point]) * (profile.at(turns[point]) - mean);
     }
 }

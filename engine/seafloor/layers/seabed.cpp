@@ -75,8 +75,9 @@ class LayerStack {
     const ReliefKind<Relief>& kind = kind_of(layer.relief);
     const Marks marked =
         std::visit([&](auto add) { return lay(layer, mask, draws, add); }, kind.add);
-    paint(layer, [&](std::size_t i) { return marked[i] != 0; });
-    if (kind.has_instances()) assign_instances(layer, marked);
+    if (!layer.class_name.empty() || !layer.material.empty())
+      paint(layer.material, layer.class_name, [&](std::size_t i) { return marked[i] != 0; });
+    if (kind.has_instances() && !layer.class_name.empty()) assign_instances(marked);
   }
 
  private:
@@ -140,9 +141,7 @@ class LayerStack {
   }
 
   /// Numbers the features of the last layer in the map. `marked` has their numbers in the layer.
-  template <class Relief>
-  void assign_instances(const ReliefLayer<Relief>& layer, const Marks& marked) {
-    if (layer.class_name.empty()) return;
+  void assign_instances(const Marks& marked) {
     map_.point_feature.resize(marked.size(), 0);
     const auto before = static_cast<std::uint32_t>(map_.feature_layer.size());
     map_.feature_layer.resize(before + std::ranges::max(marked), name_);
@@ -156,11 +155,7 @@ class LayerStack {
     return zero;
   }
 
-  template <class Relief, class Here>
-  void paint(const ReliefLayer<Relief>& layer, Here here) {
-    if (!layer.class_name.empty() || !layer.material.empty())
-      paint(layer.material, layer.class_name, here);
-  }
+  /// Changes material and class, unless they are empty, at the points i for which here(i) is true.
   template <class Here>
   void paint(const std::string& material, const std::string& class_name, Here here) {
     constexpr std::uint16_t unknown = 65535;
@@ -211,15 +206,11 @@ SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std
   if (options.empty()) return {{{material, "seabed"}}, {}};
   LayerStack layers(field, material, seed, roughness, control);
   layers.each(options.patches, "patches", Purpose::seabed_patch,
-              [&](const Patch& patch, const Mask& mask, const LayerDraws& draws) {
-                layers.lay_patch(patch, mask, draws);
-              });
+              [&](const auto&... given) { layers.lay_patch(given...); });
   for_each_relief_list(options, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
     const ReliefKind<Relief>& kind = kind_of(Relief{});
     layers.each(list, kind.list, kind.purpose,
-                [&](const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws) {
-                  layers.lay_relief(layer, mask, draws);
-                });
+                [&](const auto&... given) { layers.lay_relief(given...); });
   });
   return std::move(layers).map();
 }
