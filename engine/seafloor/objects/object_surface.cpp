@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <utility>
 
 #include <ensonify/refine/parallel_for.h>
@@ -156,16 +155,14 @@ std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor, int threads
   std::vector<std::uint16_t> labels;  // of objects
   for (std::size_t label = 0; label < parts.size(); ++label)
     if (parts[label].mesh) labels.push_back(static_cast<std::uint16_t>(label));
-  std::vector<std::optional<ObjectSurface>> made(labels.size());
+  std::vector<ObjectSurface> objects(labels.size());
   refine::parallel_for(labels.size(), threads, [&](std::size_t i, int) {
     if (stop_check) stop_check();
     Part& part = parts[labels[i]];
     ObjectMesh own = *part.mesh;
     own.faces = std::move(part.faces);
-    made[i].emplace(own, labels[i], stop_check);
+    objects[i] = ObjectSurface(own, labels[i], stop_check);
   });
-  std::vector<ObjectSurface> objects;
-  for (std::optional<ObjectSurface>& surface : made) objects.push_back(std::move(*surface));
   return objects;
 }
 

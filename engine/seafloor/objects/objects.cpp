@@ -79,7 +79,6 @@ class Table {
                             placing.plan);
     }
     options_ = base().options;
-    what_ = base().what;
   }
 
   const std::vector<BodySource>& sources() const { return sources_; }
@@ -87,7 +86,7 @@ class Table {
   PlacedObjects::One one(Layout& layout) const {
     const Spot spot{options_.east_m, options_.north_m, options_.heading_rad, options_.scale};
     const ObjectBody body = body_of(0);
-    placing_.take(body.mesh.faces.size(), what_);  // 0 for a line, which has few
+    placing_.take(body.mesh.faces.size(), base().what);  // 0 for a line, which has few
     PlacedObjects::One placed =
         set_down_at(body, spot, 0);  // before discs(), because it refuses too long lines
     layout.take(discs(body.mesh, spot));
@@ -114,8 +113,8 @@ class Table {
           throw refine::MeshError(fmt::format(
               "{}: only {} of {} objects found room after {} tries each; use fewer or smaller "
               "objects, a smaller gap_m or margin_m, or a larger area over the seafloor",
-              what_, first + i, options_.count, max_tries));
-        placing_.take(bodies[i].mesh.faces.size(), what_);
+              base().what, first + i, options_.count, max_tries));
+        placing_.take(bodies[i].mesh.faces.size(), base().what);
         spots.push_back(*spot);
       }
       refine::parallel_for(some, placing_.control.threads, [&](std::size_t i, int) {
@@ -148,8 +147,8 @@ class Table {
   PlacedObjects::One set_down_at(const ObjectBody& body, const Spot& spot, std::size_t copy) const {
     const BedGrid& bed = placing_.bed;
     const RandomStream burial(placing_.seed, Purpose::object_burial, {number_, copy});
-    SetDown placed = is_line() ? lay_down(options_, spot, bed, what_, burial)
-                               : set_down(body.mesh, options_, spot, bed, what_, body.sunk_m);
+    SetDown placed = is_line() ? lay_down(options_, spot, bed, base().what, burial)
+                               : set_down(body.mesh, options_, spot, bed, base().what, body.sunk_m);
     const Eigen::AlignedBox3d box = placed.mesh.box();
     const Vector3d middle_m = placed.mesh.place + box.center();
     PlacedObjects::One object{.mesh = placed.mesh.in_floats(),
@@ -258,7 +257,6 @@ class Table {
   ObjectOptions options_;            // options of the base
   std::size_t number_;
   Placing& placing_;
-  std::string what_;
 };
 
 /// Counts bodies whose facets are too wide for their material's lobe, and warns of the worst one.

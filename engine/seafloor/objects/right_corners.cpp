@@ -76,10 +76,6 @@ void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>&
 struct EdgedPart {
   const FlatPart* flat_part;
   double radius_m;
-  explicit EdgedPart(const FlatPart& its_flat_part)
-      : flat_part(&its_flat_part),
-        radius_m(0.525 *
-                 std::hypot(double(its_flat_part.length_m), double(its_flat_part.width_m))) {}
   bool touches(const EdgedPart& other) const {
     const double apart_m = radius_m + other.radius_m;
     return (other.flat_part->middle - flat_part->middle).squaredNorm() <= apart_m * apart_m;
@@ -127,7 +123,9 @@ std::vector<RightCorner> right_corners(std::span<const FlatPart> flat_parts,
   std::uint32_t surface = 0;
   for (const FlatPart& flat_part : flat_parts) {
     surface = std::max(surface, flat_part.surface);
-    if (flat_part.facets == 0) planes.emplace_back(flat_part);
+    if (flat_part.facets == 0)
+      planes.push_back(
+          {&flat_part, 0.525 * std::hypot(double(flat_part.length_m), double(flat_part.width_m))});
   }
   std::vector<RightCorner> corners;
   for (const auto& [one, other] : square_pairs(planes, stop_check))
