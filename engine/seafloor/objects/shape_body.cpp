@@ -1,12 +1,8 @@
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/seafloor/objects/draws.h>
 #include <ensonify/engine/seafloor/objects/shape_family.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 

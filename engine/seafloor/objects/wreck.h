@@ -1,16 +1,10 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
-#include <string_view>
 #include <vector>
 
-#include <Eigen/Core>
-
-#include <ensonify/engine/seafloor/objects/draws.h>
 #include <ensonify/engine/seafloor/objects/hull.h>
 #include <ensonify/engine/seafloor/objects/shape_family.h>
-#include <ensonify/engine/seafloor/objects/solids.h>
 
 namespace ensonify::engine {
 
@@ -36,7 +30,6 @@ class Wreck {
 
   // The hull of the upright ship, and things in it.
   void stretch(double from, double to);
-  void transom();
   void inside(double from, double to);
   void infill(double from, double to);
   void rib(double s, double lost);
@@ -59,7 +52,6 @@ class Wreck {
   // The wreck on the bed, by variant.
   void lie(std::size_t mark, double list, double trim, double heading, double sunk_m,
            const Eigen::Vector2d& place);
-  double lowest_of_hull(double list) const;
   void whole();
   void broken();
   void frames_alone();

@@ -1,10 +1,5 @@
 #include <ensonify/engine/seafloor/objects/wreck.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <numbers>
-
 namespace ensonify::engine {
 
 using Eigen::Vector2d, Eigen::Vector3d;
@@ -125,19 +120,16 @@ void Wreck::stretch(double from, double to) {
                      return std::abs(t) > 0.3 && s > 0.04 && s < 0.96 && noise(s, t) > rust;
                    }},
               draws_);
-  if (from == 0.0) transom();
+  if (from == 0.0) {  // the plate across the stern
+    const double half = lines_.half_breadth_m(0.0), keel = lines_.keel_m(0.0);
+    const double top = lines_.top_m(0.0);
+    solids_.block({0.0, -0.5 * length_m_ + plate_m_, 0.5 * (keel + top)},
+                  {1.1 * half, plate_m_, 0.8 * (top - keel)});
+  }
   inside(from, to);
   deck_of(from, to);
   upper_works(from, to);
   if (from == 0.0) stern_gear();
-}
-
-/// The plate across the stern.
-void Wreck::transom() {
-  const double half = lines_.half_breadth_m(0.0), keel = lines_.keel_m(0.0);
-  const double top = lines_.top_m(0.0);
-  solids_.block({0.0, -0.5 * length_m_ + plate_m_, 0.5 * (keel + top)},
-                {1.1 * half, plate_m_, 0.8 * (top - keel)});
 }
 
 /// Frames with the beams of the deck, cargo in the holds, and sediment.

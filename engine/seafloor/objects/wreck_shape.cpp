@@ -1,9 +1,5 @@
 #include <ensonify/engine/seafloor/objects/wreck.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-
 namespace ensonify::engine {
 
 using Eigen::Vector2d, Eigen::Vector3d;
@@ -34,19 +30,13 @@ void Wreck::lie(std::size_t mark, double list, double trim, double heading, doub
   solids_.move(mark, motion({0.0, 0.0, -0.5 * lines_.depth_m}));
   solids_.move(mark, motion(Vector3d::Zero(), 0.0, list, 0.0));
   solids_.move(mark, motion({place.x(), place.y(), 0.0}, trim, 0.0, heading));
-  // By the lowest point of the hull, because a mast that lies over the side may be lower.
-  const double low_m = lowest_of_hull(list);
-  solids_.move(mark, motion({0.0, 0.0, -low_m - sunk_m}));
-}
-
-/// The z of the lowest point of the midship section, relative to the section's middle, with a list.
-double Wreck::lowest_of_hull(double list) const {
+  // By the lowest point of the midship section, because a mast over the side may be lower.
   double low = 0.0;
   for (int k = -16; k <= 16; ++k) {
     const Vector3d p = lines_.point(0.5, k / 16.0);
     low = std::min(low, (p.z() - 0.5 * lines_.depth_m) * std::cos(list) - p.x() * std::sin(list));
   }
-  return low;
+  solids_.move(mark, motion({0.0, 0.0, -low - sunk_m}));
 }
 
 void Wreck::whole() {

@@ -1,11 +1,5 @@
 #include <ensonify/engine/seafloor/objects/wreck.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <numbers>
-#include <vector>
-
 namespace ensonify::engine {
 
 using Eigen::Vector2d, Eigen::Vector3d;
