@@ -41,9 +41,8 @@ struct Material {
   std::optional<double> gsab_lambert_db;                            ///< `gsab` needs it
   double gsab_lambert_exponent = 2.0;
   std::optional<double> gsab_transitional_db, gsab_transitional_width_rad;  ///< none: no such lobe
-  InputFile table;  ///< a CSV file, for `table`
-  std::shared_ptr<const scatter::StrengthTable>
-      measured;                     ///< content of `table`, read with the scene
+  InputFile table;                                         ///< a CSV file, for `table`
+  std::shared_ptr<const scatter::StrengthTable> measured;  ///< read from `table`
   double strength_offset_db = 0.0;  ///< added to the strength that the model gives
   /// Values that replace those of the texture of `like` (scatter::GroundTexture).
   std::optional<double> texture_patch_m, texture_shape, texture_exponent;

@@ -39,7 +39,7 @@ struct ObjectOptions {
   /// height_m and burial, the object stands on the bed, or is sunk in as deep as its shape defines.
   std::optional<double> burial;
   bool follow_slope = false;  ///< whether the object tilts with the bed below it
-  // The scour around the object (scour.h): depth of the scour / object's height, length of the tail
+  // The scour around the object (scour.h): depth of the moat / object's height, height of the tail
   // / object's height, and the direction towards which the current flows.
   double scour_ratio = 0.0, tail_ratio = 0.0, current_rad = 0.0;
   // Rotations about the object's middle: heading turns y clockwise from north, then pitch lifts the
