@@ -16,12 +16,12 @@
 namespace ensonify::engine {
 namespace {
 
-/// The place of a ping in each of two lines that have it.
+/// The index of a ping in two lines; unset in a line that lacks the ping.
 struct BothPings {
   std::optional<std::size_t> in_line, in_other;
 };
 
-/// The pings of both lines in their order.
+/// The pings of both lines, in ascending order; pings that both lines have are one element.
 std::vector<BothPings> both_pings(const RecordedLine& line, const RecordedLine& other) {
   constexpr double same_s = 1.0;
   const auto key = [](const RecordedPing& ping) {

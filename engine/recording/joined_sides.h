@@ -6,18 +6,21 @@
 
 namespace ensonify::engine {
 
-/// Whether port and starboard of one sonar can have these frequencies; 0: not stated. They may
-/// differ by some percent, so that the sides do not receive each other. Two frequencies of one
-/// sonar differ much more.
+/// Whether port and starboard of one sonar can have these frequencies (0: not stated). The two
+/// frequencies may differ by up to 20 %, because some sonars use different frequencies so that one
+/// side does not receive the pulse of the other side. The frequencies of a sonar with two
+/// frequencies differ much more.
 bool may_be_of_one_sonar(double port_hz, double starboard_hz);
 
-/// Whether one line is the port and the other the starboard of one sonar, as some recorders write
-/// them to two files: half of the shorter one's pings or more have number, beam and time (within a
-/// second) of a ping of the other, and the frequencies may be those of one sonar.
+/// Whether one of the two lines is the port side and the other line the starboard side of one
+/// sonar. (Some recorders write the sides to two files.) This is so if each line has one side,
+/// may_be_of_one_sonar() accepts the frequencies, and at least half of the shorter line's pings
+/// have the number, beam and time (within a second) of a ping in the other line.
 bool are_sides_of_one(const RecordedLine& line, const RecordedLine& other);
 
-/// Joins `other`, for which are_sides_of_one(), to a line. Adds a warning; `name` is the other's
-/// file. A ping that one of them lacks has no samples on that side.
+/// Adds the pings of `other` to `line`; are_sides_of_one() must be true for them. Adds a warning;
+/// `name` is the file of `other`. A ping that only one of the lines has gets zeros on the other
+/// side.
 void join_sides(RecordedLine& line, const RecordedLine& other, std::string_view name);
 
 }  // namespace ensonify::engine

@@ -12,7 +12,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// The track of a ship, and the places behind it. Places must be asked for in their order.
+/// The track of a ship, and the places behind the ship.
 class ShipTrack {
  public:
   ShipTrack(std::vector<Eigen::Vector2d> places, double longest_m) : places_(std::move(places)) {
@@ -29,10 +29,12 @@ class ShipTrack {
 
   double farthest_m() const { return farthest_m_; }
 
-  /// Where the ship was when it was `layback_m` away from its place i.
+  /// The place where the ship was when it was `layback_m` away from its place i. Call this with
+  /// ascending i, so that the search is short.
   Eigen::Vector2d behind(std::size_t i, double layback_m) {
     const auto away_m = [&](std::size_t k) { return (places_[i] - place_before(k)).norm(); };
-    // The first of the places that are too near; places_[-1] is far before the track.
+    // near_ is the index of the first place that is too near. The place before places_[0] is
+    // `before_`, far before the track.
     near_ = std::min(near_, i);
     while (near_ > 0 && away_m(near_) < layback_m) --near_;
     while (near_ < i && away_m(near_ + 1) >= layback_m) ++near_;
@@ -67,7 +69,7 @@ void tow_back(RecordedLine& line, std::string_view name) {
     std::size_t number;
     double layback_m;
   };
-  std::vector<TowedPing> towed;  // those that have a place
+  std::vector<TowedPing> towed;  // the pings that have a layback and a place
   std::vector<Eigen::Vector2d> places;
   Eigen::Vector2d scale = Eigen::Vector2d::Ones();
   double longest_m = 0.0, sum_m = 0.0;

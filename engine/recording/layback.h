@@ -7,15 +7,15 @@
 
 namespace ensonify::engine {
 
-/// How far a sonar is towed behind the ship, metres over ground, from what its pings state: the
-/// layback itself; without it, that of a straight cable of this length. Unset if it is neither
-/// stated nor less than 10 km.
+/// How far a sonar is towed behind the ship, in metres over ground. It is the stated layback. If
+/// none is stated (not positive), it follows from a straight cable of length `cable_m` to the
+/// sonar's depth. Unset if the result is not positive or not less than 10 km.
 std::optional<double> stated_layback_m(double layback_m, double cable_m, double sonar_depth_m);
 
-/// Moves the places of pings that have a layback, which are those of the ship, back to the towed
-/// sonar: to where the ship was when it was as far away as the layback. Before the line, the ship
-/// is taken to come straight from behind. Adds a warning that says so. If the ship does not move,
-/// the places stay, and the pings have no layback.
+/// For pings that have a layback, the places are those of the ship. This moves them to the towed
+/// sonar: to the place on the ship's track whose distance from the ship is the layback. The track
+/// is continued backwards in a straight line before the first ping. Adds a warning. If the ship
+/// does not move, the places stay, the laybacks are removed, and the warning says so.
 void tow_back(RecordedLine& line, std::string_view name);
 
 }  // namespace ensonify::engine

@@ -20,7 +20,7 @@ std::vector<std::size_t> all_pings(const RecordedLine& line) {
   return all;
 }
 
-/// Compares the samples of two pings, all sides.
+/// The lexicographical order of the samples of two pings, side by side.
 std::strong_ordering compare_samples(const RecordedLine& line, std::size_t a, std::size_t b) {
   for (const Side side : line.sides()) {
     const std::span<const float> one = line.row(side, a), other = line.row(side, b);

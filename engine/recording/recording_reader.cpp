@@ -19,20 +19,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A format: whether a file begins as it does, and its reader.
+/// A format: the test of a file's first bytes, and the parser.
 struct Format {
   bool (*is)(std::span<const std::byte> begin);
   std::vector<RecordedLine> (*parse)(std::span<const std::byte> bytes, std::string_view name);
 };
 constexpr std::array formats{Format{&is_xtf, &parse_xtf}, Format{&is_jsf, &parse_jsf}};
 
-constexpr std::size_t begin_bytes = 1024;  // that identify the format
+constexpr std::size_t begin_bytes = 1024;  // enough to identify the format
 
 std::span<const std::byte> bytes_of(const std::string& content) {
   return std::as_bytes(std::span(content));
 }
 
-/// Some recorders do not move the date at midnight: where times fall by a day, a day is added.
+/// Some recorders do not change the date at midnight. Where a time is about a day less than the
+/// time before it, a day is added to this and the following times, until the date changes.
 void pass_midnight(std::vector<RecordedPing>& pings) {
   constexpr double day_s = 86400.0, max_step_s = 7200.0;
   double added_s = 0.0;
@@ -43,7 +44,7 @@ void pass_midnight(std::vector<RecordedPing>& pings) {
       const double step_s = *ping.t_s + added_s - *before_s;
       if (step_s >= -day_s && step_s <= max_step_s - day_s)
         added_s += day_s;
-      else if (added_s > 0.0 && step_s >= day_s - max_step_s)  // the date has moved at last
+      else if (added_s > 0.0 && step_s >= day_s - max_step_s)  // the date has changed
         added_s -= day_s;
     }
     *ping.t_s += added_s;
@@ -66,7 +67,8 @@ void warn_of_times(RecordedLine& line, std::string_view name) {
                     name, back, line.pings.size()));
 }
 
-/// `name` is the file of the pings from `first` on.
+/// Warns if the pings from `first` on, which are those of the file `name`, begin before the latest
+/// earlier ping.
 void warn_of_order(RecordedLine& line, std::size_t first, std::string_view name) {
   const std::span<const RecordedPing> pings = line.pings, next = pings.subspan(first);
   const auto latest =
@@ -81,7 +83,7 @@ void warn_of_order(RecordedLine& line, std::size_t first, std::string_view name)
                     name));
 }
 
-/// `name` is the file of the next line.
+/// Appends the pings of `next`, a line of the file `name`.
 void append(RecordedLine& line, RecordedLine next, std::string_view name) {
   const std::size_t samples = std::max(line.samples, next.samples);
   set_samples(line, samples);

@@ -12,11 +12,11 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t block_pings = 8;  // their mean shows the edge through the speckle
+constexpr std::size_t block_pings = 8;  // a mean of pings has less speckle, so its edge is clear
 constexpr std::size_t usual_bins = 256, fewest_bins = 32;
 
-/// The mean logarithm of the amplitudes of some pings over range, in bins; empty if they are
-/// silent, have too few samples, or not as many.
+/// The mean of the natural logarithm of the amplitudes in `block_pings` pings from `first` on, for
+/// each bin of range. Empty if the pings are silent, have too few samples, or differ in length.
 std::vector<double> profile(const RecordedLine& line, Side side, std::size_t first) {
   const std::size_t samples = line.pings[first].samples - line.pings[first].unrecorded;
   if (samples < fewest_bins) return {};
@@ -35,16 +35,17 @@ std::vector<double> profile(const RecordedLine& line, Side side, std::size_t fir
     }
   }
   if (!(sum > 0.0)) return {};
-  const double least = 0.01 * sum / static_cast<double>(means.size());  // finite where all is 0
+  const double least = 0.01 * sum / static_cast<double>(means.size());  // so that log(0) is finite
   std::vector<double> logarithms(bins, 0.0);
   for (std::size_t i = 0; i < means.size(); ++i)
     logarithms[i % bins] += std::log(means[i] + least) / double{block_pings};
   return logarithms;
 }
 
-/// How sharply a profile rises out of a dark beginning: the most by which the mean of a short
-/// window is above the window before it, and above all that is before it. Nearest to the transducer
-/// a burst may be bright.
+/// How sharply a profile rises out of a dark beginning. For each place this is the mean of a short
+/// window behind the place, minus the larger of two means: of the window before the place, and of
+/// everything before the place. The largest such difference is returned. The first window is not
+/// used, because the transmit leakage may be bright there.
 double edge(std::span<const double> profile) {
   const std::size_t window = std::max<std::size_t>(1, profile.size() / 50),
                     last = profile.size() * 3 / 5;
@@ -62,9 +63,9 @@ double edge(std::span<const double> profile) {
 }
 
 bool is_reversed(const RecordedLine& line, Side side) {
-  constexpr double clear = 0.7;     // a factor of two in amplitude
-  constexpr double clearer = 0.4;   // than that of the other end, a factor of 1.5
-  constexpr std::size_t least = 3;  // times those that are as they should be
+  constexpr double clear = 0.7;     // of an edge: a factor of two in amplitude
+  constexpr double clearer = 0.4;   // than the edge from the other end: a factor of 1.5
+  constexpr std::size_t least = 3;  // least ratio of reversed blocks to blocks in the right order
   std::size_t blocks = 0, right = 0, reversed = 0;
   for (std::size_t first = 0; first + block_pings <= line.pings.size(); first += block_pings) {
     std::vector<double> amplitudes = profile(line, side, first);

@@ -6,11 +6,12 @@
 
 namespace ensonify::engine {
 
-/// Turns the samples of a side that the file has from far to near where its format says near to
-/// far, or the reverse, and adds a warning. The samples show it: nearest to the sonar is the water
-/// column, dark up to the sharp edge of the bed. A side is turned if at least half of its pings
-/// have such an edge from the far end on and not from the near end, and at most a third as many
-/// have it as it should be. Lines whose sides end at different ranges are left as they are.
+/// Reverses the samples of each side that the file stores in the wrong order (far to near instead
+/// of near to far, or the opposite), and adds a warning. The samples show the order: the water
+/// column is nearest to the sonar and dark, up to the sharp edge of the bed. The pings are examined
+/// in blocks of 8. A side is reversed if at least half of its blocks have such an edge only when
+/// they are read from their far end, and at most a third as many blocks have a sharper edge from
+/// their near end. Lines whose sides end at different ranges are not changed.
 void turn_reversed_sides(RecordedLine& line, std::string_view name);
 
 }  // namespace ensonify::engine

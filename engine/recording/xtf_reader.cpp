@@ -44,17 +44,18 @@ std::size_t bytes_of(SampleFormat format) {
   return 0;
 }
 
-/// A channel as the file's header describes it, or else the headers of its samples.
+/// A channel as the file's header describes it. What that header lacks is from the channel headers
+/// of the pings.
 struct Channel {
   std::string name;
   bool sidescan = false;
-  int line = -1;  ///< number of its line; -1: none
+  int line = -1;  ///< number of the channel's line; -1: none
   Side side = Side::port;
   bool ground_range = false;  ///< as stated
-  int format_code = 0;        ///< as in the file; 0: its number of bytes tells the format
+  int format_code = 0;        ///< as in the file; 0: the bytes per sample define the format
   SampleFormat format = SampleFormat::unknown;
-  std::size_t samples = 0;        ///< where a ping does not state them
-  std::size_t first_samples = 0;  ///< of the first ping that has some; 0: none has
+  std::size_t samples = 0;        ///< for pings that do not state a number of samples
+  std::size_t first_samples = 0;  ///< in the first ping with samples; 0: no ping has samples
   double frequency_hz = 0.0;
   double beamwidth_rad = 0.0, vertical_beamwidth_rad = 0.0, tilt_rad = 0.0;
 };
@@ -66,13 +67,14 @@ std::size_t packet_size(const RecordingBytes& bytes) {
   return bytes.at<std::uint16_t>(0) == xtf_magic && size >= packet_header ? size : 0;
 }
 
-/// An angle of CHANINFO in radians; 0 if it is no beam's.
+/// An angle of CHANINFO in radians; 0 if it is unknown or beyond 180 degrees.
 double beam_rad(const RecordingBytes& info, std::size_t offset) {
   const double degrees = info.known<float>(offset).value_or(0.0);
   return std::abs(degrees) <= 180.0 ? degrees * degree : 0.0;
 }
 
-/// From the codes of CHANINFO: its sample format, else its bytes per sample; unipolar or bipolar.
+/// The sample format that CHANINFO states: by its code, or if that is 0 by the bytes per sample,
+/// and by whether samples are unipolar or bipolar.
 SampleFormat sample_format(const RecordingBytes& info) {
   const bool bipolar = info.at<std::uint16_t>(4) == 0;
   switch (info.at<std::uint8_t>(74)) {
@@ -112,7 +114,7 @@ float sample_at(const RecordingBytes& bytes, SampleFormat format, std::size_t i,
   return std::abs(bytes.at<float>(offset));
 }
 
-/// The channels of each kind that the file's header counts, with their names.
+/// The number of channels of each kind in the file's header, and the name of the kind.
 std::vector<std::pair<std::size_t, std::string_view>> counted_channels(const RecordingBytes& file) {
   return {{file.at<std::uint16_t>(166), "sonar"},
           {file.at<std::uint16_t>(168), "bathymetry"},
@@ -130,8 +132,8 @@ std::size_t number_of_channels(const RecordingBytes& file) {
 
 constexpr int navigation_packet = 42, raw_navigation_packet = 107;
 
-/// What a packet is that has no sidescan samples (Triton, eXtended Triton Format, rev. 41,
-/// HeaderType).
+/// The kind of a packet without sidescan samples, for messages (Triton, eXtended Triton Format,
+/// rev. 41, HeaderType).
 std::string kind_of_packet(int type) {
   std::string_view kind;
   switch (type) {
@@ -160,7 +162,7 @@ std::string kind_of_packet(int type) {
 class XtfReader {
  public:
   explicit XtfReader(std::span<const std::byte> bytes) : file_(bytes) {
-    // The header of some files is 1024 bytes although they have more than 6 channels.
+    // Some files have more than 6 channels, but a file header of only 1024 bytes.
     begin_ = packet_size(file_.part(file_header)) > 0 ? file_header : header_end();
     const std::size_t channels = number_of_channels(file_);
     for (std::size_t k = 0; k < channels && file_.has(first_channel_info + k * channel_info, 1);
@@ -249,7 +251,7 @@ class XtfReader {
   }
 
  private:
-  /// Throws RecordingError if no sidescan channel can be read, because of its sample format.
+  /// Throws RecordingError if there are sidescan channels, but none has a supported sample format.
   void refuse_formats(std::string_view name) const {
     const Channel* unknown = nullptr;
     for (const Channel& channel : channels_) {
@@ -263,7 +265,7 @@ class XtfReader {
           unknown->format_code));
   }
 
-  /// With more than 6 channels the file's header takes more blocks of 1024 bytes.
+  /// The size of the file's header: whole blocks of 1024 bytes; the first block has 6 channels.
   std::size_t header_end() const {
     const std::size_t used = first_channel_info + number_of_channels(file_) * channel_info;
     return (used + file_header - 1) / file_header * file_header;
@@ -274,8 +276,8 @@ class XtfReader {
     return packet.at<std::uint8_t>(2) == sonar_packet && packet.size() >= ping_header;
   }
 
-  /// Calls take(channel, header, bytes, samples) for each channel of a ping that has samples, of
-  /// which `bytes` are the first and all that follow.
+  /// Calls take(channel, header, bytes, samples) for each channel with samples in a ping's packet.
+  /// `bytes` begins with the channel's samples and ends with the packet.
   template <class Take>
   void over_samples(const RecordingBytes& packet, Take&& take) {
     std::size_t at = ping_header;
@@ -283,7 +285,7 @@ class XtfReader {
          --left) {
       const RecordingBytes header = packet.part(at, channel_header);
       const std::size_t number = header.at<std::uint16_t>(0);
-      if (number >= channels_.size()) {  // the length of its samples is unknown
+      if (number >= channels_.size()) {  // the length of a sample is unknown
         ++unlike_header_;
         return;
       }
@@ -305,8 +307,9 @@ class XtfReader {
     }
   }
 
-  /// Gives each sidescan channel that has samples its line: port and starboard of one frequency,
-  /// best with as many samples, in the order of the header.
+  /// Sets the line of each sidescan channel that has samples. A line has a port and a starboard
+  /// channel of one frequency, if possible with equal numbers of samples. Earlier channels of the
+  /// header are paired first.
   void pair_channels() {
     LineBuilder uncounted(format_name);
     over_packets(
@@ -334,7 +337,8 @@ class XtfReader {
     }
   }
 
-  /// The first channels of port and of starboard whose line has no other side; null: none.
+  /// The first port channel and the first starboard channel that are alone in their lines; null:
+  /// none.
   std::pair<const Channel*, const Channel*> lone_channels() const {
     const auto first = [&](Side side) -> const Channel* {
       const auto found = std::ranges::find_if(channels_, [&](const Channel& channel) {
@@ -349,7 +353,8 @@ class XtfReader {
     return std::ranges::count(channels_, channel.line, &Channel::line) == 1;
   }
 
-  /// How unlike the two sides of one line two channels are; `unlike`: they are of different sonars.
+  /// How much two channels differ from two sides of one line; `unlike` if they are of different
+  /// sonars.
   static constexpr double unlike = 10.0;
   static double unlikeness(const Channel& a, const Channel& b) {
     constexpr double one_unstated = 1.0, other_samples = 0.01;
@@ -392,7 +397,7 @@ class XtfReader {
     return has_samples;
   }
 
-  /// The file's, else the name that both channels of a line have.
+  /// The sonar's name in the file header, else the name that both channels of the line have.
   std::string sonar_name(const Channel& channel) const {
     std::string name = file_.text(18, 16);
     if (name.empty() && std::ranges::count_if(channels_, [&](const Channel& other) {
@@ -407,10 +412,11 @@ class XtfReader {
     double sample_m = 0.0;       ///< 0: not stated
     std::size_t unrecorded = 0;  ///< as RecordedPing::unrecorded
   };
-  /// The specification (Triton, eXtended Triton Format, rev. 41, XTFPINGCHANHEADER) has SlantRange,
-  /// "of the data", TimeDelay, the seconds to the start of the recorded data, and TimeDuration, the
-  /// seconds recorded, typically SlantRange / 750 m/s. So SlantRange is the extent of the samples,
-  /// unless delay and duration add up to it.
+  /// The specification (Triton, eXtended Triton Format, rev. 41, XTFPINGCHANHEADER) has three
+  /// fields: SlantRange, "of the data"; TimeDelay, the seconds to the start of the recorded data;
+  /// and TimeDuration, the seconds recorded, typically SlantRange / 750 m/s. So SlantRange is the
+  /// extent of the samples, unless delay and duration, as ranges, add up to SlantRange. Then the
+  /// extent is the duration.
   Extent extent_of(const RecordingBytes& header, std::size_t samples, double speed_mps) {
     const double slant_m = header.at<float>(4), delay_s = header.at<float>(12),
                  duration_m = 0.5 * speed_mps * header.at<float>(16);
@@ -428,9 +434,9 @@ class XtfReader {
     return {sample_m, static_cast<std::size_t>(std::lround(delay_m / sample_m))};
   }
 
-  /// The weight of the ping's samples: an amplitude is sample x 2^-weight.
+  /// The weight of a channel's samples: amplitude = sample x 2^-weight.
   static int weight_of(const RecordingBytes& header) {
-    constexpr int most = 31;  // beyond, the field holds something else
+    constexpr int most = 31;  // a larger number is no weight
     const int weight = header.at<std::int16_t>(58);
     return std::abs(weight) <= most ? weight : 0;
   }
@@ -453,9 +459,9 @@ class XtfReader {
   std::vector<Channel> channels_;
   ByteOrder byte_order_;
   bool high_byte_first_ = false;
-  std::size_t unlike_header_ = 0;          // packets
-  static constexpr int longest_delay = 4;  // times what was recorded
-  double doubtful_delay_s_ = 0.0;          // a longer one
+  std::size_t unlike_header_ = 0;          // packets that do not agree with the file's header
+  static constexpr int longest_delay = 4;  // as a multiple of the recorded extent
+  double doubtful_delay_s_ = 0.0;          // the last longer delay; 0: none
   LineBuilder lines_{format_name};
 };
 
