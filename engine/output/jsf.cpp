@@ -24,13 +24,13 @@ double interval_s(const Recording& recording) {
   return 2.0 * recording.range_m / static_cast<double>(recording.bins) / recording.sound_speed_mps;
 }
 
-/// Position, attitude and time. Offsets count from the end of the message header, within
-/// the sonar header of 240 B.
+/// Writes position, attitude and time. Numbers in h + N are offsets within the sonar header of 240
+/// bytes.
 void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   constexpr std::size_t h = jsf_message_header;
   // Validity bits: position, speed, heading, pitch and roll, altitude, depth, annotation, sound
-  // speed. The position is the sonar's own at the time of the ping ("interpolated"), not the ship's
-  // last fix.
+  // speed, and "interpolated": the position is that of the sonar at the time of the ping, and not
+  // the ship's last position fix.
   const bool over_bed = ping.altitude_m > 0.0;
   bytes.put<std::uint16_t>(h + 30, static_cast<std::uint16_t>(0x662D | (over_bed ? 0x40 : 0)));
   constexpr double units = 60.0 * 1e4 / degree;  // units of 1e-4 arc minutes per radian
@@ -56,7 +56,7 @@ void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   bytes.put<std::int16_t>(h + 166, 3);  // time basis: UTC
   bytes.put<std::uint32_t>(h + 200, static_cast<std::uint32_t>(time.ms_of_day));
 
-  // The position fix has the same time.
+  // The time of the position fix is the time of the ping.
   at = h + 186;
   for (const int value : {time.hour, time.minute, time.second}) {
     bytes.put<std::int16_t>(at, static_cast<std::int16_t>(value));
@@ -66,13 +66,14 @@ void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   bytes.put<std::int16_t>(h + 198, static_cast<std::int16_t>(time.year));
 }
 
-/// JSF's numbers: 20 low frequency, 21 high, 22 very high; from 40 on it is not a sidescan sonar.
+/// The subsystem: 20 is low frequency, 21 high, 22 very high. From 40 on it is no sidescan sonar.
 std::uint8_t subsystem(int frequency_rank) {
   return static_cast<std::uint8_t>(20 + std::min(frequency_rank, 19));
 }
 
-/// The pulse length and the speed: milliseconds and tenths of a knot have their own fields;
-/// microseconds (bits 4 to 13) and hundredths of a knot (bits 0 to 3) share u16@20.
+/// Writes the pulse length and the speed. Milliseconds and tenths of a knot have separate fields.
+/// The word at offset 20 has the microseconds (bits 4 to 13) and the hundredths of a knot (bits 0
+/// to 3).
 void put_pulse_length_and_speed(PackedBytes& bytes, double pulse_length_s, double speed_mps) {
   constexpr std::size_t h = jsf_message_header;
   const auto sweep_us = rounded<std::uint32_t>(1e6 * pulse_length_s);
@@ -83,7 +84,8 @@ void put_pulse_length_and_speed(PackedBytes& bytes, double pulse_length_s, doubl
                            static_cast<std::uint16_t>(sweep_us % 1000 << 4 | hundredths_kn % 10));
 }
 
-/// Bits 16 to 19 of a value whose lower 16 bits have their own field; they share u16@16.
+/// Bits 16 to 19 of a value, as bits from `shift` on of the word at offset 16. (The lower 16 bits
+/// of the value have a separate field.)
 std::uint16_t more_bits(std::uint32_t value, int shift) {
   return static_cast<std::uint16_t>((value >> 16 & 0xfu) << shift);
 }

@@ -15,8 +15,7 @@ namespace ensonify::engine {
 static_assert(std::endian::native == std::endian::little,
               "values are copied unchanged into little-endian formats");
 
-/// Writes values of a packed little-endian format at given offsets. Bytes that are not written are
-/// 0.
+/// Writes values of a packed little-endian format at given offsets. All other bytes are 0.
 class PackedBytes {
  public:
   explicit PackedBytes(std::vector<std::byte>& bytes) : bytes_(bytes) {}

@@ -19,7 +19,7 @@ bool is_grey_or_rgb(const PngFormat& format) {
          (format.bits == 8 || format.bits == 16);
 }
 
-/// libpng's structures for writing, and where the bytes go.
+/// libpng's structures for writing, and the receiver of the bytes.
 struct Writer {
   explicit Writer(std::function<void(std::span<const std::byte>)> its_sink)
       : sink(std::move(its_sink)) {}
@@ -31,7 +31,7 @@ struct Writer {
   png_structp png = nullptr;
   png_infop info = nullptr;
   std::string error;
-  std::exception_ptr thrown;  // by the sink; an exception must not pass through C code
+  std::exception_ptr thrown;  // by the sink: an exception must not pass through C code
 };
 
 void fail(png_structp png, png_const_charp message) {
@@ -49,7 +49,8 @@ void take_bytes(png_structp png, png_bytep data, png_size_t size) {
   }
 }
 
-// These return false on an error. No local may have a destructor here: libpng leaves by longjmp.
+// The next functions return false on an error. On an error libpng leaves by longjmp, so no local
+// variable in them may have a destructor.
 
 bool begin(Writer& writer, const PngFormat& format, const std::vector<png_text>& texts) {
   if (setjmp(png_jmpbuf(writer.png))) return false;
@@ -59,14 +60,14 @@ bool begin(Writer& writer, const PngFormat& format, const std::vector<png_text>&
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_compression_level(writer.png, 1);
   if (format.channels == 1) {
-    // Rows are stored as differences to the row above, and only runs of equal bytes are searched
-    // for: speckle has no other repetitions, and labels repeat the row above. That takes half the
-    // time of a search for all repetitions, and files are smaller (pictures 0.95 times, masks 0.6
-    // to 0.7 times).
+    // Rows are stored as differences from the row above, and zlib looks only for runs of equal
+    // bytes: speckle has no other repetitions, and labels repeat the row above. This takes half the
+    // time of a search for all repetitions, and the files are smaller (pictures 0.95 times, masks
+    // 0.6 to 0.7 times).
     png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
     png_set_compression_strategy(writer.png, Z_RLE);
   } else {
-    // The three bytes of a colour repeat: a search for them halves the file.
+    // The three bytes of a colour repeat; a search for such repetitions halves the file.
     png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
   }
   if (!texts.empty())
@@ -141,7 +142,7 @@ std::vector<std::byte> encode_png(const Picture& picture, const PngTexts& texts)
 
 namespace {
 
-/// libpng's structures for reading, and what it reads.
+/// libpng's structures for reading, and the bytes that are left to read.
 struct Reader {
   std::span<const std::byte> left;
   png_structp png = nullptr;

@@ -22,7 +22,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Removes a folder. `between` is called before each file: a disk may need a millisecond for one.
+/// Removes a folder. `between` is called before each file, because a disk may need a millisecond
+/// per file.
 void remove_folder(const fs::path& folder, const std::function<void()>& between) {
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
@@ -49,13 +50,13 @@ std::optional<Claim> Claim::try_take(const fs::path& lock_file) {
     Claim claim(lock_file, descriptor);
     if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
       const bool held_elsewhere = errno == EWOULDBLOCK;
-      // Closed here: the destructor would remove the holder's file.
+      // Closed here, because the destructor would remove the lock file of the holder.
       if (held_elsewhere) ::close(std::exchange(claim.descriptor_, -1));
       if (held_elsewhere) return std::nullopt;
       claim.exclusive_ = false;
       return claim;
     }
-    // The former holder may have removed the file between open() and flock().
+    // The holder before may have removed the file between open() and flock().
     struct stat ours {
     }, there{};
     if (::fstat(descriptor, &ours) == 0 && ::stat(lock_file.c_str(), &there) == 0 &&
@@ -130,7 +131,7 @@ StagingFolder::StagingFolder(const fs::path& place) : place_(place) {
           error,
           folder_.string() + ": cannot make this folder; choose a place that you may write to");
   }
-  // Whatever the umask, so that it can be filled, synced and removed.
+  // With any umask the owner must be able to write files into the folder and to remove them.
   fs::permissions(folder_, fs::perms::owner_all, fs::perm_options::add);
 }
 

@@ -32,7 +32,7 @@ void TarFile::finish() {
 
 bool is_whole_tar(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return false;
-  std::array<std::byte, 1024> end{};  // two blocks
+  std::array<std::byte, 1024> end{};  // a tar ends with two blocks of zeros
   refine::FileReader in(file);
   in.require_open();
   if (in.bytes() < end.size()) return false;
@@ -65,7 +65,7 @@ void read_tar(const std::filesystem::path& file,
     std::vector<std::byte> content(static_cast<std::size_t>(size));
     check(archive_read_data(tar.get(), content.data(), content.size()) == size);
     const char* const name = archive_entry_pathname(entry);
-    check(name != nullptr);  // none if it is not in the locale's encoding
+    check(name != nullptr);  // null if the name is not in the locale's encoding
     f(name, std::move(content));
   }
   check(result == ARCHIVE_EOF);

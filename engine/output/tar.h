@@ -12,7 +12,7 @@
 
 namespace ensonify::engine {
 
-/// Writes a tar (ustar) without times or owners. The file has its final name only after finish().
+/// Writes a tar file (ustar) without times or owners. The file gets its final name in finish().
 class TarFile {
  public:
   explicit TarFile(const std::filesystem::path& file);
@@ -26,8 +26,8 @@ class TarFile {
   ArchiveWriter archive_;
 };
 
-/// Whether the file exists and ends with the zeros that end a tar. One that was cut short does not.
-/// Throws std::system_error if that cannot be read.
+/// Whether the file exists and ends with the zeros that end a tar. A tar that was cut short does
+/// not end with them. Throws std::system_error if the file cannot be read.
 bool is_whole_tar(const std::filesystem::path& file);
 
 /// Calls f for each member, in order. Throws std::runtime_error, with the file's name, if the file

@@ -20,7 +20,7 @@ constexpr std::size_t file_header = 1024, channel_info = 128, ping_header = 256,
 
 float as_float(double value) { return static_cast<float>(value); }
 
-/// Rounded and clamped to a field of 16 bits.
+/// The value, rounded and clamped to 16 bits.
 std::uint16_t as_word(double value) {
   return static_cast<std::uint16_t>(
       std::lround(std::clamp(value, 0.0, double(std::numeric_limits<std::uint16_t>::max()))));
@@ -79,7 +79,7 @@ void put_time(PackedBytes& bytes, std::int64_t unix_ms) {
   bytes.put<std::uint32_t>(224, static_cast<std::uint32_t>(time.ms_of_day));
 }
 
-/// Heading in degrees. North is 360, because some readers take an attitude of zeros as missing.
+/// Heading in degrees. North is 360, because some readers treat an attitude of zeros as missing.
 float heading_deg(double heading_rad) {
   constexpr float rounding_deg = 1e-6f;
   const float degrees = as_float(heading_rad / degree);
@@ -108,7 +108,7 @@ void add_channel(PackedBytes& bytes, std::size_t at, std::size_t channel,
                 recording.side(ping.row, channel % 2 == 0 ? Side::port : Side::starboard));
 }
 
-/// Numbers of sonars with the same navigation.
+/// Indices of sonars with the same navigation.
 using SonarGroup = std::vector<std::size_t>;
 
 std::vector<SonarGroup> groups_by_navigation(std::span<const Recording> sonars) {
