@@ -40,7 +40,7 @@ GDALDataType gdal_type(PixelType type) {
   return GDT_Float32;
 }
 
-/// Keeps GDAL's first error, also one of its destructors, and keeps GDAL from printing.
+/// Keeps the first error of GDAL, also of its destructors, and keeps GDAL from printing.
 class FirstError {
  public:
   explicit FirstError(std::string& into) {
@@ -59,7 +59,7 @@ class FirstError {
 }  // namespace
 
 struct MosaicFile::Open {
-  /// Calls GDAL. Throws std::runtime_error if it reports an error.
+  /// Calls work(), which calls GDAL. Throws std::runtime_error if GDAL reports an error.
   template <class Work>
   void with_gdal(const std::filesystem::path& file, Work&& work) {
     std::string error;
@@ -110,7 +110,7 @@ MosaicFile::MosaicFile(const std::filesystem::path& file, std::int64_t columns, 
   });
 }
 
-// A file that is not finished is removed: what GDAL then reports does not matter.
+// NewFile removes an unfinished file, so errors of GDAL do not matter here.
 MosaicFile::~MosaicFile() {
   const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
   open_->dataset.reset();
