@@ -15,7 +15,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// One beyond the range of a double counts.
+/// Whether a word is a number. A number beyond the range of a double is one, too.
 bool is_number(std::string_view word) {
   if (word.starts_with('+')) word.remove_prefix(1);
   double value = 0.0;
@@ -37,7 +37,7 @@ std::string fault_of_ascii_grid(const std::filesystem::path& file, int columns, 
       const std::size_t end = std::min(line.find_first_of(blank, begin), line.size());
       const std::string_view word = std::string_view(line).substr(begin, end - begin);
       if (!is_number(word)) {
-        // The header's lines begin with words.
+        // Lines of the header begin with a word and end with a digit.
         if (found == 0 && !std::isdigit(static_cast<unsigned char>(word.back()))) break;
         return fmt::format("line {}: '{}' is not a number{}", line_number, word.substr(0, 40),
                            word.find(',') == word.npos ? "" : ", expected a decimal point");

@@ -7,7 +7,8 @@
 namespace ensonify::engine {
 namespace {
 
-/// For H5Lvisit(): 1, which ends it, at a link or a table whose content is in another file.
+/// For H5Lvisit(): returns 1, which ends the visit, at a link or a table whose content is in
+/// another file, and sets `found` to its name.
 herr_t is_elsewhere(hid_t group, const char* name, const H5L_info_t* link, void* found) {
   bool elsewhere = link->type == H5L_TYPE_EXTERNAL;
   if (link->type == H5L_TYPE_HARD) {

@@ -5,9 +5,9 @@
 
 namespace ensonify::engine {
 
-/// The fault of an HDF5 file (a BAG, a newer netCDF) that has parts in other files, which HDF5
-/// would open by itself wherever they are: by a link, as the bytes of a table, or as a virtual
-/// table. Empty if it has none. HDF5 is not safe for threads.
+/// The fault of an HDF5 file (a BAG, a newer netCDF) that has parts in other files: by a link, as
+/// the bytes of a table, or as a virtual table. HDF5 would open such files in any folder without
+/// being asked. Empty if there are no such parts. HDF5 is not safe for threads.
 std::string fault_of_hdf5(const std::filesystem::path& file);
 
 }  // namespace ensonify::engine

@@ -14,13 +14,13 @@
 
 namespace ensonify::engine {
 
-/// Heights over a large grid that are made block by block, as TiledField makes them, and rounded to
-/// floats. The blocks that were used last are kept. Thread-safe.
+/// Heights over a large grid that are made block by block (see TiledField::add_block()) and rounded
+/// to floats. The most recently used blocks are kept in memory. Thread-safe.
 class HeightBlocks {
  public:
-  static constexpr int block = TiledField::block_points;  ///< points in both directions
+  static constexpr int block = TiledField::block_points;  ///< points in each direction
 
-  /// Adds the heights of a block, (column, row), to zeros, row by row. Called by several threads.
+  /// Adds the heights of the block (column, row) to zeros, row by row. Several threads call it.
   using Make = std::function<void(int column, int row, std::vector<double>& z_m)>;
 
   HeightBlocks(int columns, int rows, Make make);
@@ -38,7 +38,7 @@ class HeightBlocks {
         const int from_row = std::max(first_row, row * block);
         const int end_column = std::min(first_column + columns, (column + 1) * block);
         const int end_row = std::min(first_row + rows, (row + 1) * block);
-        // A window that ends with the first row or column of a block needs no more of the block.
+        // A window that ends with the first row or column of a block needs only this border.
         const bool is_border = end_column - column * block == 1 || end_row - row * block == 1;
         const float* const border = is_border ? known_border(column, row) : nullptr;
         const BlockInUse whole = border ? BlockInUse() : block_at(column, row);
@@ -54,11 +54,12 @@ class HeightBlocks {
 
  private:
   using Place = std::pair<int, int>;  // row, column
-  /// Blocks are used again for other places, and borders lie in one array. If they were freed and
-  /// allocated among the large arrays of the transforms, they would fragment the memory.
+  /// The memory of a block is used again for other places, and all borders are in one array. If
+  /// they were freed and allocated among the large arrays of transforms, memory would be
+  /// fragmented.
   struct Block {
     Place place{-1, -1};
-    std::uint64_t used = 0;  // the larger, the later
+    std::uint64_t used = 0;  // larger for blocks that were used later
     int users = 0;           // number of threads that use it
     std::mutex making;
     bool made = false;
@@ -77,7 +78,7 @@ class HeightBlocks {
 
   const int across_;
   const Make make_;
-  std::mutex mutex_;  // of the following
+  std::mutex mutex_;  // for the members below
   std::uint64_t uses_ = 0;
   std::vector<std::unique_ptr<Block>> blocks_;
   std::vector<float> borders_;
@@ -87,7 +88,7 @@ class HeightBlocks {
 /// A TiledField, rounded to floats, in windows of its grid. Thread-safe.
 class FieldInWindows {
  public:
-  /// As TiledField's; throws what that throws.
+  /// Parameters and exceptions as in TiledField.
   FieldInWindows(const Heightfield& grid, SpectralField what, std::uint64_t seed, Purpose purpose,
                  std::uint64_t number = 0);
   FieldInWindows(const FieldInWindows&) = delete;

@@ -18,7 +18,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// A number's type in numpy, without its byte order, and in GDAL.
+/// The name of a type in numpy (without the byte order) and in GDAL, and its size.
 struct NumberType {
   std::string_view numpy, gdal;
   std::uint64_t bytes;
@@ -31,8 +31,9 @@ constexpr std::array number_types = {NumberType{"f8", "Float64", 8}, NumberType{
 }  // namespace
 
 std::string vrt_of_npy(const std::filesystem::path& file, double cell_m) {
-  // Magic, version, length of the header in 2 bytes (from version 2 in 4), and a dictionary.
-  constexpr std::uint64_t longest = 4096;  // numpy's own is some 80
+  // The file begins with magic, version, length of the header in 2 bytes (4 from version 2), and a
+  // dictionary.
+  constexpr std::uint64_t longest = 4096;  // numpy writes headers of about 80 bytes
   std::string header = refine::begin_of_file(file, 12 + longest);
   const std::size_t found = header.size();
   header.resize(12 + longest);

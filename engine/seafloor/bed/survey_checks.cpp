@@ -17,7 +17,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Within what is left of a size that a file prints with few digits.
+/// Whether a number is whole, except for the rounding of a file that prints few digits.
 bool is_whole(double number) {
   return number > 0.5 && std::abs(number - std::round(number)) < 1e-4 * number;
 }
@@ -25,7 +25,7 @@ bool is_whole(double number) {
 /// Whether a grid without a reference looks like one of longitudes and latitudes.
 bool seems_in_degrees(const std::array<double, 6>& transform, int columns) {
   const auto [west, east_step, turn_1, north, turn_2, north_step] = transform;
-  // 30 seconds are no size in metres.
+  // Cells of whole arc seconds, but not of whole millimetres: a size in metres would be unusual.
   const bool seconds =
       east_step < 0.1 && is_whole(3600.0 * east_step) && !is_whole(1000.0 * east_step);
   return (east_step < 0.005 || seconds) && std::abs(north_step) < 0.1 && west >= -180.0 &&
@@ -78,7 +78,7 @@ std::string fault_of_reference(GDALDataset& dataset, GDALRasterBand& band,
       if (std::string fault = fault_of_netcdf_axes(file, variable); !fault.empty()) return fault;
   if (reference && std::abs(reference->GetLinearUnits() - 1.0) > 1e-9)
     return fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), remedy);
-  constexpr double max_off = 0.05;  // of a length; that of maps of a continent is smaller
+  constexpr double max_off = 0.05;  // most error of a length; on maps of a continent it is smaller
   const Eigen::Vector2d middle(west + 0.5 * east_step * columns, north + 0.5 * north_step * rows);
   if (reference && !is_on_map(wkt_of(*reference), middle))
     return fmt::format(

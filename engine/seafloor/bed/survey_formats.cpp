@@ -45,7 +45,7 @@ std::string fault_of_kind(const std::filesystem::path& file, const SeafloorFile&
 }
 
 bool has_refinements(GDALDataset& dataset) {
-  // GDAL copies the item into what it makes of a BAG.
+  // GDAL copies the item into files that it makes from a BAG, so the driver is checked, too.
   if (std::string_view(dataset.GetDriverName()) != "BAG") return false;
   const char* const found = dataset.GetMetadataItem("HAS_SUPERGRIDS");
   return found && std::string_view(found) == "TRUE";
@@ -56,7 +56,7 @@ bool names_overviews(GDALDataset& dataset) {
 }
 
 std::string wkt_of(const OGRSpatialReference& reference) {
-  // WKT1 lacks some systems.
+  // WKT2, because WKT1 cannot describe some systems.
   constexpr std::array<const char*, 2> options = {"FORMAT=WKT2", nullptr};
   char* text = nullptr;
   reference.exportToWkt(&text, options.data());

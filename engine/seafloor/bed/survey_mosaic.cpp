@@ -23,7 +23,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::uintmax_t most_mosaic_bytes = 1 << 26;  // of some 100,000 files
+constexpr std::uintmax_t most_mosaic_bytes = 1 << 26;  // enough for about 100,000 sources
 
 class SurveyMosaic {
  public:
@@ -69,7 +69,7 @@ class SurveyMosaic {
     if (named.empty() || !std::filesystem::is_regular_file(place, error))
       fail(fmt::format("names '{}', which is no local file; only mosaics of local files are read",
                        named.string()));
-    // A mosaic may only name files in its own folder or below, like a scene.
+    // Like a scene, a mosaic may only name files in its folder or below it.
     if (!lies_below(place, std::filesystem::absolute(file_).parent_path()))
       fail(
           fmt::format("names '{}', which does not lie in its own folder or below it; put the files "

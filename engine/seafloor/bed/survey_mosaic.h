@@ -5,10 +5,10 @@
 
 namespace ensonify::engine {
 
-/// The files of a VRT mosaic. It may only put local files together: throws refine::MeshError for
-/// whatever else GDAL would do for such a file (fetch, call functions, warp, open other mosaics),
-/// for files of other formats than surveys have, and for files outside its own folder. GDAL's
-/// drivers must be registered.
+/// The source files of a VRT mosaic. A mosaic may only join local files. Throws refine::MeshError
+/// if the VRT makes GDAL do anything else (fetch, call functions, warp, open other mosaics), and
+/// for sources that are not in the formats of surveys or not in the mosaic's folder or below it.
+/// GDAL's drivers must be registered.
 std::vector<std::filesystem::path> files_of_mosaic(const std::filesystem::path& file);
 
 }  // namespace ensonify::engine

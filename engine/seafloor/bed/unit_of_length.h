@@ -9,7 +9,7 @@
 
 namespace ensonify::engine {
 
-/// Whether a file's unit, in any case, is the metre; so is one that is not stated.
+/// Whether a unit in a file, in upper or lower case, is the metre. An empty unit counts as metre.
 inline bool is_metre(std::string_view unit) {
   constexpr std::array<std::string_view, 6> names = {"", "m", "metre", "metres", "meter", "meters"};
   return std::ranges::find(names, lower_case(std::string(unit))) != names.end();
