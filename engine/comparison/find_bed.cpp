@@ -1,12 +1,9 @@
 #include <ensonify/engine/comparison/find_bed.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <span>
 
 #include <ensonify/engine/base/quantile.h>

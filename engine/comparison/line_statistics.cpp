@@ -1,12 +1,10 @@
 #include <ensonify/engine/comparison/line_statistics.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <span>
 #include <utility>
 
 #include <fmt/format.h>

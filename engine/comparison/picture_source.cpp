@@ -4,7 +4,6 @@
 #include <array>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include <cpl_conv.h>
 #include <cpl_error.h>

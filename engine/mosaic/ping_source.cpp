@@ -1,6 +1,5 @@
 #include <ensonify/engine/mosaic/ping_source.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <memory>
 #include <new>
-#include <string_view>
-#include <system_error>
 #include <utility>
 
 #ifdef ENSONIFY_GEOGRAPHICLIB

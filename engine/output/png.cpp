@@ -3,10 +3,8 @@
 #include <csetjmp>
 #include <cstring>
 #include <exception>
-#include <memory>
 #include <new>
 #include <stdexcept>
-#include <string>
 
 #include <png.h>
 #include <zlib.h>

@@ -8,7 +8,6 @@
 
 #include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
-#include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {

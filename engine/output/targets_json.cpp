@@ -1,7 +1,5 @@
 #include <ensonify/engine/output/targets_json.h>
 
-#include <cmath>
-
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/base/json_text.h>

@@ -1,6 +1,5 @@
 #include <ensonify/engine/seafloor/bed/files_beside.h>
 
-#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstdint>

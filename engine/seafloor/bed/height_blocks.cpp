@@ -1,7 +1,5 @@
 #include <ensonify/engine/seafloor/bed/height_blocks.h>
 
-#include <algorithm>
-
 namespace ensonify::engine {
 namespace {
 

@@ -1,7 +1,6 @@
 #include <ensonify/engine/seafloor/bed/reference_map.h>
 
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <stdexcept>
 

@@ -10,8 +10,6 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/seafloor/bed/wave_bands.h>
-
 namespace ensonify::engine {
 namespace {
 
