@@ -228,14 +228,14 @@ Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, s
                         const WorkControl& control) {
   if (detail.cell_m == 0.0) return survey;
   Heightfield fine = grid_with_detail(survey, detail);
-  const double points = static_cast<double>(fine.columns) * fine.rows;
+  const double points = fine.points();
   if (!(points <= max_points))
     throw std::invalid_argument(
         fmt::format("survey detail: cells of {} m make {:.2g} points of the survey's {} x {}; use "
                     "larger cells, or cut a part out with gdal_translate -projwin",
                     detail.cell_m, points, survey.columns, survey.rows));
   const FractalScale scale = scale_of({&survey, 1}, detail);
-  fine.z_m.resize(static_cast<std::size_t>(fine.columns) * static_cast<std::size_t>(fine.rows));
+  fine.z_m.resize(static_cast<std::size_t>(points));
   interpolate(survey, parts_of(survey, detail), fine);
   if (scale.height_at_1m_m == 0.0) return fine;
   add_spectral_field(fine, missing_field(scale, survey), RandomStream(seed, Purpose::survey_detail),
@@ -254,8 +254,7 @@ refine::HeightTiles::Heights with_detail_in_windows(const Heightfield& survey,
     relief = std::make_shared<FieldInWindows>(grid_with_detail(survey, detail),
                                               missing_field(scale, survey), seed,
                                               Purpose::survey_detail);
-  Heightfield size = survey;
-  size.z_m.clear();
+  const Heightfield size = survey.window(0, 0, survey.columns, survey.rows);
   return [size, divided = parts_of(survey, detail), heights = std::move(heights), relief](
              int first_column, int first_row, int columns, int rows, std::span<double> z_m,
              std::span<std::uint8_t>) {
@@ -265,12 +264,9 @@ refine::HeightTiles::Heights with_detail_in_windows(const Heightfield& survey,
       number = std::min(points, (first + count - 1) / of + 3) - from;
     };
     Heightfield coarse = size;
-    coarse.whole_columns = size.columns;
-    coarse.whole_rows = size.rows;
     around(first_column, columns, divided.east, size.columns, coarse.first_column, coarse.columns);
     around(first_row, rows, divided.north, size.rows, coarse.first_row, coarse.rows);
-    coarse.z_m.resize(static_cast<std::size_t>(coarse.columns) *
-                      static_cast<std::size_t>(coarse.rows));
+    coarse.z_m.resize(static_cast<std::size_t>(coarse.points()));
     heights(coarse.first_column, coarse.first_row, coarse.columns, coarse.rows, coarse.z_m, {});
     Heightfield window;
     window.columns = columns;

@@ -1,19 +1,12 @@
 #pragma once
 
 #include <functional>
-#include <vector>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/refine/height_grid.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
-
-/// The x of a grid's columns and the y of its rows.
-struct GridPlaces {
-  std::vector<float> x_m, y_m;
-};
-GridPlaces places(const Heightfield& grid);
 
 /// The surface with these heights, with the faces that HeightGrid defines. Throws refine::MeshError
 /// if no cell is whole, or a position does not fit its type. `stop_check` is called for each row;

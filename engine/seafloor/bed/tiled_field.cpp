@@ -20,8 +20,6 @@ constexpr int coarse_margin = 12;
 
 }  // namespace
 
-TiledField::~TiledField() = default;
-
 TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_t seed,
                        Purpose purpose, double coarse_cells, std::uint64_t number)
     : cell_m_(grid.cell_east_m),
@@ -53,8 +51,7 @@ TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_
   coarse_.columns = points_of(grid.columns);
   coarse_.rows = points_of(grid.rows);
   coarse_.cell_east_m = coarse_.cell_north_m = spacing_m(band_count_);
-  coarse_.z_m.assign(
-      static_cast<std::size_t>(coarse_.columns) * static_cast<std::size_t>(coarse_.rows), 0.0);
+  coarse_.z_m.assign(static_cast<std::size_t>(coarse_.points()), 0.0);
   SpectralField rest;
   rest.amplitude = [this](double kx, double ky) { return amplitude(band_count_, kx, ky); };
   rest.period_m = what_.period_m;

@@ -31,7 +31,6 @@ class TiledField {
   /// are not square.
   TiledField(const Heightfield& grid, SpectralField what, std::uint64_t seed, Purpose purpose,
              double coarse_cells = max_coarse_cells, std::uint64_t number = 0);
-  ~TiledField();
   TiledField(const TiledField&) = delete;
   TiledField& operator=(const TiledField&) = delete;
 
