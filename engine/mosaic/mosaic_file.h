@@ -12,6 +12,8 @@
 
 #include <ensonify/refine/atomic_file.h>
 
+class GDALDataset;
+
 namespace ensonify::engine {
 
 /// The type of a GeoTIFF's pixels.
@@ -47,11 +49,10 @@ class MosaicFile {
   bool finish(const std::function<bool(double share)>& progress);
 
  private:
-  struct Open;
   std::filesystem::path file_;
   PixelType type_;
   refine::NewFile new_file_;
-  std::unique_ptr<Open> open_;
+  std::unique_ptr<GDALDataset> dataset_;
 };
 
 }  // namespace ensonify::engine

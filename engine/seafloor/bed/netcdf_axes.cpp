@@ -1,19 +1,16 @@
-#include <ensonify/engine/seafloor/bed/netcdf_axes.h>
+#include <ensonify/engine/seafloor/bed/survey_checks.h>
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
 #include <ensonify/engine/base/lower_case.h>
-#include <ensonify/engine/seafloor/bed/unit_of_length.h>
 
 namespace ensonify::engine {
 namespace {

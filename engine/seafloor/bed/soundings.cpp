@@ -17,7 +17,7 @@
 #include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
-#include <ensonify/engine/seafloor/bed/unit_of_length.h>
+#include <ensonify/engine/seafloor/bed/survey_checks.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/refine/triangle_mesh.h>
 

@@ -22,16 +22,11 @@
 #include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/base/units.h>
-#include <ensonify/engine/seafloor/bed/ascii_grid.h>
 #include <ensonify/engine/seafloor/bed/files_beside.h>
-#include <ensonify/engine/seafloor/bed/gdal_cache.h>
-#include <ensonify/engine/seafloor/bed/hdf5_parts.h>
-#include <ensonify/engine/seafloor/bed/npy_grid.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/soundings.h>
 #include <ensonify/engine/seafloor/bed/survey_checks.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
-#include <ensonify/engine/seafloor/bed/survey_mosaic.h>
 #include <ensonify/engine/seafloor/bed/unmarked_grid.h>
 #include <ensonify/engine/seafloor/bed/variable_resolution.h>
 #include <ensonify/refine/mesh_reader.h>
@@ -200,9 +195,9 @@ class SurveyReader {
 
   Heightfield read_header() {
     open();
-    check_size(band());
-    check_reference(band());
-    if (has_refinements_) take_refinements();
+    check_size();
+    check_reference();
+    if (has_refinements(*dataset_)) take_refinements();
     place();
     return field_;
   }
@@ -264,8 +259,7 @@ class SurveyReader {
 
   /// Whether a band's name has one of these words.
   bool band_has(int number, std::initializer_list<std::string_view> words) const {
-    std::string name = dataset_->GetRasterBand(number)->GetDescription();
-    name = lower_case(std::move(name));
+    const std::string name = lower_case(dataset_->GetRasterBand(number)->GetDescription());
     return std::ranges::any_of(words,
                                [&](std::string_view word) { return name.find(word) != name.npos; });
   }
@@ -329,7 +323,7 @@ class SurveyReader {
       soundings_.emplace(file_, cell_m_);
       open_grid_of_soundings();
     } else {
-      open_file_by(survey_drivers.data());
+      open_file();
     }
     if (const std::optional found = seafloor_file(file_);
         !dataset_ && found && found->kind != "survey")
@@ -341,7 +335,6 @@ class SurveyReader {
           "it whole? gdal_translate makes a GeoTIFF of most other grids");
     if (names_overviews(*dataset_))
       fail("names another file with its overviews; write it again with gdal_translate");
-    has_refinements_ = has_refinements(*dataset_);
     if (dataset_->GetRasterCount() < 1)
       fail("does not hold a single grid; extract one with gdal_translate (gdalinfo lists them)");
     band_ = band_of_heights();
@@ -359,13 +352,13 @@ class SurveyReader {
         GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, by, nullptr, nullptr));
   }
 
-  void open_file_by(const char* const* drivers) {
+  void open_file() {
     // An absolute name cannot begin with a prefix that GDAL interprets ("NETCDF:...").
-    open_as(std::filesystem::absolute(file_), drivers);
+    open_as(std::filesystem::absolute(file_), survey_drivers.data());
     if (dataset_ || !refine::begins_with(file_, "\xef\xbb\xbf")) return;
     unmarked_ = std::make_unique<UnmarkedGrid>(file_, beside_.read());
     gdal_error_.clear();
-    open_as(unmarked_->name(), drivers);
+    open_as(unmarked_->name(), survey_drivers.data());
   }
 
   /// Makes a grid in memory; prepare() adds its heights.
@@ -379,10 +372,10 @@ class SurveyReader {
 
   bool is_text() const { return std::string_view(dataset_->GetDriverName()) == "AAIGrid"; }
 
-  void check_size(GDALRasterBand& band) {
+  void check_size() {
     field_.columns = dataset_->GetRasterXSize();
     field_.rows = dataset_->GetRasterYSize();
-    refuse(fault_of_size(band, soundings_ ? std::nullopt : std::optional(bytes_), is_text()));
+    refuse(fault_of_size(band(), soundings_ ? std::nullopt : std::optional(bytes_), is_text()));
     check_points(field_.columns, field_.rows);
   }
   void check_points(double columns, double rows) const {
@@ -408,12 +401,12 @@ class SurveyReader {
                     proj_message_.empty() ? "no reason given" : proj_message_));
   }
 
-  void check_reference(GDALRasterBand& band) {
+  void check_reference() {
     if (dataset_->GetGeoTransform(transform_.data()) != CE_None)
       fail("does not define where its cells lie; add that with gdal_translate -a_ullr");
     refuse(fault_of_transform(transform_, field_.columns, field_.rows));
     if (!dataset_->GetSpatialRef() && !proj_message_.empty()) fail_without_reference();
-    refuse(fault_of_reference(*dataset_, band, file_, transform_, needs_cell_));
+    refuse(fault_of_reference(*dataset_, band(), file_, transform_, needs_cell_));
   }
 
   void place() {
@@ -431,8 +424,7 @@ class SurveyReader {
 
   void read_heights(const std::function<void()>& stop_check) {
     if (resolution_) {
-      field_.z_m.resize(static_cast<std::size_t>(field_.columns) *
-                        static_cast<std::size_t>(field_.rows));
+      field_.z_m.resize(static_cast<std::size_t>(field_.points()));
       read_raw({0, 0, field_.columns, field_.rows}, field_.z_m);
       return scatter_all();
     }
@@ -519,7 +511,7 @@ class SurveyReader {
   Heightfield field_;
   int band_ = 1, has_nodata_ = 0;
   const bool may_use_hdf5_;
-  bool out_of_memory_ = false, has_refinements_ = false, needs_cell_ = false;
+  bool out_of_memory_ = false, needs_cell_ = false;
   bool prepared_ = false, declares_nodata_ = false, masked_ = false;
 };
 
@@ -563,7 +555,7 @@ SurveySample sample_survey(const SurveyFile& file, double water_level_m) {
         Heightfield& part = sample.parts.emplace_back(grid);
         part.columns = columns;
         part.rows = rows;
-        part.z_m.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+        part.z_m.resize(static_cast<std::size_t>(part.points()));
         reader.read_window(first(column, grid.columns, columns), first(row, grid.rows, rows),
                            columns, rows, part.z_m);
         for (const double z : part.z_m) {

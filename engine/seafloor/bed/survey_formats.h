@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 class GDALDataset;
 class OGRSpatialReference;
@@ -38,5 +40,23 @@ std::string fault_of_kind(const std::filesystem::path& file, const SeafloorFile&
                           std::string_view wanted);
 /// A coordinate reference system as WKT; empty if GDAL cannot write it.
 std::string wkt_of(const OGRSpatialReference& reference);
+
+/// The source files of a VRT mosaic. A mosaic may only join local files. Throws refine::MeshError
+/// if the VRT makes GDAL do anything else (fetch, call functions, warp, open other mosaics), and
+/// for sources that are not in the formats of surveys or not in the mosaic's folder or below it.
+/// GDAL's drivers must be registered.
+std::vector<std::filesystem::path> files_of_mosaic(const std::filesystem::path& file);
+
+/// The text of a VRT with which GDAL reads the heights of an .npy file in place. The file has an
+/// array of rows from the south, of floats or whole numbers, as `ensonify seafloor` writes it; both
+/// byte orders and both of numpy's orders of elements are read. The middle of the grid lies at 0,
+/// 0. Throws refine::MeshError for any other file, and for a file that is longer or shorter than
+/// its header states.
+std::string vrt_of_npy(const std::filesystem::path& file, double cell_m);
+
+/// The bytes of pixels that GDAL may keep in memory. GDAL's default is a share of the machine's
+/// memory. The layout of a file that GDAL writes depends on this number, because pixels are written
+/// when they leave the memory.
+inline constexpr std::int64_t gdal_cache_bytes = 64 << 20;
 
 }  // namespace ensonify::engine

@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/bed/survey_mosaic.h>
+#include <ensonify/engine/seafloor/bed/survey_formats.h>
 
 #include <algorithm>
 #include <array>
@@ -14,9 +14,8 @@
 
 #include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/seafloor/bed/files_beside.h>
-#include <ensonify/engine/seafloor/bed/hdf5_parts.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
-#include <ensonify/engine/seafloor/bed/survey_formats.h>
+#include <ensonify/engine/seafloor/bed/survey_checks.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/refine/triangle_mesh.h>
 
