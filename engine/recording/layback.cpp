@@ -1,7 +1,6 @@
 #include <ensonify/engine/recording/layback.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -56,25 +55,12 @@ class ShipTrack {
 
 }  // namespace
 
-std::optional<double> stated_layback_m(double layback_m, double cable_m, double sonar_depth_m) {
-  constexpr double longest_m = 10e3;
-  double towed_m = layback_m;
-  if (!(towed_m > 0.0))
-    towed_m = std::sqrt(std::max(0.0, cable_m * cable_m - sonar_depth_m * sonar_depth_m));
-  return towed_m > 0.0 && towed_m < longest_m ? std::optional(towed_m) : std::nullopt;
-}
-
 void tow_back(RecordedLine& line, std::string_view name) {
-  struct TowedPing {
-    std::size_t number;
-    double layback_m;
-  };
-  std::vector<TowedPing> towed;  // the pings that have a layback and a place
+  std::vector<RecordedPing*> towed;  // the pings that have a layback and a place
   std::vector<Eigen::Vector2d> places;
   Eigen::Vector2d scale = Eigen::Vector2d::Ones();
   double longest_m = 0.0, sum_m = 0.0;
-  for (std::size_t i = 0; i < line.pings.size(); ++i) {
-    const RecordedPing& ping = line.pings[i];
+  for (RecordedPing& ping : line.pings) {
     if (!ping.layback_m) continue;
     if (ping.place) {
       if (towed.empty()) scale = metres_per_radian(ping.place->latitude_rad);
@@ -85,7 +71,7 @@ void tow_back(RecordedLine& line, std::string_view name) {
     } else {
       continue;
     }
-    towed.push_back({i, *ping.layback_m});
+    towed.push_back(&ping);
     longest_m = std::max(longest_m, *ping.layback_m);
     sum_m += *ping.layback_m;
   }
@@ -97,12 +83,12 @@ void tow_back(RecordedLine& line, std::string_view name) {
         "{}: states that the sonar is towed {:.1f} m behind the ship, but the ship does not move; its "
         "place is used",
         name, sum_m / static_cast<double>(towed.size())));
-    for (const TowedPing& its : towed) line.pings[its.number].layback_m.reset();
+    for (RecordedPing* const ping : towed) ping->layback_m.reset();
     return;
   }
   for (std::size_t k = 0; k < towed.size(); ++k) {
-    RecordedPing& ping = line.pings[towed[k].number];
-    const Eigen::Vector2d place = track.behind(k, towed[k].layback_m);
+    RecordedPing& ping = *towed[k];
+    const Eigen::Vector2d place = track.behind(k, *ping.layback_m);
     if (ping.place)
       ping.place = GeographicPlace{place.y() / scale.y(), place.x() / scale.x()};
     else

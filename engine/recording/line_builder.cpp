@@ -23,8 +23,6 @@ std::string impossible_value(std::string_view name, std::size_t pings, std::stri
                      pings, what, first, value);
 }
 
-RecordedLine& LineBuilder::line(int number) { return entries_[number].line; }
-
 void LineBuilder::impossible(const std::string& what, std::uint64_t ping, std::string_view value) {
   Impossible& these = impossible_[what];
   if (these.pings > 0 && these.last == ping) return;

@@ -24,7 +24,7 @@ class LineBuilder {
   explicit LineBuilder(std::string format) : format_(std::move(format)) {}
 
   /// The line with this number. The reader sets its members that are the same for all pings.
-  RecordedLine& line(int number);
+  RecordedLine& line(int number) { return entries_[number].line; }
   /// Adds the samples of one side of a ping, from near to far. If the newest ping of the line has
   /// the same number and lacks this side, the samples belong to that ping; otherwise `ping` becomes
   /// the newest ping.

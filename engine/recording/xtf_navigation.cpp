@@ -11,7 +11,6 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/units.h>
-#include <ensonify/engine/recording/layback.h>
 #include <ensonify/engine/recording/places.h>
 
 namespace ensonify::engine {
@@ -31,7 +30,8 @@ std::optional<double> time_s(const RecordingBytes& ping) {
 constexpr std::size_t sensor_place = 160, ship_place = 128;
 
 /// The layback of a ping whose header has no place of the sonar, or has the ship's place as the
-/// place of the sonar; unset for other pings.
+/// place of the sonar; unset for other pings. If the header states none (not positive), it follows
+/// from a straight cable to the sonar's depth. Unset if it is not positive or not less than 10 km.
 std::optional<double> layback_m(const RecordingBytes& header) {
   const auto same = [&](std::size_t part) {
     return header.at<double>(sensor_place + part) == header.at<double>(ship_place + part);
@@ -39,9 +39,12 @@ std::optional<double> layback_m(const RecordingBytes& header) {
   const bool no_sensor =
       header.at<double>(sensor_place) == 0.0 && header.at<double>(sensor_place + 8) == 0.0;
   if (!no_sensor && !(same(0) && same(8))) return std::nullopt;
-  return stated_layback_m(header.at<float>(184),
-                          header.at<std::uint16_t>(182) + 0.01 * header.at<std::uint8_t>(249),
-                          header.known<float>(192).value_or(0.0));
+  const double cable_m = header.at<std::uint16_t>(182) + 0.01 * header.at<std::uint8_t>(249),
+               depth_m = header.known<float>(192).value_or(0.0);
+  constexpr double longest_m = 10e3;
+  double towed_m = header.at<float>(184);
+  if (!(towed_m > 0.0)) towed_m = std::sqrt(std::max(0.0, cable_m * cable_m - depth_m * depth_m));
+  return towed_m > 0.0 && towed_m < longest_m ? std::optional(towed_m) : std::nullopt;
 }
 
 constexpr double farthest_m = 1e8;  // no map reaches farther from its origin

@@ -29,19 +29,11 @@ constexpr std::size_t file_header = 1024, first_channel_info = 256, channel_info
                       ping_header = 256, channel_header = 64;
 constexpr std::uint16_t xtf_magic = 0xFACE;
 
-enum class SampleFormat { u8, u16, i16, u32, i32, f32, unknown };
+enum class SampleFormat { u8, u16, i16, u32, i32, f32, unknown };  // in the order of bytes_of()
 
 std::size_t bytes_of(SampleFormat format) {
-  switch (format) {
-    case SampleFormat::u8: return 1;
-    case SampleFormat::u16:
-    case SampleFormat::i16: return 2;
-    case SampleFormat::u32:
-    case SampleFormat::i32:
-    case SampleFormat::f32: return 4;
-    case SampleFormat::unknown: break;
-  }
-  return 0;
+  constexpr std::array<std::size_t, 7> bytes{1, 2, 2, 4, 4, 4, 0};
+  return bytes[static_cast<std::size_t>(format)];
 }
 
 /// A channel as the file's header describes it. What that header lacks is from the channel headers
@@ -130,32 +122,18 @@ std::size_t number_of_channels(const RecordingBytes& file) {
   return sum;
 }
 
-constexpr int navigation_packet = 42, raw_navigation_packet = 107;
+bool is_navigation(int packet_type) { return packet_type == 42 || packet_type == 107; }
 
 /// The kind of a packet without sidescan samples, for messages (Triton, eXtended Triton Format,
 /// rev. 41, HeaderType).
 std::string kind_of_packet(int type) {
+  constexpr std::array bathymetry{2, 9, 10, 14, 17, 18, 25, 28, 61, 65, 68, 73};
   std::string_view kind;
-  switch (type) {
-    case 0: kind = ", sonar without samples of port or starboard"; break;
-    case 1: kind = ", notes"; break;
-    case 2:
-    case 9:
-    case 10:
-    case 14:
-    case 17:
-    case 18:
-    case 25:
-    case 28:
-    case 61:
-    case 65:
-    case 68:
-    case 73: kind = ", bathymetry"; break;
-    case 3: kind = ", attitude"; break;
-    case navigation_packet:
-    case raw_navigation_packet: kind = ", navigation"; break;
-    default: break;
-  }
+  if (type == 0) kind = ", sonar without samples of port or starboard";
+  if (type == 1) kind = ", notes";
+  if (type == 3) kind = ", attitude";
+  if (is_navigation(type)) kind = ", navigation";
+  if (std::ranges::find(bathymetry, type) != bathymetry.end()) kind = ", bathymetry";
   return fmt::format("packets of type {}{}", type, kind);
 }
 
@@ -196,7 +174,7 @@ class XtfReader {
           [&](const RecordingBytes& packet) {
             if (is_sonar(packet) && read_ping(packet, geographic)) return;
             const int type = packet.at<std::uint8_t>(2);
-            if (type == navigation_packet || type == raw_navigation_packet)
+            if (is_navigation(type))
               lines_.other_navigation(kind_of_packet(type));
             else
               lines_.other(kind_of_packet(type));
