@@ -72,19 +72,11 @@ class ExrStream final : public Imf::OStream {
   std::exception_ptr error_;
 };
 
-Imf::Compression compression(ExrCompression chosen) {
-  switch (chosen) {
-    case ExrCompression::none: return Imf::NO_COMPRESSION;
-    case ExrCompression::rle: break;
-    case ExrCompression::zip: return Imf::ZIP_COMPRESSION;
-    case ExrCompression::piz: return Imf::PIZ_COMPRESSION;
-  }
-  return Imf::RLE_COMPRESSION;
-}
-
 Imf::Header make_header(const Waterfall& waterfall, const ImageOrigin& origin) {
   Imf::Header header(static_cast<int>(waterfall.columns()), static_cast<int>(waterfall.rows()));
-  header.compression() = compression(origin.encoding.exr_compression);
+  constexpr std::array compressions{Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIP_COMPRESSION,
+                                    Imf::PIZ_COMPRESSION};  // in the order of ExrCompression
+  header.compression() = compressions[static_cast<std::size_t>(origin.encoding.exr_compression)];
   for (const auto& [name, value] : image_attributes(waterfall, origin)) {
     if (const auto* text = std::get_if<std::string>(&value))
       header.insert(name, Imf::StringAttribute(*text));

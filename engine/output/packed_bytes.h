@@ -25,8 +25,10 @@ class PackedBytes {
     start_ = bytes_.size();
     bytes_.resize(start_ + size);
   }
-  template <class T>
-  void put(std::size_t offset, T value) {
+  /// Writes a number as a T.
+  template <class T, class Number>
+  void put(std::size_t offset, Number number) {
+    const auto value = static_cast<T>(number);
     std::memcpy(bytes_.data() + start_ + offset, &value, sizeof value);
   }
   /// Writes a text into a field of `width` bytes. Cuts the text if it is too long: C programs need

@@ -32,8 +32,10 @@ struct Writer {
   std::exception_ptr thrown;  // by the sink: an exception must not pass through C code
 };
 
+/// For libpng: keeps the message in the Writer or the Reader, and leaves by longjmp.
+template <class Owner>
 void fail(png_structp png, png_const_charp message) {
-  static_cast<Writer*>(png_get_error_ptr(png))->error = message;
+  static_cast<Owner*>(png_get_error_ptr(png))->error = message;
   png_longjmp(png, 1);
 }
 
@@ -102,7 +104,7 @@ PngWriter::PngWriter(const PngFormat& format, std::function<void(std::span<const
   if (!is_grey_or_rgb(format))
     throw std::invalid_argument("PngWriter: not a grey or RGB picture of 8 or 16 bits");
   Writer& writer = *impl_;
-  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, fail, nullptr);
+  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, fail<Writer>, nullptr);
   if (writer.png) writer.info = png_create_info_struct(writer.png);
   if (!writer.info) throw std::bad_alloc();
   png_set_write_fn(writer.png, &writer, take_bytes, nullptr);
@@ -149,11 +151,6 @@ struct Reader {
   ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
-void fail_reading(png_structp png, png_const_charp message) {
-  static_cast<Reader*>(png_get_error_ptr(png))->error = message;
-  png_longjmp(png, 1);
-}
-
 void give_bytes(png_structp png, png_bytep data, png_size_t size) {
   auto& reader = *static_cast<Reader*>(png_get_io_ptr(png));
   if (size > reader.left.size()) png_error(png, "it ends too soon");
@@ -181,7 +178,7 @@ bool read_row(Reader& reader, std::uint8_t* row) {
 
 Picture decode_png(std::span<const std::byte> bytes) {
   Reader reader{.left = bytes};
-  reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, fail_reading, nullptr);
+  reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, fail<Reader>, nullptr);
   if (reader.png) reader.info = png_create_info_struct(reader.png);
   if (!reader.info) throw std::bad_alloc();
   png_set_read_fn(reader.png, &reader, give_bytes);

@@ -49,10 +49,11 @@ std::optional<Claim> Claim::try_take(const fs::path& lock_file) {
                       lock_file.string()));
     Claim claim(lock_file, descriptor);
     if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-      const bool held_elsewhere = errno == EWOULDBLOCK;
-      // Closed here, because the destructor would remove the lock file of the holder.
-      if (held_elsewhere) ::close(std::exchange(claim.descriptor_, -1));
-      if (held_elsewhere) return std::nullopt;
+      if (errno == EWOULDBLOCK) {
+        // Closed here, because the destructor would remove the lock file of the holder.
+        ::close(std::exchange(claim.descriptor_, -1));
+        return std::nullopt;
+      }
       claim.exclusive_ = false;
       return claim;
     }
@@ -145,8 +146,7 @@ void StagingFolder::remove(const std::function<void()>& between) {
 }
 
 void StagingFolder::put_in_place() {
-  if (!refine::put_in_place(folder_, place_)) return;
-  folder_.clear();
+  if (refine::put_in_place(folder_, place_)) folder_.clear();
 }
 
 }  // namespace ensonify::engine
