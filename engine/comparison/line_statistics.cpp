@@ -27,6 +27,10 @@ double median_of_enough(std::vector<double> values) {
   return values.size() < fewest ? unknown : median(std::move(values));
 }
 
+double share_of_enough(double some, std::size_t all) {
+  return all < fewest ? unknown : some / static_cast<double>(all);
+}
+
 /// The sum of samples for a mean; the mean of too few samples is unknown.
 struct Mean {
   double sum = 0.0;
@@ -35,7 +39,7 @@ struct Mean {
     sum += value;
     ++count;
   }
-  double value() const { return count < fewest ? unknown : sum / static_cast<double>(count); }
+  double value() const { return share_of_enough(sum, count); }
 };
 
 /// The statistics of a block of the bed, whose samples are not all equal.
@@ -268,20 +272,14 @@ std::vector<LineStatistic> line_statistics(const LineWithBed& line, std::size_t 
   const double column = median_of_enough(samples.column);
   add("column_over_bed_db", scatter::amplitude_to_db(column / std::sqrt(bed_power)));
   add("column_over_bed", column / std::sqrt(bed_power));
-  add("column_bright_per_10000", samples.column.size() < fewest
-                                     ? unknown
-                                     : 1e4 * static_cast<double>(samples.column_bright) /
-                                           static_cast<double>(samples.column.size()));
+  add("column_bright_per_10000",
+      share_of_enough(1e4 * static_cast<double>(samples.column_bright), samples.column.size()));
   add_of_path("first_return_m", median_of_enough(samples.first_m));
   add_of_path("first_return_wander_m", 1.4826 * median_of_enough(samples.wander_m));
   add("first_return_overshoot_db", median_of_enough(samples.overshoot_db));
-  add("clipped_share", samples.all < fewest ? unknown
-                                            : static_cast<double>(samples.clipped) /
-                                                  static_cast<double>(samples.all));
+  add("clipped_share", share_of_enough(static_cast<double>(samples.clipped), samples.all));
   add("port_over_starboard_db", scatter::to_db(port.value() / starboard.value()));
-  add("silent_share", samples.rows < fewest ? unknown
-                                            : static_cast<double>(samples.silent) /
-                                                  static_cast<double>(samples.rows));
+  add("silent_share", share_of_enough(static_cast<double>(samples.silent), samples.rows));
   return all;
 }
 
