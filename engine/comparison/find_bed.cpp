@@ -47,8 +47,7 @@ double level_below(std::span<const double> row, double share) {
                              : quantile({row.begin(), row.end()}, share);
 }
 
-/// By sample: the factor by which the water column grows with range, because a time-varied gain
-/// amplifies the noise.
+/// By sample: the growth of the water column with range, as a time-varied gain amplifies its noise.
 using Growth = std::vector<double>;
 
 /// The power at a sample from the side lobes of the echoes behind it, for a sweep without a window.
@@ -67,9 +66,8 @@ double side_lobes_at(std::span<const double> row, std::size_t sample, double cel
 }
 
 /// The range cell of the line's pulse in samples, from the far half of the rows. For a sweep
-/// without a window, the sum over all lags of the correlation of speckle intensities is a range
-/// cell, and amplitudes have nearly the same correlation. Small correlations are from the bed and
-/// not used.
+/// without a window it is the sum over all lags of the correlation of speckle intensities;
+/// amplitudes have nearly this correlation. Small correlations are from the bed and not used.
 double range_cell(const RecordedLine& line, Side side) {
   constexpr std::size_t block = 32, lags = 9, rows = 400;
   constexpr double small = 0.1;
@@ -233,8 +231,7 @@ void move_to_rises(const std::vector<std::vector<Rise>>& rises, double near, Bed
       sample.reset();
 }
 
-/// The number of pings from one ping of the line to another: more than one if pings between them
-/// are missing.
+/// The number of pings from one ping to another, more than one if pings between are missing.
 double pings_between(const RecordedPing& before, const RecordedPing& after) {
   return after.number > before.number ? static_cast<double>(after.number - before.number) : 1.0;
 }
@@ -349,14 +346,12 @@ bool begins_behind_bed(Smooth& smooth, std::size_t recorded_from, const BedSampl
   return 2 * ratios.size() >= stated.size() && median(std::move(ratios)) < much_darker;
 }
 
-/// FoundBed::water_darker_db. If the line was found too far, behind a dark part of the bed, some
-/// parts before it are bright bed. Fish may also be bright, but they do not fill all of a dark
-/// column.
+/// FoundBed::water_darker_db. If the line was found too far, behind a dark part of the bed, parts
+/// before it are bright bed. Fish may be bright, too, but do not fill all of a dark column.
 double water_darker_db(const RecordedLine& line, Side side, std::size_t recorded_from,
                        const BedSamples& bed) {
   constexpr std::size_t fewest = 8;  // samples
-  // Ranges as multiples of the bed's. The transmit leakage is before them; the bed rises between
-  // 0.92 and 1.1.
+  // Shares of the bed's range. The transmit leakage is before 0.33; the bed rises from 0.92 to 1.1.
   constexpr std::array<double, 4> parts{0.33, 0.53, 0.73, 0.92};
   constexpr double bed_begin = 1.1, bed_end = 2.0;
   constexpr double dark_db = 10.0;
@@ -431,8 +426,7 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
   found.stated = (most_stated && (few_followed || ranges_are_even(line, side))) ||
                  begins_behind_bed(smooth, recorded_from, as_stated);
   if (!found.stated) {
-    // If the line has too few pings or is too dark for a chain, the first rise of each ping is
-    // used.
+    // With too few or too dark pings for a chain, the first rise of each ping is used.
     for (std::size_t i = 0; few_followed && i < pings; ++i)
       bed[i] = rises[i].empty() ? 0.0 : static_cast<double>(rises[i].front().sample);
     found.water_darker_db = water_darker_db(line, side, recorded_from, bed);

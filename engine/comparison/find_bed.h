@@ -45,14 +45,13 @@ struct FoundBed {
 /// the stated altitude with this offset, or it is interpolated.
 ///
 /// The stated altitude alone is used
-/// - if most pings show no bed, or their samples begin behind the stated altitude; - if the line
-/// lies far behind the stated altitude, although the samples just behind that altitude are
-/// brighter, on average, than the samples before it; - if the line is doubtful(), or if
-/// ranges_are_even().
+/// - if most pings show no bed, or their samples begin behind the stated altitude;
+/// - if the line lies far behind the stated altitude, but samples just behind that altitude are
+///   brighter, on average, than the samples before it;
+/// - if the line is doubtful(), or if ranges_are_even().
 FoundBed find_bed(const RecordedLine& line, Side side);
 
-/// A line with the beds of its sides, which the constructor finds. Do not change the line
-/// afterwards.
+/// A line with the beds of its sides, found once: do not change the line afterwards.
 class LineWithBed : public RecordedLine {
  public:
   LineWithBed() = default;
@@ -66,13 +65,11 @@ class LineWithBed : public RecordedLine {
   std::array<FoundBed, 2> beds_;
 };
 
-/// Fills gaps between known values by linear interpolation, and gaps at the ends with the nearest
-/// known value.
+/// Fills gaps between known values linearly, and gaps at the ends with the nearest known value.
 void fill_gaps(std::vector<std::optional<double>>& values);
 
-/// Whether all ranges are equally bright, on average over all pings. A water column is never as
-/// bright as the bed, so the recorder has an automatic gain that evens each range, or noise hides
-/// all echoes.
+/// Whether all ranges are equally bright, on average over all pings. A water column is darker than
+/// the bed, so an automatic gain evens each range, or noise hides all echoes.
 bool ranges_are_even(const RecordedLine& line, Side side);
 /// Whether ranges_are_even() holds for all sides of the line.
 bool ranges_are_even(const RecordedLine& line);

@@ -14,8 +14,7 @@ namespace ensonify::engine {
 /// The curve to which a statistic belongs.
 enum class StatisticCurve { none, level_over_grazing, level_over_range, contrast_over_grazing };
 
-/// The part of a curve that a statistic describes: degrees of grazing angle, or percent of the
-/// range.
+/// The part of a curve for a statistic: degrees of grazing angle, or percent of the range.
 struct CurvePart {
   StatisticCurve curve = StatisticCurve::none;
   int low = 0, high = 0;

@@ -19,8 +19,7 @@ enum class Overlap {
 /// a cell does not depend on the rectangle.
 class Canvas {
  public:
-  /// The rectangle has `columns` x `rows` cells from cell (`left`, `top`) of the grid on, without
-  /// data.
+  /// The rectangle has `columns` x `rows` cells from cell (`left`, `top`) on, without data.
   Canvas(std::int64_t left, std::int64_t top, std::int64_t columns, std::int64_t rows,
          Overlap overlap);
 

@@ -80,8 +80,7 @@ std::optional<int> channels_of(const std::string& value) {
   return at + 1 == value.size() ? std::optional(channels) : std::nullopt;
 }
 
-/// The most rows of a compressed block, by the number of the compression in the file (OpenEXR,
-/// "File Layout").
+/// The most rows of a block with this number of a compression (OpenEXR, "File Layout").
 int block_rows(char compression) {
   constexpr std::string_view single("\0\1\2", 3);  // none, RLE, ZIP of single rows
   constexpr char dwab = 9;
@@ -131,8 +130,7 @@ void check_sizes(const std::filesystem::path& file) {
 }  // namespace
 
 struct ImageReader::Open {
-  // This reads the header and allocates no buffers for the columns yet; InputFile would allocate
-  // them at once.
+  // This reads the header and, unlike InputFile, does not yet allocate buffers for the columns.
   explicit Open(const std::filesystem::path& path) : file(path.c_str(), 0) {}
   const Imf::Header& header() const { return file.header(0); }
 

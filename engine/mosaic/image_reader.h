@@ -24,8 +24,7 @@ class ImageReader {
   /// The attribute with this name. Throws SceneError if there is none.
   std::string text(const std::string& attribute) const;
   double number(const std::string& attribute) const;
-  /// The names of the labels of a layer, by number: `attribute` is `class_names` or
-  /// `sediment_names`.
+  /// A layer's names of labels, by number; `attribute` is `class_names` or `sediment_names`.
   std::vector<std::string> names(const std::string& attribute) const;
   /// Fills `into` (one vector per layer) with `count` rows from row `first` on: count * columns()
   /// values per layer, as floats.

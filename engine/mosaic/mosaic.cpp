@@ -396,8 +396,7 @@ class Mosaic {
       return Vector2d(from_corner.x(), -from_corner.y());
     };
     // The inner edges of the first shown bins of both pings belong together, even if the bins have
-    // different numbers. The edge with this ping's number may lie far behind in the other ping, and
-    // would leave a gap.
+    // different numbers: the edge with this number may lie far behind in the other ping.
     const auto inner_edge = [](const PlacedSide& of) {
       return 2 * static_cast<std::size_t>(std::ranges::find(of.shown, true) - of.shown.begin());
     };

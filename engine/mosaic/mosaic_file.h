@@ -40,8 +40,7 @@ class MosaicFile {
   MosaicFile(const MosaicFile&) = delete;
   MosaicFile& operator=(const MosaicFile&) = delete;
 
-  /// Writes columns x rows pixels from pixel (left, top) on, row by row from the top; NaN is no
-  /// data.
+  /// Writes columns x rows pixels from (left, top) on, row by row from the top; NaN: no data.
   void write(std::int64_t left, std::int64_t top, std::int64_t columns, std::int64_t rows,
              std::vector<float> pixels);
   /// Adds overviews and puts the file in place. `progress` is called with the done share of the

@@ -8,11 +8,9 @@
 
 namespace ensonify::engine {
 
-/// The places on the ground of the bins of one line of a ping, near to far, in the run's local
-/// metres.
+/// The places of a line's bins on the ground, near to far, in the run's local metres.
 struct PlacedSide {
-  /// 2 * bins + 1 places: the edges of bin k have the indices 2 k and 2 k + 2, its centre has the
-  /// index 2 k + 1.
+  /// 2 * bins + 1 places: the edges of bin k at 2 k and 2 k + 2, and its centre at 2 k + 1.
   std::vector<Eigen::Vector2d> places_m;
   std::vector<bool> shown;  ///< by bin: whether a mosaic shows it
 

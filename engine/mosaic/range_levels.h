@@ -6,10 +6,9 @@
 
 namespace ensonify::engine {
 
-/// The mean level of each side of a sonar, as a function of the ratio of slant range to height.
-/// Over a level bed this ratio defines the depression angle. Dividing a level by the mean level
-/// removes the effects of beam, grazing angle and a wrong gain over range (empirical gain
-/// normalisation).
+/// The mean level of each side of a sonar over the ratio of slant range to height, which defines
+/// the depression angle over a level bed. Dividing a level by the mean level removes the effects of
+/// beam, grazing angle and a wrong gain over range (empirical gain normalisation).
 class RangeLevels {
  public:
   RangeLevels();

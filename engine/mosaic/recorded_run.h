@@ -11,8 +11,7 @@
 
 namespace ensonify::engine {
 
-/// The positions of a run that are used: the true positions, or those of the navigation, as in a
-/// real recording.
+/// The used positions of a run: true positions, or those of the navigation as in a real recording.
 enum class Positions { truth, navigation };
 
 /// What a mosaic needs of one ping of a sonar.

@@ -14,9 +14,8 @@ enum class ArchiveFormat { ustar, zip };
 class ArchiveWriter {
  public:
   using Write = std::function<void(std::span<const std::byte>)>;
-  /// `write` receives the archive's bytes in order; the messages of errors begin with `what`. All
-  /// functions throw what `write` throws, std::bad_alloc, and std::runtime_error if libarchive
-  /// fails.
+  /// `write` receives the archive's bytes in order; messages of errors begin with `what`. Functions
+  /// throw what `write` throws, std::bad_alloc, and std::runtime_error if libarchive fails.
   ArchiveWriter(ArchiveFormat format, std::string what, Write write);
   /// Writes nothing: an archive without finish() has no end mark.
   ~ArchiveWriter();

@@ -23,8 +23,7 @@ struct ImageOrigin {
   std::string scene_hash;
   LabelNames names;  ///< of the image's classes and sediments
   LayerEncoding encoding = {};
-  /// Makes the preview in an EXR: a grey picture of 8 bits with a pixel for each pixel of the
-  /// image. Empty: no preview.
+  /// Makes the preview in an EXR, a grey picture of 8 bits with the image's pixels; empty: none.
   std::function<Picture()> preview = {};
 
   bool has_layer(std::string_view name) const {
@@ -41,9 +40,8 @@ struct Attribute {
 
 /// The attributes of every image file: row_order, sonar, frequency_hz, range_m, bins, full_scale
 /// (of a sample), world_origin_x_m, _y_m, _z_m, scene_hash, class_names and sediment_names (entry k
-/// names number k of the layer), `sides` (only for a sonar that does not have both sides),
-/// `first_ping` (only if it is not 0, in a later part of a run), and units_LAYER for every layer of
-/// the file.
+/// names number k of the layer), `sides` (unless the sonar has both sides), `first_ping` (unless it
+/// is 0, in a later part of a run), and units_LAYER for every layer of the file.
 std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageOrigin& origin);
 
 }  // namespace ensonify::engine

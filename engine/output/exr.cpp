@@ -47,8 +47,7 @@ class ExrStream final : public Imf::OStream {
     write_piece();
     place_ = place;
   }
-  /// Throws the error of an earlier write again, because OpenEXR ignores errors while it closes a
-  /// file.
+  /// Throws an error of an earlier write, because OpenEXR ignores errors while it closes a file.
   void finish() { write_piece(); }
 
  private:
@@ -165,8 +164,7 @@ void encode_exr(const Waterfall& waterfall, const ImageOrigin& origin,
     const auto& values = waterfall.pixels.*layer;
     using Value = typename std::decay_t<decltype(values)>::value_type;
     constexpr Imf::PixelType type = std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT;
-    // FrameBuffer takes non-const data because it also serves for reading; OutputFile only reads
-    // it.
+    // FrameBuffer takes non-const data, because it is also for reading; OutputFile only reads it.
     char* data = reinterpret_cast<char*>(const_cast<Value*>(values.data()));
     header.channels().insert(std::string(name), Imf::Channel(type));
     frame.insert(std::string(name),

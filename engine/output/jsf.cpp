@@ -25,8 +25,7 @@ double interval_s(const Recording& recording) {
   return 2.0 * recording.range_m / static_cast<double>(recording.bins) / recording.sound_speed_mps;
 }
 
-/// Writes position, attitude and time. Numbers in h + N are offsets within the sonar header of 240
-/// bytes.
+/// Writes position, attitude and time. h + N is offset N in the sonar header of 240 bytes.
 void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   constexpr std::size_t h = jsf_message_header;
   // Validity bits: position, speed, heading, pitch and roll, altitude, depth, annotation, sound
@@ -68,9 +67,8 @@ std::uint8_t subsystem(int frequency_rank) {
   return static_cast<std::uint8_t>(20 + std::min(frequency_rank, 19));
 }
 
-/// Writes the pulse length and the speed. Milliseconds and tenths of a knot have separate fields.
-/// The word at offset 20 has the microseconds (bits 4 to 13) and the hundredths of a knot (bits 0
-/// to 3).
+/// Writes pulse length and speed. Milliseconds and tenths of a knot have separate fields. The word
+/// at offset 20 has microseconds (bits 4 to 13) and hundredths of a knot (bits 0 to 3).
 void put_pulse_length_and_speed(PackedBytes& bytes, double pulse_length_s, double speed_mps) {
   constexpr std::size_t h = jsf_message_header;
   const auto sweep_us = rounded<std::uint32_t>(1e6 * pulse_length_s);

@@ -16,8 +16,7 @@ constexpr std::size_t jsf_message_header = 16, jsf_sonar_header = 240;
 /// Subsystems 20 to 39 are sidescan sonars.
 constexpr std::size_t max_sonars_of_jsf = 20;
 
-/// The reason why JSF cannot hold a ping at this time with samples of this duration, and what to
-/// do; empty if it can.
+/// Why JSF cannot hold a ping of this time with samples this long, and what to do; empty if it can.
 std::string fault_of_jsf(std::int64_t unix_ms, double sample_s);
 
 /// The recordings of one run's sonars as EdgeTech JSF (EdgeTech, description of the JSF file

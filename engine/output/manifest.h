@@ -23,7 +23,7 @@ std::string xxh128(std::string_view text);
 /// The hash of a file's content. Throws std::system_error, with the file's name, if the file cannot
 /// be opened or read to its end.
 std::string xxh128_of_file(const std::filesystem::path& file);
-/// The record of a file in a folder. Size and hash are computed from the same bytes. Throws as
+/// The record of a file in a folder, with size and hash of the same bytes. Throws as
 /// xxh128_of_file().
 FileRecord record_of(const std::filesystem::path& folder, const std::string& name);
 /// The record of a file that `read_at` reads. refine::write_file() and write_staged() pass a

@@ -62,8 +62,7 @@ bool begin(Writer& writer, const PngFormat& format, const std::vector<png_text>&
   if (format.channels == 1) {
     // Rows are stored as differences from the row above, and zlib looks only for runs of equal
     // bytes: speckle has no other repetitions, and labels repeat the row above. This takes half the
-    // time of a search for all repetitions, and the files are smaller (pictures 0.95 times, masks
-    // 0.6 to 0.7 times).
+    // time of a full search, and files are smaller (pictures 0.95 times, masks 0.6 to 0.7 times).
     png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
     png_set_compression_strategy(writer.png, Z_RLE);
   } else {

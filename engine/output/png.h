@@ -31,8 +31,7 @@ struct PngFormat {
   }
 };
 
-/// Writes a PNG row by row. The file has no date and no name of a computer, so equal pictures give
-/// equal files.
+/// Writes a PNG row by row, without date and name of a computer: equal pictures give equal files.
 class PngWriter {
  public:
   /// Passes the file's bytes to `sink`, in order; exceptions of `sink` reach the caller. Throws

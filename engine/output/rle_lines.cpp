@@ -27,8 +27,7 @@ void take_steps(const std::uint8_t* values, std::size_t count, std::uint8_t* ste
     steps[i] = static_cast<std::uint8_t>(values[i] - values[i - 1] + 128);
 }
 
-/// Sets the bit of each step that equals the two steps behind it. Reads two steps beyond the steps
-/// of the last word.
+/// Sets the bits of steps that equal the next two steps. Reads two steps beyond the last word.
 void mark_repeated(const std::uint8_t* steps, std::span<std::uint64_t> marks) {
   for (std::uint64_t& word : marks) {
     std::array<std::uint8_t, word_bits> equal;

@@ -14,8 +14,7 @@ namespace {
 
 using Words = std::array<std::uint32_t, 64>;
 
-/// The first 32 bits of the fractional parts of the roots of the first 64 primes (FIPS 180-4, 4.2.2
-/// and 5.3.3).
+/// The first 32 bits of the fractions of roots of the first 64 primes (FIPS 180-4, 4.2.2, 5.3.3).
 Words fractions_of_roots(double (*root)(double)) {
   Words words{};
   std::size_t count = 0;

@@ -22,8 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Removes a folder. `between` is called before each file, because a disk may need a millisecond
-/// per file.
+/// Removes a folder. `between` is called before each file: a disk may need a millisecond per file.
 void remove_folder(const fs::path& folder, const std::function<void()>& between) {
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {

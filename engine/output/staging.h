@@ -61,8 +61,7 @@ class StagingFolder {
 
   /// The lock file of a place.
   static std::filesystem::path lock_of(const std::filesystem::path& place);
-  /// The temporary folders of a place. If this process holds the claim to the place, they are from
-  /// killed processes.
+  /// The temporary folders of a place. If this process has the claim, killed processes left them.
   static std::vector<std::filesystem::path> left_behind(const std::filesystem::path& place);
   /// The names of the places in a folder that have a lock file or a temporary folder. A process
   /// makes such a place now, was killed, or could not remove something.

@@ -30,8 +30,7 @@ class TarFile {
 /// not end with them. Throws std::system_error if the file cannot be read.
 bool is_whole_tar(const std::filesystem::path& file);
 
-/// Calls f for each member, in order. Throws std::runtime_error, with the file's name, if the file
-/// is damaged.
+/// Calls f for each member, in order. Throws std::runtime_error with the name of a damaged file.
 void read_tar(
     const std::filesystem::path& file,
     const std::function<void(const std::string& name, std::vector<std::byte> content)>& f);

@@ -27,8 +27,7 @@ double ByteOrder::ByteSigns::entropy() const {
 double ByteOrder::ByteSigns::roughness() const {
   double number = 0.0;
   for (const double count : counts) number += count;
-  // For independent a and b of the distribution function F, E|a - b| is the sum of 2 F (1 - F) over
-  // all byte values.
+  // For independent a and b, E|a - b| is the sum of 2 F (1 - F) over the distribution function F.
   double below = 0.0, at_random = 0.0;
   for (const double count : counts) {
     below += count / number;

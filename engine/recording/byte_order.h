@@ -8,8 +8,7 @@
 
 namespace ensonify::engine {
 
-/// Finds from the samples of a channel whether their bytes are stored with the highest byte first
-/// (big-endian).
+/// Finds out from its samples whether a channel is stored with the highest byte first (big-endian).
 class ByteOrder {
  public:
   /// Adds the samples of one ping: `samples` numbers of `width` bytes (2 or 4).

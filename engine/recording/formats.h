@@ -9,8 +9,7 @@
 
 namespace ensonify::engine {
 
-// Each parser takes the bytes of a file, and `name` stands for the file in messages. The parsers
-// throw RecordingError.
+// Each parser takes a file's bytes and its `name` for messages, and throws RecordingError.
 
 /// Reads eXtended Triton Format (Triton Imaging, XTF file format, rev. 41): packets of type 0 with
 /// their channels. A port and a starboard channel of one frequency (may_be_of_one_sonar()) are one

@@ -18,9 +18,8 @@ bool may_be_of_one_sonar(double port_hz, double starboard_hz);
 /// have the number, beam and time (within a second) of a ping in the other line.
 bool are_sides_of_one(const RecordedLine& line, const RecordedLine& other);
 
-/// Adds the pings of `other` to `line`; are_sides_of_one() must be true for them. Adds a warning;
-/// `name` is the file of `other`. A ping that only one of the lines has gets zeros on the other
-/// side.
+/// Adds the pings of `other` to `line`; are_sides_of_one() must be true. Adds a warning; `name` is
+/// the file of `other`. A ping that only one of the lines has gets zeros on the other side.
 void join_sides(RecordedLine& line, const RecordedLine& other, std::string_view name);
 
 }  // namespace ensonify::engine

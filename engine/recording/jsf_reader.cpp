@@ -97,8 +97,7 @@ double speed_mps(const RecordingBytes& header) {
          (0.1 * header.at<std::int16_t>(194) + 0.01 * (header.at<std::uint16_t>(20) & 0xf));
 }
 
-/// Bits of Valid for a file without validity flags: the values that are not 0 and are possible for
-/// a sonar.
+/// Bits of Valid for a file without validity flags: the values that are possible and not 0.
 unsigned plausible(const RecordingBytes& header) {
   const auto is_within = [&](std::size_t offset, double largest_m) {
     const double value_m = 1e-3 * header.at<std::int32_t>(offset);

@@ -12,9 +12,9 @@
 
 namespace ensonify::engine {
 
-/// The text of a warning that `pings` pings of the file `name` state an impossible value. `what`
-/// is, for example, "heading; it is left out"; `first` is the number of the first such ping, and
-/// `value` is its value.
+/// A warning that `pings` pings of the file `name` state an impossible value. `what` is, for
+/// example, "heading; it is left out". The first such ping has the number `first` and the value
+/// `value`.
 std::string impossible_value(std::string_view name, std::size_t pings, std::string_view what,
                              std::uint64_t first, std::string_view value);
 
@@ -25,20 +25,18 @@ class LineBuilder {
 
   /// The line with this number. The reader sets its members that are the same for all pings.
   RecordedLine& line(int number) { return entries_[number].line; }
-  /// Adds the samples of one side of a ping, from near to far. If the newest ping of the line has
-  /// the same number and lacks this side, the samples belong to that ping; otherwise `ping` becomes
-  /// the newest ping.
+  /// Adds the samples of one side of a ping, from near to far. They belong to the newest ping of
+  /// the line if it has the same number and lacks this side; otherwise `ping` becomes the newest
+  /// ping.
   void add(int line, const RecordedPing& ping, Side side, std::vector<float> samples);
   void skipped(std::size_t bytes) { skipped_bytes_ += bytes; }
   void cut_off() { cut_off_ = true; }
   /// Counts a ping that states an impossible value, for a warning (impossible_value()). Consecutive
   /// packets with the same ping number count once.
   void impossible(const std::string& what, std::uint64_t ping, std::string_view value);
-  /// Counts packets of a kind other than sidescan pings, for the error about a file without
-  /// sidescan pings.
+  /// Counts packets without sidescan pings, for the error about a file that has no others.
   void other(const std::string& what, std::size_t count = 1) { others_[what] += count; }
-  /// As other(), for packets of navigation, which are not read. Lines without places get a warning
-  /// about such packets.
+  /// As other(), for navigation, which is not read; lines without places get a warning about it.
   void other_navigation(const std::string& what) {
     other(what);
     navigation_.insert(what);

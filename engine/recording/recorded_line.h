@@ -36,13 +36,11 @@ struct RecordedPing {
   std::size_t samples = 0;  ///< per side; the other samples of the ping's row are 0
   /// The number of samples nearer than the first recorded sample; these samples are 0.
   std::size_t unrecorded = 0;
-  /// The number of far samples that one side lacks, because it ends at a shorter range. The missing
-  /// samples are 0.
+  /// The number of far samples that one side lacks, which ends at a shorter range; they are 0.
   std::size_t one_sided = 0;
 };
 
-/// The pings of one sidescan sonar of a recording. If the sonar has several frequencies, each
-/// frequency has a line.
+/// The pings of one sidescan sonar of a recording, or of one of its frequencies if it has several.
 struct RecordedLine {
   std::string format;         ///< XTF or JSF
   std::string sonar;          ///< name of the sonar in the file; empty: none
@@ -70,8 +68,7 @@ struct RecordedLine {
     if (!starboard.empty()) all.push_back(Side::starboard);
     return all;
   }
-  /// The samples of the ping with this index into `pings`, from near to far. The line must have the
-  /// side `which`.
+  /// The samples of ping `ping` of `pings`, from near to far. The line must have the side `which`.
   std::span<const float> row(Side which, std::size_t ping) const {
     return std::span(side(which)).subspan(ping * samples, samples);
   }

@@ -43,8 +43,7 @@ class RecordingBytes {
     if (value == 0.0 || !std::isfinite(value)) return std::nullopt;
     return value;
   }
-  /// A text field of `width` bytes, up to its first zero byte. Other characters than printable
-  /// ASCII become '?'.
+  /// A text field, up to its first zero byte. All but printable ASCII characters become '?'.
   std::string text(std::size_t offset, std::size_t width) const {
     std::string text;
     for (std::size_t i = 0; i < width && has(offset + i, 1); ++i) {

@@ -147,8 +147,7 @@ void warn_of_times(RecordedLine& line, std::string_view name) {
                     name, back, line.pings.size()));
 }
 
-/// Warns if the pings from `first` on, which are those of the file `name`, begin before the latest
-/// earlier ping.
+/// Warns if the pings from `first` on, of the file `name`, begin before the latest earlier ping.
 void warn_of_order(RecordedLine& line, std::size_t first, std::string_view name) {
   const std::span<const RecordedPing> pings = line.pings, next = pings.subspan(first);
   const auto latest =

@@ -36,8 +36,7 @@ std::size_t bytes_of(SampleFormat format) {
   return bytes[static_cast<std::size_t>(format)];
 }
 
-/// A channel as the file's header describes it. What that header lacks is from the channel headers
-/// of the pings.
+/// A channel as the file's header describes it, completed from the channel headers of the pings.
 struct Channel {
   std::string name;
   bool sidescan = false;
@@ -286,8 +285,7 @@ class XtfReader {
   }
 
   /// Sets the line of each sidescan channel that has samples. A line has a port and a starboard
-  /// channel of one frequency, if possible with equal numbers of samples. Earlier channels of the
-  /// header are paired first.
+  /// channel of one frequency, best with equal numbers of samples, in the order of the header.
   void pair_channels() {
     LineBuilder uncounted(format_name);
     over_packets(
@@ -315,8 +313,7 @@ class XtfReader {
     }
   }
 
-  /// The first port channel and the first starboard channel that are alone in their lines; null:
-  /// none.
+  /// The first port and the first starboard channel that are alone in their lines; null: none.
   std::pair<const Channel*, const Channel*> lone_channels() const {
     const auto first = [&](Side side) -> const Channel* {
       const auto found = std::ranges::find_if(channels_, [&](const Channel& channel) {
@@ -331,8 +328,7 @@ class XtfReader {
     return std::ranges::count(channels_, channel.line, &Channel::line) == 1;
   }
 
-  /// How much two channels differ from two sides of one line; `unlike` if they are of different
-  /// sonars.
+  /// How much two channels differ from two sides of one line; `unlike`: they are of two sonars.
   static constexpr double unlike = 10.0;
   static double unlikeness(const Channel& a, const Channel& b) {
     constexpr double one_unstated = 1.0, other_samples = 0.01;

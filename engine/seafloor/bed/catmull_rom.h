@@ -6,9 +6,8 @@
 
 namespace ensonify::engine {
 
-/// The weights of four neighbouring points for a place at t in [0, 1] between the second and the
-/// third point (Catmull and Rom 1974). The interpolant passes through the points and has continuous
-/// slopes.
+/// Weights of four neighbouring points for a place at t in [0, 1] between the second and the third
+/// (Catmull and Rom 1974). The interpolant passes through the points and has continuous slopes.
 inline std::array<double, 4> catmull_rom(double t) {
   const double t2 = t * t, t3 = t2 * t;
   return {0.5 * (2.0 * t2 - t3 - t), 0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),

@@ -16,14 +16,12 @@ class FilesBeside {
   /// with the name of the refused file.
   explicit FilesBeside(const std::filesystem::path& raster);
 
-  /// The files with metadata (.aux.xml), mask, reference system (.prj) and place (world files,
-  /// .tab) of the raster.
+  /// The raster's metadata (.aux.xml), mask, reference system (.prj) and place (world files, .tab).
   const std::vector<std::filesystem::path>& read() const { return read_; }
   /// The value of GDAL_PAM_ENABLED while the raster is open. If it were YES without an .aux.xml
   /// file, GDAL would look for an .aux file of ERDAS, which can name other files.
   const char* reads_metadata() const { return has_metadata_ ? "YES" : "NO"; }
-  /// The .aux file of ERDAS, from which GDAL takes overviews if it reads at a lower resolution;
-  /// empty if there is none.
+  /// The .aux file of ERDAS, of which GDAL takes overviews for lower resolutions; empty: none.
   const std::filesystem::path& erdas_file() const { return erdas_file_; }
 
  private:

@@ -40,8 +40,7 @@ void check(const GeographicPlace& where) {
 
 }  // namespace
 
-// Places beyond the limits of the zone are allowed, because surveys of a whole country may use one
-// zone.
+// Places beyond the zone's limits are allowed: surveys of a whole country may use one zone.
 MapPlace utm_place(const GeographicPlace& where, int zone) {
   check(where);
   const double from_middle_deg =

@@ -25,8 +25,7 @@ class HeightBlocks {
 
   HeightBlocks(int columns, int rows, Make make);
 
-  /// Calls take(column of the window, row of the window, height) for each point of a window. Throws
-  /// what make() throws.
+  /// Calls take(column in the window, row in it, height) for each point. Throws what make() throws.
   template <class Take>
   void for_each(int first_column, int first_row, int columns, int rows, Take&& take) {
     const auto first_block = [](int first) { return first / block; };
@@ -54,9 +53,8 @@ class HeightBlocks {
 
  private:
   using Place = std::pair<int, int>;  // row, column
-  /// The memory of a block is used again for other places, and all borders are in one array. If
-  /// they were freed and allocated among the large arrays of transforms, memory would be
-  /// fragmented.
+  /// The memory of blocks is reused, and all borders are in one array: freed and allocated among
+  /// the large arrays of transforms, they would fragment the memory.
   struct Block {
     Place place{-1, -1};
     std::uint64_t used = 0;  // larger for blocks that were used later

@@ -20,8 +20,7 @@ class SmoothField {
   SmoothField(const RandomStream& draws, double shortest_m, double longest_m);
 
   double at(double x_m, double y_m) const;
-  /// The values at the points of a grid. If the grid is much finer than the waves, they are
-  /// interpolated.
+  /// The values at a grid's points, interpolated if the grid is much finer than the waves.
   std::vector<double> over(const Heightfield& grid, int threads = 1) const;
   /// The rms slope of the field in any one direction, per metre.
   double slope_per_m() const { return slope_per_m_; }

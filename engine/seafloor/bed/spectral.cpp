@@ -119,8 +119,7 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
       spectrum[count(row) * terms + i] *= to_part * amplitudes[i];
     std::fill(parts + 2 * used, parts + stride, 0.0);
   };
-  // With a weight only one thread, because the sum for the calibration depends on the order of
-  // terms.
+  // A weight needs one thread: the sum for the calibration depends on the order of its terms.
   refine::for_parts(count(rows), what.weight ? 1 : control.threads,
                     [&](std::size_t first_row, std::size_t end_row) {
                       std::vector<double> amplitudes(terms);
@@ -129,8 +128,7 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
                         fill_row(static_cast<int>(row), amplitudes);
                       }
                     });
-  // The terms of a real field at k and -k are conjugate. Both are stored if kx is 0 or the Nyquist
-  // wavenumber.
+  // The terms of a real field at k and -k are conjugate. Both are stored if kx is 0 or Nyquist's.
   for (const std::size_t column : {std::size_t{0}, terms - 1})
     for (std::size_t row = 0; row <= count(rows) / 2; ++row) {
       const std::complex<double> term = spectrum[row * terms + column];
@@ -149,9 +147,8 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
   return values;
 }
 
-/// The heights at the field's points, row by row. They are one transform; or a transform for the
-/// short waves plus the long waves, interpolated from a coarser lattice. `level` counts the
-/// lattices.
+/// The heights at the field's points, row by row: one transform, or a transform of the short waves
+/// plus the long waves, interpolated from a coarser lattice. `level` counts lattices.
 GridTransform::Values make_waves(const Heightfield& field, const SpectralField& what,
                                  const RandomStream& noise, const WorkControl& control,
                                  int level = 0) {

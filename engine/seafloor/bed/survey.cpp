@@ -289,8 +289,7 @@ class SurveyReader {
     fail(gdal_error_.empty() ? what : fmt::format("{} ({})", what, gdal_error_));
   }
 
-  // Keeps GDAL's first error, which is nearest to the cause, and PROJ's first message, which is
-  // only a warning.
+  // Keeps GDAL's first error, nearest to the cause, and PROJ's first message, which is a warning.
   static void CPL_STDCALL on_gdal_error(CPLErr severity, CPLErrorNum number, const char* message) {
     auto& reader = *static_cast<SurveyReader*>(CPLGetErrorHandlerUserData());
     reader.out_of_memory_ = reader.out_of_memory_ || number == CPLE_OutOfMemory;
@@ -429,8 +428,7 @@ class SurveyReader {
       return scatter_all();
     }
     const bool from_north = transform_[5] < 0.0;
-    // Row by row, so that the memory grows with the rows in the file and not with the header's
-    // size.
+    // By rows, so that memory grows with the rows in the file, not with the size in its header.
     for (int line = 0; line < field_.rows; ++line) {
       if (stop_check) stop_check();
       const std::size_t begin = field_.z_m.size();

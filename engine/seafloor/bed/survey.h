@@ -23,8 +23,7 @@ struct SurveyScatter {
   std::uint64_t seed = 0;
 };
 
-/// The names of SurveyFile::cell_m in messages: the key of a scene, and the option of commands
-/// without a scene.
+/// SurveyFile::cell_m in messages: the key of a scene, and the option of commands without one.
 inline constexpr std::string_view cell_key = "seafloor.survey_cell_m (--survey-cell-m)";
 
 /// The file of a survey.
@@ -45,7 +44,7 @@ struct SurveyFile {
 /// is given in the survey's vertical datum. GDAL's metadata in an .aux.xml file beside the file
 /// belong to the file: NODATA, reference system, place, scale, offset, unit. (Such files beside the
 /// sources of a mosaic are not used, because the mosaic has these data.) `stop_check` is called for
-/// each row; it may throw to end the reading.  Throws refine::MeshError for a file that cannot be
+/// each row; it may throw to end the reading. Throws refine::MeshError for a file that cannot be
 /// opened, is truncated, promises more cells than its size can hold, is rotated, is in degrees or
 /// in another unit than metres, has heights of 9999 m that no NODATA value explains, or has no
 /// whole cell; if heights scatter, for a file without a band that is named uncertainty, deviation,
@@ -81,8 +80,7 @@ SurveySample sample_survey(const SurveyFile& file, double water_level_m);
 /// that read_survey() refuses because of its sources, and for a file that FilesBeside refuses.
 std::vector<std::filesystem::path> files_behind(const std::filesystem::path& file);
 
-/// The grid without heights, from the file's header. Throws as read_survey() for faults of the
-/// header.
+/// The grid without heights, from the file's header. Throws as read_survey() for the header.
 Heightfield read_survey_header(const SurveyFile& file);
 
 }  // namespace ensonify::engine

@@ -25,8 +25,7 @@ using std::numbers::pi;
 constexpr double max_points = 268435456.0;  // 2^28
 constexpr double max_points_across = 2147483647.0;
 
-/// Interpolates between the middle two of four heights. A missing outer height is extrapolated
-/// linearly.
+/// Interpolates between the middle two of four heights; extrapolates a missing outer one linearly.
 double between(std::array<double, 4> p, double t) {
   if (t == 0.0) return p[1];
   if (std::isnan(p[0])) p[0] = 2.0 * p[1] - p[2];

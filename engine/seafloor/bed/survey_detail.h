@@ -29,8 +29,7 @@ struct FractalScale {
 /// 0.95.
 FractalScale fractal_scale(std::span<const Heightfield> parts);
 
-/// The finer grid, without heights. Throws std::invalid_argument for a cell that is not finer than
-/// the survey's cells.
+/// The finer grid, without heights. Throws std::invalid_argument if its cells are not finer.
 Heightfield grid_with_detail(const Heightfield& survey, const SurveyDetail& detail);
 
 /// The survey on a finer grid: its heights, smoothly interpolated, plus fractal relief with the

@@ -24,16 +24,14 @@ bool is_hdf5(const std::filesystem::path& file);
 bool is_mosaic(const std::filesystem::path& file);
 /// Whether a dataset is a BAG of variable resolution.
 bool has_refinements(GDALDataset& dataset);
-/// Whether a raster's metadata name a file with overviews. GDAL would open any such file, in any
-/// folder.
+/// Whether a raster's metadata name a file with overviews, which GDAL would open in any folder.
 bool names_overviews(GDALDataset& dataset);
 /// A file that a scene can name as its seafloor.
 struct SeafloorFile {
   std::string_view is;    ///< "a mesh"
   std::string_view kind;  ///< the word of seafloor.kind, and the key that takes the file
 };
-/// The kind of a file: by its first bytes, or for a mesh by its name. Unset for soundings and for
-/// all other files.
+/// The kind of a file: by its first bytes, or a mesh by its name. Unset for soundings and others.
 std::optional<SeafloorFile> seafloor_file(const std::filesystem::path& file);
 /// The message "FILE: is a mesh, expected WANTED; ...", which also says how a scene takes the file.
 std::string fault_of_kind(const std::filesystem::path& file, const SeafloorFile& found,

@@ -60,8 +60,7 @@ TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_
   take_mean_over(grid);
 }
 
-/// Subtracts the mean of the rest over the grid from the rest. (The coarse grid is larger than the
-/// grid.)
+/// Subtracts the rest's mean over the grid from the rest; the coarse grid is larger than the grid.
 void TiledField::take_mean_over(const Heightfield& grid) {
   const auto last = [&](int points) {
     return coarse_margin +

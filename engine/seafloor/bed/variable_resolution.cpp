@@ -159,8 +159,7 @@ void VariableResolution::read_steps(What what, const Window& window,
       const Refinement& finer = refinement(x, y);
       if (finer.across == 0) continue;
       const std::vector<float> points = this->points(what, finer);
-      // The index of the nearest point, also for places up to a cell beyond the outer points; else
-      // -1.
+      // The index of the nearest point, up to a cell beyond the outer points; -1 farther away.
       const auto nearest = [](double from_first_m, float cell_m, std::uint32_t count) {
         const double at = std::floor(from_first_m / cell_m + 0.5);
         if (at < -1.0 || at > count) return -1;

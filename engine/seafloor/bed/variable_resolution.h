@@ -33,8 +33,7 @@ class VariableResolution {
   };
   enum class What { height, uncertainty };
 
-  /// Fills `values` row by row from the south; NaN where the file has no value. Throws
-  /// refine::MeshError.
+  /// Fills `values` by row from the south; NaN where there is none. Throws refine::MeshError.
   void read(What what, const Window& window, std::span<double> values) const;
 
  private:

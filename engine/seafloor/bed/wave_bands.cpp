@@ -16,9 +16,8 @@ using std::numbers::pi;
 constexpr int taps = 12;  // points of the interpolation from one lattice to the next
 constexpr int taps_before = taps / 2 - 1;
 
-// Between 16 and 48 points per wave of a band's lattice, the share of the band falls and the share
-// of the next coarser band rises. 16 points are 4 points of the coarser lattice, enough to
-// interpolate.
+// Between 16 and 48 points per wave of a band, its share falls and the share of the next coarser
+// band rises. 16 points are 4 points of the coarser lattice, enough to interpolate.
 constexpr double shortest_handed_over = 16.0, longest_kept = 48.0;
 
 double handed_over(double points_per_wave) {
@@ -60,8 +59,7 @@ std::int64_t coarser_point(std::int64_t place) {
   return (place - (place % band_ratio + band_ratio) % band_ratio) / band_ratio;
 }
 
-/// The index of the first point for the interpolation to a place, among coarser points from `first`
-/// on, and the phase.
+/// The first point, counted from `first`, for the interpolation to a place; and the phase.
 std::pair<std::size_t, std::size_t> place_of(std::int64_t place, std::int64_t first) {
   const std::int64_t before = coarser_point(place);
   return {static_cast<std::size_t>(before - taps_before - first),

@@ -17,8 +17,7 @@ double kept_share(double points_per_wave);
 /// The share that is made on the next, coarser lattice.
 double handed_over_share(double points_per_wave);
 
-/// A function that rises from 0 at t = 0 to 1 at t = 1, with three continuous derivatives; constant
-/// outside.
+/// Rises from 0 at t = 0 to 1 at t = 1, with three continuous derivatives; constant outside.
 double smooth_step(double t);
 
 /// A part of an infinite lattice. Point 0 of the coarser lattice lies on point 0 of this lattice.
