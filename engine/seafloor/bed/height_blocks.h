@@ -28,10 +28,8 @@ class HeightBlocks {
   /// Calls take(column in the window, row in it, height) for each point. Throws what make() throws.
   template <class Take>
   void for_each(int first_column, int first_row, int columns, int rows, Take&& take) {
-    const auto first_block = [](int first) { return first / block; };
-    const auto last_block = [](int first, int count) { return (first + count - 1) / block; };
-    for (int row = first_block(first_row); row <= last_block(first_row, rows); ++row)
-      for (int column = first_block(first_column); column <= last_block(first_column, columns);
+    for (int row = first_row / block; row <= (first_row + rows - 1) / block; ++row)
+      for (int column = first_column / block; column <= (first_column + columns - 1) / block;
            ++column) {
         const int from_column = std::max(first_column, column * block);
         const int from_row = std::max(first_row, row * block);
