@@ -84,7 +84,8 @@ fs::path StagingFolder::lock_of(const fs::path& place) {
 std::optional<Claim> StagingFolder::try_claim(const fs::path& place,
                                               const std::function<void()>& between) {
   std::optional<Claim> claim = Claim::try_take(lock_of(place));
-  if (claim && claim->exclusive()) remove_left_behind(place, between);
+  if (claim && claim->exclusive())
+    for (const fs::path& folder : left_behind(place)) remove_folder(folder, between);
   return claim;
 }
 
@@ -106,11 +107,6 @@ std::set<std::string> StagingFolder::places_with_remains(const fs::path& folder)
     if (refine::is_temporary_of(place, name)) places.insert(place.string());
   }
   return places;
-}
-
-void StagingFolder::remove_left_behind(const fs::path& place,
-                                       const std::function<void()>& between) {
-  for (const fs::path& folder : left_behind(place)) remove_folder(folder, between);
 }
 
 Claim StagingFolder::wait_for(const fs::path& place, const std::function<void()>& waiting) {

@@ -66,8 +66,6 @@ class StagingFolder {
   /// The names of the places in a folder that have a lock file or a temporary folder. A process
   /// makes such a place now, was killed, or could not remove something.
   static std::set<std::string> places_with_remains(const std::filesystem::path& folder);
-  static void remove_left_behind(
-      const std::filesystem::path& place, const std::function<void()>& between = [] {});
   /// Takes the claim to a place and removes the temporary folders that killed processes left there.
   /// Unset while another process holds the claim. `between` is called before each file is removed.
   /// Throws as Claim::try_take(), and what `between` throws.

@@ -21,10 +21,6 @@ TarFile::TarFile(const std::filesystem::path& file)
       archive_(ArchiveFormat::ustar, file.string(),
                [this](std::span<const std::byte> bytes) { file_.write(bytes); }) {}
 
-void TarFile::add(const std::string& name, std::span<const std::byte> content) {
-  archive_.add(name, content);
-}
-
 void TarFile::finish() {
   archive_.finish();
   file_.commit();

@@ -18,7 +18,9 @@ class TarFile {
   explicit TarFile(const std::filesystem::path& file);
   /// Throws std::system_error if the file cannot be written, std::runtime_error for a name that
   /// does not fit into a tar header.
-  void add(const std::string& name, std::span<const std::byte> content);
+  void add(const std::string& name, std::span<const std::byte> content) {
+    archive_.add(name, content);
+  }
   void finish();
 
  private:
