@@ -1,4 +1,4 @@
-#include <ensonify/engine/recording/layback.h>
+#include <ensonify/engine/recording/xtf_navigation.h>
 
 #include <algorithm>
 #include <cstddef>

@@ -10,9 +10,8 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/recording/formats.h>
-#include <ensonify/engine/recording/joined_sides.h>
+#include <ensonify/engine/recording/sides.h>
 #include <ensonify/engine/recording/some_pings.h>
-#include <ensonify/engine/recording/turned_sides.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {

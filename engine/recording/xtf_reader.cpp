@@ -14,12 +14,11 @@
 #include <ensonify/engine/base/units.h>
 #include <ensonify/engine/recording/byte_order.h>
 #include <ensonify/engine/recording/formats.h>
-#include <ensonify/engine/recording/joined_sides.h>
-#include <ensonify/engine/recording/layback.h>
 #include <ensonify/engine/recording/line_builder.h>
 #include <ensonify/engine/recording/packets.h>
 #include <ensonify/engine/recording/recording_bytes.h>
 #include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/recording/sides.h>
 #include <ensonify/engine/recording/xtf_navigation.h>
 
 namespace ensonify::engine {
