@@ -17,16 +17,15 @@ bool is_absurd(std::uint32_t bits) {
 }  // namespace
 
 double ByteOrder::ByteSigns::entropy() const {
-  double number = 0.0, bits = 0.0;
-  for (const double count : counts) number += count;
+  const double number = std::accumulate(counts.begin(), counts.end(), 0.0);
+  double bits = 0.0;
   for (const double count : counts)
     if (count > 0.0) bits -= count / number * std::log2(count / number);
   return bits;
 }
 
 double ByteOrder::ByteSigns::roughness() const {
-  double number = 0.0;
-  for (const double count : counts) number += count;
+  const double number = std::accumulate(counts.begin(), counts.end(), 0.0);
   // For independent a and b, E|a - b| is the sum of 2 F (1 - F) over the distribution function F.
   double below = 0.0, at_random = 0.0;
   for (const double count : counts) {

@@ -36,17 +36,15 @@ void LineBuilder::impossible(const std::string& what, std::uint64_t ping, std::s
 void LineBuilder::add(int line, const RecordedPing& ping, Side side, std::vector<float> samples) {
   Entry& entry = entries_[line];
   std::vector<RecordedPing>& pings = entry.line.pings;
-  const auto its = [side](Sides& sides) -> std::vector<float>& {
-    return side == Side::port ? sides.port : sides.starboard;
-  };
-  if (pings.empty() || pings.back().number != ping.number || !its(entry.sides.back()).empty()) {
+  const auto its = side == Side::port ? &Sides::port : &Sides::starboard;
+  if (pings.empty() || pings.back().number != ping.number || !(entry.sides.back().*its).empty()) {
     pings.push_back(ping);
     entry.sides.emplace_back();
   }
   Sides& sides = entry.sides.back();
   (side == Side::port ? sides.port_sample_m : sides.starboard_sample_m) =
       ping.range_m / static_cast<double>(samples.size());
-  its(sides) = std::move(samples);
+  sides.*its = std::move(samples);
 }
 
 // A recorder may store one side with fewer samples than the other side, or to a shorter range.
