@@ -67,12 +67,10 @@ LatticeWindow window_of(const Heightfield& field) { return {0, 0, field.columns,
 /// The coarser lattice from which the field's points are interpolated, without heights.
 Heightfield coarser_lattice(const Heightfield& field) {
   const LatticeWindow window = window_of(field).coarser();
-  Heightfield lattice;
-  lattice.columns = window.columns;
-  lattice.rows = window.rows;
-  lattice.cell_east_m = band_ratio * field.cell_east_m;
-  lattice.cell_north_m = band_ratio * field.cell_north_m;
-  return lattice;
+  return {.columns = window.columns,
+          .rows = window.rows,
+          .cell_east_m = band_ratio * field.cell_east_m,
+          .cell_north_m = band_ratio * field.cell_north_m};
 }
 
 double points_per_wave(const Heightfield& field, double kx, double ky) {

@@ -181,9 +181,7 @@ FractalScale scale_of(std::span<const Heightfield> parts, const SurveyDetail& de
 SpectralField missing_field(const FractalScale& scale, const Heightfield& survey) {
   const auto missing =
       std::make_shared<const Missing>(scale, survey.cell_east_m, survey.cell_north_m);
-  SpectralField what;
-  what.amplitude = [missing](double kx, double ky) { return missing->amplitude(kx, ky); };
-  return what;
+  return {.amplitude = [missing](double kx, double ky) { return missing->amplitude(kx, ky); }};
 }
 
 }  // namespace
@@ -267,12 +265,11 @@ refine::HeightTiles::Heights with_detail_in_windows(const Heightfield& survey,
     around(first_row, rows, divided.north, size.rows, coarse.first_row, coarse.rows);
     coarse.z_m.resize(static_cast<std::size_t>(coarse.points()));
     heights(coarse.first_column, coarse.first_row, coarse.columns, coarse.rows, coarse.z_m, {});
-    Heightfield window;
-    window.columns = columns;
-    window.rows = rows;
-    window.first_column = first_column;
-    window.first_row = first_row;
-    window.z_m.resize(z_m.size());
+    Heightfield window{.columns = columns,
+                       .rows = rows,
+                       .z_m = std::vector<double>(z_m.size()),
+                       .first_column = first_column,
+                       .first_row = first_row};
     interpolate(coarse, divided, window);
     std::ranges::copy(window.z_m, z_m.begin());
     if (relief) relief->add(first_column, first_row, columns, rows, z_m);

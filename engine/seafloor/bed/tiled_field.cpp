@@ -52,9 +52,9 @@ TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_
   coarse_.rows = points_of(grid.rows);
   coarse_.cell_east_m = coarse_.cell_north_m = spacing_m(band_count_);
   coarse_.z_m.assign(static_cast<std::size_t>(coarse_.points()), 0.0);
-  SpectralField rest;
-  rest.amplitude = [this](double kx, double ky) { return amplitude(band_count_, kx, ky); };
-  rest.period_m = what_.period_m;
+  const SpectralField rest{
+      .amplitude = [this](double kx, double ky) { return amplitude(band_count_, kx, ky); },
+      .period_m = what_.period_m};
   add_spectral_field(coarse_, rest,
                      RandomStream(seed_, purpose_, {band_count_ + 1, 0, 1 + 2 * number_}));
   take_mean_over(grid);
