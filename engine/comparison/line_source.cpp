@@ -64,11 +64,6 @@ std::map<std::string, std::vector<fs::path>> recordings_of_run(const fs::path& f
   return found;
 }
 
-bool has_images(const fs::path& folder) {
-  return std::ranges::any_of(files_of_run(folder),
-                             [](const fs::path& file) { return file.extension() == ".exr"; });
-}
-
 RecordedLine line_of_recordings(const fs::path& folder,
                                 const std::map<std::string, std::vector<fs::path>>& recordings,
                                 const std::string& sonar) {
@@ -87,7 +82,8 @@ RecordedLine line_of_recordings(const fs::path& folder,
 }
 
 RecordedLine line_of_run(const fs::path& folder, const std::string& sonar) {
-  if (!has_images(folder))
+  const auto is_image = [](const fs::path& file) { return file.extension() == ".exr"; };
+  if (std::ranges::none_of(files_of_run(folder), is_image))
     if (const auto recordings = recordings_of_run(folder); !recordings.empty())
       return line_of_recordings(folder, recordings, sonar);
   const RecordedRun run = read_recorded_run(folder, sonar, Positions::navigation);
