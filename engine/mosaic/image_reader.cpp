@@ -49,9 +49,8 @@ std::string next_bytes(refine::FileReader& reader, std::size_t count) {
   return bytes;
 }
 std::uint32_t next_number(refine::FileReader& reader) {
-  const std::string text = next_bytes(reader, 4);
   std::array<unsigned char, 4> bytes{};
-  std::ranges::copy(text, bytes.begin());
+  reader.read(std::as_writable_bytes(std::span(bytes)));
   return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | std::uint32_t{bytes[3]} << 24;
 }
 
