@@ -17,7 +17,7 @@
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/recording/recording_reader.h>
-#include <ensonify/engine/recording/turned_sides.h>
+#include <ensonify/engine/recording/sides.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
