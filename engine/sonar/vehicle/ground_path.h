@@ -16,8 +16,8 @@ struct GroundPoint {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< east and north, local metres
   double course_rad = 0.0;                          ///< clockwise from north
   double curvature_1pm = 0.0;                       ///< change of the course per metre
-  int leg = 0;           ///< the number of its leg; a turn belongs to the leg before it
-  bool turning = false;  ///< whether it lies in the turn after that leg
+  int leg = 0;           ///< number of the leg; a turn has the number of the leg before the turn
+  bool turning = false;  ///< whether the point lies in the turn after that leg
 };
 
 /// The path of a generated track over ground as a function of the distance along it: an infinite
@@ -34,7 +34,8 @@ class GroundPath {
   /// Throws std::invalid_argument for a track from a file, or for legs without a length or spacing.
   explicit GroundPath(const TrackOptions& track);
 
-  double length_m() const { return length_m_; }  ///< of a lawn-mower's legs and turns; 0 for a line
+  /// Sum over a lawn-mower's legs and turns; 0 for a line.
+  double length_m() const { return length_m_; }
   GroundPoint at(double distance_m) const;
 
  private:

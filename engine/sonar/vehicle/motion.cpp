@@ -11,8 +11,8 @@ namespace ensonify::engine {
 namespace {
 
 constexpr std::size_t strips = 64;
-constexpr double half_widths = 4.0;           // either side of the centre
-constexpr double relative_half_width = 0.15;  // of the periodic band, relative to its centre
+constexpr double half_widths = 4.0;  // by which a band extends to either side of its centre
+constexpr double relative_half_width = 0.15;  // of the periodic band, divided by its centre
 
 }  // namespace
 
@@ -84,7 +84,7 @@ Pose Motion::applied_to(const Pose& track) const {
   const double surge_m = surge_.at(t_s), sway_m = sway_.at(t_s);
   pose.position += surge_m * ahead + sway_m * starboard;
   pose.position.z() += heave_.at(t_s);
-  // Both directions turn with the course.
+  // Surge and sway turn with the course, which adds to the velocity.
   pose.velocity_mps += (surge_.rate(t_s) - sway_m * track.heading_rate_radps) * ahead +
                        (sway_.rate(t_s) + surge_m * track.heading_rate_radps) * starboard;
   pose.velocity_mps.z() += heave_.rate(t_s);
