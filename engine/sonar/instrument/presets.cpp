@@ -28,10 +28,10 @@ struct PresetRow {
 // Sources. EdgeTech: frequencies, dual simultaneous linear FM chirps and the 4125's range at 600
 // kHz from the manual of the 4200 (0004842 rev. N, 1.3.2) and a survey report. Klein 3900:
 // frequencies from USGS Data Series 739. Klein 5000: frequency, five beams per side and the
-// receiver's bandwidth from its manual and NOAA. No document was found for the lengths of pulses
-// and the source levels: the lengths are those of a setting for the longest range. Nor for the
-// places of the Klein 5000's beams, which are 0.2 m apart here (as wide as its resolution at 75 m),
-// and for its transmitter, which here gives the outer beams half of its power at 15 m. presets.md
+// receiver's bandwidth from its manual and NOAA. No document was found for the pulse lengths, the
+// source levels, and the beams and transmitter of the Klein 5000. Here the pulse lengths are those
+// of a setting for the longest range. The beams of the Klein 5000 are 0.2 m apart, which is its
+// resolution at 75 m. Its transmitter gives the outer beams half of its power at 15 m. presets.md
 // compares the reach of each preset with its range.
 // clang-format off
 constexpr std::array rows{
@@ -100,7 +100,7 @@ Preset preset_of(const PresetRow& row) {
   sonar.vertical.beamwidth_rad = row.vertical_beamwidth_deg * degree;
   sonar.vertical.tilt_rad = row.tilt_deg * degree;
   sonar.vertical.floor_db = -30.0;  // typical of a baffled array, towards the surface
-  // Recordings have no nulls below the axis: fits of one have -13 dB at 69 degrees.
+  // Recordings show no nulls below the axis: fits to one recording have -13 dB at 69 degrees.
   sonar.vertical.floor_below_db = -13.0;
   // The length is rounded to a millimetre.
   const double length_m =

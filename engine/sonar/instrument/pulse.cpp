@@ -20,8 +20,8 @@ double triangle_integral(double x) {
   return std::copysign(s - 0.5 * s * s, x);
 }
 
-/// The integral of a pulse's intensity times the overlap of two bins that are d bins apart, over
-/// the length of a bin.
+/// The integral of a pulse's intensity times the overlap of two bins that are d bins apart, divided
+/// by the length of a bin.
 double overlap(const Pulse& pulse, double bin_s, int d) {
   // Simpson's rule on either side of the triangle's top, in steps that are short compared with a
   // bin and with a lobe.
@@ -98,7 +98,7 @@ PulseKernel pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_
       kernel.weights.push_back(triangle_integral(d) - triangle_integral(d - end));
     return kernel;
   }
-  std::vector<double> half;  // it is even
+  std::vector<double> half;  // the kernel is even
   for (int d = 0; d < end + 1.0; ++d) half.push_back(overlap(pulse, bin_s, d));
   kernel.first = 1 - static_cast<int>(half.size());
   kernel.weights.assign(half.rbegin(), half.rend());
@@ -119,7 +119,7 @@ double cw_spectrum(const Pulse& pulse, double bin_s, double angle) {
   return sum;
 }
 
-/// The same of a sweep, whose spectrum is folded (aliased) at the sampling rate.
+/// The power spectrum for a sweep. It is folded (aliased) at the sampling rate.
 double sweep_spectrum(const Pulse& pulse, double bin_s, double angle) {
   using std::numbers::pi;
   const double half_band = 0.5 * pulse.bandwidth_hz;
@@ -153,8 +153,9 @@ std::vector<double> cosine_series(int highest, F&& function) {
 /// Discrete-Time Signal Processing, 1989, ch. 12): h[0] = exp(c[0] / 2), and
 /// n h[n] = sum over k = 1 .. n of k c[k] h[n - k].
 std::vector<double> cw_taps(const Pulse& pulse, double bin_s) {
-  constexpr double longest = 64.0;  // in bins; above it the nearest whole number is close enough
-  constexpr double least = 1e-12;   // of the spectrum, which is 0 at some angles
+  // In bins; for a longer pulse a whole number of bins is close enough.
+  constexpr double longest = 64.0;
+  constexpr double least = 1e-12;  // value of the spectrum, which is 0 at some angles
   const double bins = std::max(pulse.effective_length_s() / bin_s, 1.0);
   if (bins > longest) return std::vector<double>(static_cast<std::size_t>(std::lround(bins)), 1.0);
   const int last = static_cast<int>(std::ceil(bins)) - 1;
@@ -170,7 +171,8 @@ std::vector<double> cw_taps(const Pulse& pulse, double bin_s) {
   return taps;
 }
 
-/// The taps on either side of the even filter: the series of the root of the spectrum.
+/// The taps on either side of the even filter: the cosine series of the square root of the
+/// spectrum.
 std::vector<double> sweep_taps(const Pulse& pulse, double bin_s) {
   constexpr double left_out = 2e-3;  // share of the energy
   const int most =
