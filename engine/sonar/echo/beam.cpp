@@ -25,8 +25,8 @@ double nearness_of(std::size_t row) {
 std::vector<float> row_of(const Shading& shading, double nearness, double step,
                           std::size_t columns) {
   std::vector<float> row(columns);
-  // The Fresnel integral over one half of the array, by Simpson's rule; the cosines of its steps by
-  // recurrence.
+  // The Fresnel integral over one half of the array, by Simpson's rule. The cosines of the steps
+  // follow by recurrence.
   const double last_x = step * static_cast<double>(row.size() - 1);
   const int steps = shading.whole_steps(64 + 2 * static_cast<int>(4.0 * (nearness + last_x)));
   const double du = 0.5 / steps;
@@ -70,7 +70,7 @@ std::shared_ptr<const ArrayTable> usual_array_table() {
 
 std::shared_ptr<const ArrayTable> array_table(const Sonar& sonar, const Shading& shading,
                                               double lobe_rad) {
-  // What an outer beam needs beyond a tenth of the range.
+  // The angle by which an outer beam lies aside at a tenth of the range.
   const double aside_rad = sonar.beam_offset_m(sonar.beams - 1) / (0.1 * sonar.range_m);
   const int lobes = static_cast<int>(
       std::clamp(std::ceil(aside_rad / lobe_rad), 1.0, double(sonar.lobes_beyond())));
@@ -178,7 +178,7 @@ Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& recei
             .offset_m = static_cast<float>(offset_m),
             .shading = of.shading};
   };
-  // The beam is that of a separate receiver; the transmitter stays in the array's middle.
+  // A separate receiver has the beam; the transmitter stays in the array's middle.
   transmit_ = array(transmit, sonar.beams == 1, beam_offset_m);
   receive_ = array(receive, true, 0.0);
   for (const double zone_m : sonar.focus_zones_m)

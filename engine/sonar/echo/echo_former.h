@@ -45,8 +45,8 @@ namespace ensonify::engine {
 /// The truth is not: a bin has the truth of the places at its own range. With a CW pulse these are
 /// the farthest places that its energy came from; the others are up to c T / 2 nearer.
 ///
-/// Objects have more: see ObjectEchoes. A glint is steady, its phase is that of its path; glints
-/// interfere while their pulses overlap (SteadyField).
+/// Objects have further echoes: see ObjectEchoes. A glint is steady, and the length of its path
+/// gives its phase. Glints interfere while their pulses overlap (SteadyField).
 class EchoFormer {
  public:
   /// The seafloor, the tables and the labels of moving bodies (see FaceLabels) must outlive this;
@@ -56,8 +56,8 @@ class EchoFormer {
              const ObjectSurfaces& surfaces = {});
 
   /// Fills a line, whose sector is set, with what one of the sonar's beams receives of a fan. The
-  /// speckled intensity is left at the expectation. (The t of bent rays' hits is the range that
-  /// their travel time stands for.)
+  /// layer `intensity` gets the expected values. (The t of bent rays' hits is the range that their
+  /// travel time stands for.)
   void form(const Beam& beam, const FanAim& aim, const FanHits& hits, EchoLine& line);
 
  private:
@@ -82,7 +82,7 @@ class EchoFormer {
   std::span<const MaterialInSonar> materials_;
   std::vector<float> strengths_;              // the values of all materials' tables, in a row
   std::vector<std::int32_t> strengths_from_;  // by material: where its values begin
-  double absorption_db_per_m_;                // as gain_ has it
+  double absorption_db_per_m_;                // contained in gain_
   const scatter::SoundSpeedProfile* profile_;
   double wavelength_m_;
   RangeBins bins_;
@@ -95,7 +95,7 @@ class EchoFormer {
   std::vector<double> energy_;  // per bin, with gain; and room for the pulse at both ends
   std::vector<double> sums_;    // per bin of the line, after the pulse
 
-  // Of the sector that is formed:
+  // The sector whose echo is formed:
   SectorView view_{};
   // Of the plane that is formed:
   PieceTable pieces_;

@@ -9,8 +9,8 @@ namespace ensonify::engine {
 struct Medium {
   double sound_speed_mps = scatter::nominal_sound_speed_mps;
   double absorption_db_per_m = 0.0;
-  /// Absorption over depth; null: the value above at all depths. It must outlive everything that is
-  /// made with this medium.
+  /// Absorption over depth; null: absorption_db_per_m at all depths. It must outlive everything
+  /// that is made with this medium.
   const scatter::SoundSpeedProfile* profile = nullptr;
 };
 

@@ -59,7 +59,7 @@ struct PieceTable {
   /// Repeats the last piece behind the end, since the kernel works on whole vector registers.
   void pad();
 
-  /// Slant range of a piece's first ray, as its straight line has it; and of its last.
+  /// Slant ranges of a piece's first and last ray, on the straight line through its ranges.
   double first_ray_m(std::size_t piece) const { return range_m[piece] - to_last_m[piece]; }
   double last_ray_m(std::size_t piece) const { return range_m[piece] + to_last_m[piece]; }
 

@@ -26,7 +26,7 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
   }
 }
 
-/// The range of the nearest thing: an object, or else the bed.
+/// The range of the nearest object, or of the bed if the bed is nearer.
 double PingTracer::nearest_m(const Eigen::Vector3d& from, double nearest_bed_m) const {
   double nearest_m = nearest_bed_m;
   for (const std::vector<ObjectSurface>* objects : {surfaces_.fixed, surfaces_.moving})

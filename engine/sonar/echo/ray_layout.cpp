@@ -30,8 +30,8 @@ void add_samples(const FanGrid::Plane& plane, double null_rad, std::vector<BeamS
     }
 }
 
-/// How far from broadside an array reaches that is out of focus at a range: to one of its nulls,
-/// and in the near field farther, as the array's ends see it.
+/// The angle from broadside to which the pattern of an array reaches at a range: to one of its
+/// nulls, and in the near field farther, by the angle of half the array's length times its defocus.
 double reach_rad(const LineArray& array, int null, double defocus, double at_m) {
   const double near_rad = std::atan(0.5 * array.length_m * std::abs(defocus) / at_m);
   return std::min(array.null_rad(null) + near_rad, std::numbers::pi / 2.0);
@@ -71,8 +71,8 @@ class Steps {
     const double above = elevation_rad_[j + 1] - elevation_rad_[j];
     return std::abs(above - below) < unevenness * below;
   }
-  /// Whether the pattern is nearly straight from the neighbours below the rays to those above,
-  /// since their difference is taken for the beam's slope.
+  /// Whether the pattern is nearly straight from the neighbours below the rays to the neighbours
+  /// above, because the kernel takes the beam's slope from the difference of these neighbours.
   bool straight(std::size_t j, std::size_t rays) const {
     const std::size_t from = j - std::min(j, rays);
     const std::size_t last = std::min(j + 2 * rays, elevation_rad_.size()) - 1;
@@ -90,7 +90,7 @@ class Steps {
   std::vector<std::vector<double>> power_;  // one-way, by sector
 };
 
-/// Fills in the angles of the layout's rays, and which are within the beam.
+/// Fills in the angles of the layout's rays, and which rays are within the beam.
 void set_grid(std::shared_ptr<const FanGrid> grid, RayLayout& layout) {
   layout.grid = std::move(grid);
   layout.rays = 0;
@@ -127,8 +127,8 @@ struct FanInWater {
   double planes_rad;   // how far the planes of the main lobe differ in depression, by pitch
   LaunchLimits limits;
 
-  /// The elevations of the limits, ascending. The first is that of the plane in which it is the
-  /// highest: rays lie close together only on the side that reaches the bed.
+  /// The elevations of the limits, ascending. The first limit is taken from the plane in which its
+  /// elevation is highest, because rays lie close together only on the side that reaches the bed.
   std::array<double, 3> limit_elevations_rad(double middle_depression_rad) const {
     const auto elevation_rad = [&](double depression_rad) {
       return middle_depression_rad + roll_tilt_rad -
@@ -139,9 +139,9 @@ struct FanInWater {
   }
 };
 
-/// Sets `result`, on `grid`, to the layout with its rays moved: those that lay at the limits lie at
-/// the present limits, because near them a millionth of an angle is metres of the bed. Rays between
-/// two limits divide the way between them as before.
+/// Sets `result`, with `grid`, to the layout with its rays moved: rays that lay at the limits then
+/// lie at the present limits, because near a limit a millionth of an angle is metres of the bed.
+/// Rays between two limits divide the angle between them as before.
 void move_in_water(const RayLayout& layout, const FanInWater& laid_for, const FanInWater& now,
                    const std::shared_ptr<FanGrid>& grid, RayLayout& result) {
   *grid = *layout.grid;
@@ -185,7 +185,7 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
   const LineArray transmit = sonar.transmit_array(wavelength_m);
   const LineArray receive = sonar.receive_array(wavelength_m);
   const double first_return_m = sonar.range_m / range_over_height;
-  // The transmitter lies as far from the outer beams as these lie from the array's middle.
+  // The transmitter is as far from an outer beam as this beam is from the array's middle.
   const double beam_offset_m = sonar.beam_offset_m(sonar.beams - 1);
   // No more lobes than needed, because the planes are spread over them.
   const auto lobes = [&](double aside_rad) {
@@ -236,7 +236,8 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
 }
 
 double trace_range_m(const Sonar& sonar, double sound_speed_mps) {
-  constexpr double closing_mps = 3.0;  // the fastest for which the last bins get all echoes
+  // The highest closing speed at which the last bins get all echoes.
+  constexpr double closing_mps = 3.0;
   return sonar.range_m +
          std::max(sonar.pulse.cell_m(sound_speed_mps) + 2.0 * sonar.bin_m(), 0.01 * sonar.range_m) +
          closing_mps * sonar.pulse.closing_shift_s(sonar.frequency_hz);
@@ -269,7 +270,7 @@ RayLayouts::RayLayouts(const Sonar& sonar, double wavelength_m)
 std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& sector,
                                                 double altitude_m, double nearest_m,
                                                 double drift_rad, double rise_rad) {
-  constexpr std::size_t max_kept = 256;  // reached over a bed that rises, or where rays bend
+  constexpr std::size_t max_kept = 256;  // only a bed that rises, or bent rays, make so many
   constexpr double steps_per_octave = 4.0;
   constexpr double roll_tilt_step_rad = 0.5 * degree;
   const auto step_of = [&](double range_m) {
@@ -279,8 +280,8 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& 
   const int step = step_of(altitude_m), nearest_step = step_of(nearest_m);
   const double tilt_rad = roll_tilt_rad(pose, sector);
   const int roll_tilt_step = static_cast<int>(std::lround(tilt_rad / roll_tilt_step_rad));
-  // A receiver whose lobes are as wide as the transmitter's, and that looks nearly where that does,
-  // receives all that the transmitter insonifies, so no extra planes are needed.
+  // If the receiver's lobes are as wide as the transmitter's, and it looks nearly in the same
+  // direction, it receives all that the transmitter insonifies, and no extra planes are needed.
   const bool drifts = sonar_.beams > 1 || received_rad_ < sent_rad_ || drift_rad > 0.5 * sent_rad_;
   const double drift_step_rad = std::max(1e-3, 0.25 * received_rad_);
   const int drift_step = drifts ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
@@ -341,7 +342,7 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& 
 }
 
 RayLayouts::Moved& RayLayouts::unused(const FanGrid& grid) {
-  // Its grid is held here and by the layout itself.
+  // The grid is held by this entry and by the layout.
   const auto is_unused = [](const Moved& moved) {
     return moved.layout.use_count() == 1 && moved.grid.use_count() <= 2;
   };
