@@ -27,8 +27,8 @@ Eigen::Vector2d abeam(const LineContext& context) {
   return context.facing.out * Eigen::Vector2d(ahead.y(), -ahead.x());
 }
 
-/// From the array, horizontally, to the line in which the beam's plane cuts a level some metres
-/// above the array, where that line is nearest.
+/// The horizontal vector from the array to the line in which the beam's plane cuts the level
+/// above_m above the array, to the nearest place of that line.
 Eigen::Vector2d along_of_plane_m(const ArrayFrame& array, double above_m) {
   const double level_squared = std::max(array.axis.head<2>().squaredNorm(), 1e-12);
   return -above_m * array.axis.z() / level_squared * array.axis.head<2>();
@@ -57,13 +57,14 @@ void Disturbances::apply(const LineContext& context, std::span<float> gain, std:
   for (const Effect effect : effects_) (this->*effect)(context, gain, power, artefacts);
 }
 
-// Three waves that cross the track, port towards the array and starboard away from it. The longer
-// ones are faster, so their sum makes bands that bend, come and go. Each grows and fades over some
-// periods, and each sector has separate phases. The phase advances by a constant from step to step.
+// Three waves cross the track: on the port side towards the array, on the starboard side away from
+// it. Longer waves are faster, so their sum makes bands that bend, come and go. Each grows and
+// fades over some periods, and each sector has separate phases. The phase advances by a constant
+// from step to step.
 void Disturbances::shimmer(const LineContext& context, std::span<float> gain, std::span<float>,
                            Artefacts& artefacts) const {
   artefacts.add(Artefact::shimmer);
-  // The bins over which it is linear, an eighth of its wave at most.
+  // The number of bins over which the gain is linear: at most an eighth of the wavelength.
   const auto coarse =
       static_cast<std::size_t>(std::clamp(options_.shimmer_m / (8.0 * law_.bin_m()), 1.0, 16.0));
   std::array<std::complex<double>, 3> waves, turns;
@@ -124,7 +125,7 @@ void Disturbances::add_wake(const LineContext& context, std::span<float>, std::s
   const double strength = scatter::from_db(*options_.wake_db);
   const double s = std::sin(options_.wake_heading_rad), c = std::cos(options_.wake_heading_rad);
   const Eigen::Vector2d across{c, -s};
-  // Where the beam's plane meets the surface: ahead, if the bow is down.
+  // Where the beam's plane meets the surface: ahead of the array if the bow is down.
   const Eigen::Vector2d below_m =
       context.array.origin.head<2>() + along_of_plane_m(context.array, context.depth_m());
   const double from_line_m = across.dot(below_m) - options_.wake_offset_m;
@@ -178,7 +179,7 @@ void Disturbances::add_fish(const LineContext& context, std::span<float> gain,
   // No fish swims above the mean sea surface.
   const double highest_m =
       std::clamp(context.altitude_m - context.array.origin.z(), 0.0, options_.fish_height_m);
-  // How far ahead the beam's plane is at the heights of fish, and half its width.
+  // How far ahead the beam's plane is at a height above the array.
   const auto plane_m = [&](double above_m) {
     return std::clamp(ahead.dot(along_of_plane_m(context.array, above_m)), -reach_m, reach_m);
   };
@@ -227,7 +228,8 @@ void Disturbances::add_fish(const LineContext& context, std::span<float> gain,
 void Disturbances::add_one_fish(const LineContext& context, const Eigen::Vector3d& from_array,
                                 double over_bed_m, std::span<float> gain, std::span<float> power,
                                 Artefacts& artefacts) const {
-  // As in a water of one sound speed; its shadow on the bed is as much farther, or nearer.
+  // Range as in water of one sound speed. The range of the fish's shadow on the bed is scaled in
+  // the same way.
   const double per_m = from_array.z() > 0.0 ? context.range_per_m_up : context.range_per_m_down;
   const double range_m = per_m * from_array.norm();
   const auto bin = static_cast<std::size_t>(range_m / law_.bin_m());
@@ -237,10 +239,12 @@ void Disturbances::add_one_fish(const LineContext& context, const Eigen::Vector3
   const double abeam = from_array.dot(to_side), down = from_array.dot(context.array.down);
   const double level_m = abeam * plane.cos_roll_tilt - down * plane.sin_roll_tilt,
                below_m = down * plane.cos_roll_tilt + abeam * plane.sin_roll_tilt;
-  // The beam of a receiver that has moved lies halfway between the transmitter's and its own.
+  // The two-way beam lies halfway between the beams of the transmitter and of the receiver that has
+  // moved.
   const double from_beam_m =
       from_array.dot(context.array.axis) + 0.5 * range_m * plane.shift(level_m, below_m);
-  const auto beam_share = [&](double along_m) {  // on that length of the fish, about its middle
+  // Share on this length of the fish, around its middle.
+  const auto beam_share = [&](double along_m) {
     return law_.width_share(bin, from_beam_m - 0.5 * along_m, from_beam_m + 0.5 * along_m);
   };
   const double share = beam_share(options_.fish_length_m);
@@ -248,8 +252,8 @@ void Disturbances::add_one_fish(const LineContext& context, const Eigen::Vector3
   artefacts.add(Artefact::fish);
   const double over_m = from_array.head<2>().norm();
   const double thick_m = fish_height_share * options_.fish_length_m;
-  // The fish scatters evenly along its length. The energy of a cell, spread over the bins that the
-  // fish or the cell fills.
+  // The fish scatters evenly along its length. The energy of a cell is spread over the bins that
+  // the fish or the cell fills.
   const auto bins = static_cast<std::size_t>(std::max(thick_m, law_.cell_m()) / law_.bin_m()) + 1;
   const double echo = context.beam_share(bin) * law_.per_m2(bin) *
                       scatter::from_db(options_.fish_strength_db) * share * law_.width_m(bin) /
@@ -259,7 +263,8 @@ void Disturbances::add_one_fish(const LineContext& context, const Eigen::Vector3
     power[n] += static_cast<float>(echo);
 
   // The shadow lies where lines of sight through the fish, an ellipse, meet the bed. Diffraction
-  // blurs it over a Fresnel zone, and makes it as much weaker as it is higher.
+  // blurs the shadow over a Fresnel zone, and makes it weaker by the factor by which it becomes
+  // higher.
   const double h = context.altitude_m;
   const auto shadow_m = [&](double height_m) {
     if (height_m >= h) return std::numeric_limits<double>::infinity();

@@ -14,8 +14,8 @@ namespace ensonify::engine {
 /// The artefacts that arise in the water: fish, wakes, internal waves and other sonars.
 class Disturbances {
  public:
-  /// `noise` is the power in uPa^2, at a speed of the vehicle, to which the level of an
-  /// interference is relative. The law must outlive this object.
+  /// `noise`: the noise power, uPa^2, at a speed of the vehicle; the level of an interference is
+  /// relative to it. `law` must outlive this object.
   Disturbances(const ArtefactOptions& options, const SonarEquation& law,
                std::function<double(double speed_mps)> noise, std::uint64_t seed);
 
@@ -47,7 +47,7 @@ class Disturbances {
   std::function<double(double)> noise_;
   double interference_begin_m_;
   std::uint64_t seed_;
-  /// Of three waves and of their strengths, by Sector::number.
+  /// By Sector::number: the phases of three waves, and of their strengths.
   std::array<double, 6 * most_sectors> shimmer_phases_;
   std::vector<Effect> effects_;  // those that are on
 };

@@ -13,15 +13,15 @@
 
 namespace ensonify::engine {
 
-/// Echoes that both a wall and the bed before it reflect.
+/// Echoes that both a wall and the bed in front of it reflect.
 class DoubleBounce {
  public:
   /// The sonar equation, the bed and the beams must outlive this.
   DoubleBounce(const SonarEquation& law, const LevelBed& bed, const OneWayBeams& beams,
                PulseKernel pulse);
 
-  /// Adds those of the line's walls to the intensity `power` in each bin, from the direct echo of
-  /// each bin. `energies` is working memory.
+  /// Adds the echoes of the line's walls to the intensity `power` in each bin, computed from the
+  /// direct echo of each bin. `energies`: working memory.
   void add(const LineContext& context, const EchoLine& line, const BeamPlane& plane,
            std::span<const float> direct, std::span<float> power,
            std::vector<double>& energies) const;
@@ -37,7 +37,7 @@ class DoubleBounce {
                 const BeamPlane& plane, std::span<const float> direct,
                 std::span<double> energies) const;
   double mirrored_m(const MirroredBeam& beam) const;
-  /// Metres of a way down to the bed in one bin.
+  /// The metres of a way down to the bed that are one bin of range.
   double bin_length_m(const LineContext& context) const {
     return law_.bin_m() / context.range_per_m_down;
   }
@@ -46,7 +46,7 @@ class DoubleBounce {
   const LevelBed& bed_;
   const OneWayBeams& beams_;
   PulseKernel pulse_;
-  double k_per_cm_;  // of the sediment's relief
+  double k_per_cm_;  // wavenumber of the sediment's relief
 };
 
 }  // namespace ensonify::engine

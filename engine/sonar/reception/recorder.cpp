@@ -9,8 +9,9 @@
 namespace ensonify::engine {
 namespace {
 
-// Limit of the gain in both directions: more than any recorder has, and its square is finite, also
-// after a gain step. If absorption leaves nothing of the bed, the automatic gain would be infinite.
+// The gain lies between plus and minus this. It is more than any recorder has, and the square of
+// the gain is finite, also after a gain step. Without this limit, the automatic gain would be
+// infinite if absorption leaves nothing of the bed.
 constexpr double max_gain_db = 300.0;
 
 }  // namespace

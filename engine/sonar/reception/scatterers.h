@@ -33,23 +33,23 @@ struct ArrayFrame {
 /// with a change of the grazing angle. The sum is divided by the root of the sum of its squared
 /// weights, so each bin has the variance 1.
 ///
-/// Cells are aligned with one of 12 directions, 15 degrees apart, the one nearest to the array's or
-/// its opposite; two passes whose headings differ by more than the beam are uncorrelated anyway.
-/// The directions are fixed to the ground: 0, 15, 30 degrees and so on, or those halfway between.
-/// Of these two sets, the one is used for which the usual heading is farther from the angles at
-/// which the nearest direction changes. So runs on the same or the opposite heading see the same
-/// scatterers. A line crosses the rows of cells where the array is not aligned with them, so that
-/// the same scatterers change their bins as the array moves across its axis. The phase that a
-/// change of height causes is taken to be the same for the whole line.
+/// Cells are aligned with one of 12 directions, 15 degrees apart: the direction nearest to the
+/// array's axis or to its opposite. (Two passes whose headings differ by more than the beam are
+/// uncorrelated anyway.) The directions are fixed to the ground: 0, 15, 30 degrees and so on, or
+/// the angles halfway between. The set is used for which the usual heading is farther from the
+/// angles at which the nearest direction changes. So runs on the same or the opposite heading see
+/// the same scatterers. If the array is not aligned with the rows of cells, a line crosses them,
+/// and a scatterer changes its bin as the array moves across its axis. The phase that a change of
+/// height causes is taken to be the same for the whole line.
 ///
-/// On a ground with patches (TexturedGround) a scatterer's strength is multiplied by that of its
-/// patch, of mean 1: a bin's variance, given its patches, is then their mean over the beam. The
-/// variance is 1 on the mean over all ground. On objects the height counts as a way over the
+/// On a ground with patches (TexturedGround), a scatterer's strength is multiplied by the strength
+/// of its patch, whose mean is 1. Then the variance of a bin is the mean of its patches' strengths
+/// over the beam, and its mean over all ground is 1. On objects the height counts as a way over
 /// patches, too, because a wall lies over hardly any ground.
 class Scatterers {
  public:
-  /// reference_heading_rad: of most pings. farthest_m: of width_m_at(); at least the sonar's range.
-  /// stop_check is called often; what it throws ends the constructor.
+  /// reference_heading_rad: heading of most pings. farthest_m: farthest range of width_m_at(); at
+  /// least the sonar's range. stop_check is called often; what it throws ends the constructor.
   Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
              double reference_heading_rad,
              const std::vector<scatter::GroundTexture>& by_material = {}, double farthest_m = 0.0,
@@ -58,7 +58,8 @@ class Scatterers {
   /// One thread's working memory for gather(), reused from ping to ping.
   struct Scratch {
     std::uint32_t frame_key = 0;
-    double skew = 0.0;  ///< across the cells per length along them, of a line parallel to the array
+    /// How far a line parallel to the array moves across the cells per length along them.
+    double skew = 0.0;
     std::vector<std::uint32_t> across_cell, across_within, first_cell, cells, placeless;
     std::vector<float> first_column, phase_turns;
     TexturedGround::Places patches;
@@ -72,10 +73,10 @@ class Scatterers {
   const TexturedGround& ground() const { return ground_; }
   /// Integral of the two-way power pattern along the array, m, at a bin's range.
   double width_m(std::size_t bin) const { return width_of_bin_m_[bin]; }
-  /// The same at any range; nearer than the arrays are long, and beyond farthest_m, it grows like
-  /// the range.
+  /// width_m() at any range. It is proportional to the range below the arrays' length and beyond
+  /// farthest_m.
   double width_m_at(double range_m) const;
-  /// The share of that integral between two distances along the array from its middle.
+  /// The share of width_m() between two distances along the array from its middle.
   double width_share(std::size_t bin, double from_m, double until_m) const;
 
  private:

@@ -17,14 +17,15 @@ namespace {
 
 constexpr float loudest = 1e33f;   // uPa^2, louder than any sound in water; its squares are finite
 constexpr int behind_gain = 1000;  // look number of the first noise after the gain
-constexpr std::size_t farther_steps = 8;  // per range, of a beam's share beyond it
-constexpr int looks_of_beam = 2000;       // look numbers of a beam's noise
-constexpr int wave_oscillator = 100;      // `number` of the waves' Oscillator; Motion uses 0 to 6
-constexpr int noise_oscillator = 200;     // and of the first sonar's noise
-constexpr std::size_t gain_bins = 8;      // that share a value of the automatic gain
+// Interpolation steps per range, of a beam's share beyond the range.
+constexpr std::size_t farther_steps = 8;
+constexpr int looks_of_beam = 2000;    // look numbers of a beam's noise
+constexpr int wave_oscillator = 100;   // `number` of the waves' Oscillator; Motion uses 0 to 6
+constexpr int noise_oscillator = 200;  // and of the first sonar's noise
+constexpr std::size_t gain_bins = 8;   // bins that have one value of the automatic gain
 
-/// By range: how much a beam that lies `ahead_m` of the array's middle receives at the nominal
-/// speed, as a share of the middle's two-way beam at rest.
+/// By range: what a beam that lies ahead_m ahead of the array's middle receives at the nominal
+/// speed, divided by the two-way beam of the middle at rest.
 std::function<double(double range_m)> beam_share(const ChainOptions& options,
                                                  const SonarEquation& law, double ahead_m = 0.0) {
   const double drift_along = 2.0 / options.sound_speed_mps * options.nominal_speed_mps;
@@ -72,13 +73,14 @@ double mean_of_peak(int n) {
   return sum;
 }
 
-/// The median of the largest of them.
+/// The median of the largest of n such amplitudes.
 double median_of_peak(int n) { return std::sqrt(-std::log(1.0 - std::exp2(-1.0 / n))); }
 
-constexpr double mean_amplitude = 0.5 / std::numbers::inv_sqrtpi;  // of one of them
+constexpr double mean_amplitude = 0.5 / std::numbers::inv_sqrtpi;  // of one such amplitude
 
-/// The median of the mean of n of them: the mean less a sixth of the third central moment over the
-/// variance (Cornish and Fisher, Rev. Inst. Int. Stat. 5, 307, 1938). Within 0.02 dB for n >= 2.
+/// The median of the mean of n such amplitudes: the mean, minus a sixth of the third central moment
+/// divided by the variance (Cornish and Fisher, Rev. Inst. Int. Stat. 5, 307, 1938). Within 0.02 dB
+/// for n >= 2.
 double median_of_mean(int n) {
   using std::numbers::pi;
   return mean_amplitude * (1.0 - (pi - 3.0) / (3.0 * (4.0 - pi) * n));
@@ -92,8 +94,9 @@ std::vector<double> sea_noise_by_sector(const Sonar& sonar, const SonarEquation&
   return powers;
 }
 
-/// The noise of a look of a line: the only place that knows its key. A sonar's first two sectors
-/// have the numbers that belong to it; further ones have numbers beyond those of all sonars.
+/// The random stream of the noise in a look of a line: the only place that defines its key. A
+/// sonar's first two sectors have the numbers that belong to it; further ones have numbers beyond
+/// those of all sonars.
 RandomStream noise_stream(const ChainOptions& options, const LineContext& context, int look) {
   const std::size_t sector = context.facing.number;
   const std::uint64_t receiver =
@@ -104,7 +107,7 @@ RandomStream noise_stream(const ChainOptions& options, const LineContext& contex
       {receiver, context.ping, static_cast<std::uint64_t>(looks_of_beam * context.beam + look)}};
 }
 
-/// Whether each of two sectors hears the cross-talk of the other.
+/// Whether two sectors receive each other's cross-talk.
 bool are_pair(const Sector& one, const Sector& other) {
   return one.number != other.number && one.number / 2 == other.number / 2;
 }
@@ -170,8 +173,8 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
   }
 }
 
-/// What a beam gets of the sound that the array's middle gets, at the nominal speed, by bin; beyond
-/// the range, where only earlier pings echo, interpolated.
+/// By bin: what a beam receives at the nominal speed, divided by what a beam from the array's
+/// middle receives. Beyond the range, from where only earlier pings echo, it is interpolated.
 std::vector<double> SignalChain::shares_of_beam(int beam) const {
   const double offset_m = sonar_.beam_offset_m(beam);
   if (offset_m == 0.0) return {};
@@ -244,8 +247,8 @@ double SignalChain::noise_exceeds_bed_m() const {
   return end < law_.bins() ? law_.range_m(end) : 0.0;
 }
 
-// Median over mean of a sum of exponential intensities, one per look (Wilson and Hilferty, PNAS 17,
-// 684, 1931).
+// The median of a sum of exponential intensities, one per look, divided by its mean (Wilson and
+// Hilferty, PNAS 17, 684, 1931).
 double SignalChain::median_share() const {
   return options_.speckle ? std::pow(1.0 - 1.0 / (9.0 * sonar_.receiver.looks), 3.0) : 1.0;
 }
@@ -257,7 +260,7 @@ std::vector<double> SignalChain::automatic_gain(std::size_t sector) const {
       receiver.output_noise_db ? scatter::from_db(*receiver.output_noise_db) : 0.0;
   const int looks = receiver.looks;
   const bool peak = receiver.detector == Detector::peak;
-  // The mean of what the detector makes of the looks, over the root of their mean intensity.
+  // The mean of the detector's result for all looks, divided by the root of their mean intensity.
   double speckle = 1.0;
   double median_gain = 1.0;
   if (options_.speckle) {
@@ -375,8 +378,8 @@ void SignalChain::compute_expected(EchoLine& line, Channel& channel) const {
     line.artefacts.add(Artefact::crosstalk);
 }
 
-/// Cross-talk of what is received in addition to the direct echo: surface, fish, earlier pings and
-/// so on. A receiver's own noise does not leak.
+/// Adds the cross-talk of what is received in addition to the direct echo: surface, fish, earlier
+/// pings and so on. A receiver's noise does not leak into the other receiver.
 void SignalChain::leak_power(Channel& one, Channel& other) const {
   const auto own_noise = [&](const Channel& of) {
     return static_cast<float>(noise(of.context.sector, of.context.speed_mps));
@@ -529,7 +532,7 @@ float SignalChain::ping_gain(const LineContext& context) const {
   return static_cast<float>(scatter::amplitude_from_db(rms_db * random[0]));
 }
 
-/// Applies the automatic gain, which compares the level over the last metres with that of the
+/// Applies the automatic gain, which compares the level over the last metres with the level of the
 /// nominal bed.
 void SignalChain::follow_level(Channel& channel) const {
   const ArtefactOptions& artefacts = options_.artefacts;

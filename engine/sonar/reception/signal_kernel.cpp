@@ -83,7 +83,7 @@ HWY_INLINE VF exponential(VU random) {
   return hn::Max(log2 * set(-0.69314718f), set(0.0f));
 }
 
-/// A column of scatter::GammaTable: the upper bits of a share as a floating-point number.
+/// A column of scatter::GammaTable: the upper bits of a random share, as a floating-point number.
 HWY_INLINE hn::Vec<I> column_of(VU random) {
   using scatter::GammaTable;
   constexpr int mantissa = 23 - 4;
@@ -223,8 +223,8 @@ HWY_INLINE void sum_all_cells(const CellSums& sums) {
     }
     const VU across = hn::LoadU(fu, sums.across_cell + n);
     VU within = hn::LoadU(fu, sums.across_within + n);
-    // From cell to cell along, the line goes by whole cells across and a part, which rounding may
-    // make a whole one: that of a slope just below 0.
+    // From one cell along to the next, the line moves by whole cells across and a part of a cell.
+    // If the slope is just below 0, rounding may make the part a whole cell.
     const VF slope = set(sums.across_per_m) / hn::LoadU(f, sums.cells_per_m + n);
     const VF below = hn::Floor(slope);
     const auto rounds_up = hn::Ge(slope - below, set(1.0f));
@@ -234,7 +234,7 @@ HWY_INLINE void sum_all_cells(const CellSums& sums) {
     const VU within_step =
         hn::ShiftLeft<8>(hn::BitCast(fu, hn::ConvertTo(fi, part * set(0x1p24f))));
     const VU key = hn::LoadU(fu, sums.key + n) + hn::Set(fu, sums.common_key);
-    // Products with the numbers of the cell go from cell to cell by sums, which are cheaper.
+    // Products with the cell's numbers are computed by sums from cell to cell, which are cheaper.
     const VU cell = hn::LoadU(fu, sums.first_cell + n);
     const VU golden = hn::Set(fu, 0x9e3779b9u), mix_across = hn::Set(fu, 0xcc9e2d51u),
              mix_along = hn::Set(fu, 0x1b873593u);
@@ -355,7 +355,7 @@ void detect(const Detection& of) {
       re = re + amplitude * convolved(of.filter, of.white_re + of.filter.reach + n);
       im = im + amplitude * convolved(of.filter, of.white_im + of.filter.reach + n);
     }
-    VF leaked = hn::Zero(f);  // what has no phase: the expected energy without speckle
+    VF leaked = hn::Zero(f);  // leaked energy without a phase, if there is no speckle
     if (of.other_re) {
       const VF other_re = leak * hn::LoadU(f, of.other_re + n);
       const VF other_im = leak * hn::LoadU(f, of.other_im + n);

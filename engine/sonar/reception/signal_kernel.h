@@ -27,12 +27,12 @@ struct CellPlaces {
   const float* range_m;
   const float* cells_per_m;  ///< along the array
   const float* reach;        ///< cells on either side
-  // The frame: where the line through a place that is parallel to the array crosses the beam's
-  // middle, as weights of the place's coordinates and a constant.
+  // The frame: weights of a place's coordinates and a constant. They give where the line through
+  // the place, parallel to the array, crosses the beam's middle.
   double across[3], across_add;
   double along[3], along_add;
   double origin_across;  ///< of the array
-  double skew;           ///< how far that line goes across the cells, per length along them
+  double skew;           ///< how far that line moves across the cells per length along them
   double across_cells_per_m, turns, rise, columns_per_cell;
   // Out, one value per bin:
   // The first cell along the line: its number across, the line's place within it (in 2^-32 of its
@@ -76,8 +76,8 @@ struct CellSums {
     const float* glint_share;
     const float* quantiles;
     std::uint32_t key;
-    /// The strengths of the patches in the order in which they are summed. They are the same for
-    /// all looks: the first look writes them, the others read them.
+    /// The strengths of the patches in the order in which they are summed. All looks have the same
+    /// strengths: the first look writes them, the others read them.
     float* strengths;
     bool known;
   } texture;
@@ -112,7 +112,8 @@ struct Shaping {
   std::size_t bins;
   const float* spread_re;
   const float* spread_im;
-  const float* power;  ///< variance of the input fields; the outputs are scaled to have it too
+  /// Variance of the input fields; the outputs are scaled to have this variance, too.
+  const float* power;
   float* re;
   float* im;
 };
@@ -121,7 +122,7 @@ void shape(const Shaping& shaping);
 /// One look of the detector, and its result over the looks so far.
 struct Detection {
   std::size_t bins;
-  // The echo, and that of the other side (or null), which leaks into it with the factor `leak`.
+  // The echo; and the echo of the other side (or null), which leaks into it with the factor `leak`.
   const float* re;
   const float* im;
   const float* other_re;
@@ -142,7 +143,7 @@ struct Detection {
   // Whether it is the first look, whether the detector keeps the peak, and 1 / number of looks.
   bool first, peak;
   float share;
-  // Out; after the first look, values are added to (or compared with) those that are there:
+  // Out; after the first look, values are added to (or compared with) the values of earlier looks:
   float* energy;
   float* detected;  ///< amplitude over full scale
 };

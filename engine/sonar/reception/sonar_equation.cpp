@@ -89,8 +89,8 @@ double SonarEquation::vertical_width_rad(std::size_t sector, int power) const {
 
 double sea_noise_power(const Sonar& sonar, const SonarEquation& law, const SeaState& sea,
                        std::size_t sector) {
-  // The array receives isotropic noise in a beam that is lambda / L wide at all depressions, wider
-  // by its shading.
+  // The array receives isotropic noise in a beam that is lambda / L times noise_width_x() wide at
+  // all depressions.
   const LineArray array = sonar.receive_array(law.wavelength_m());
   const double width = array.wavelength_m / array.length_m * array.shading.noise_width_x();
   const double solid_angle_sr = std::min(width, 2.0) * law.vertical_width_rad(sector, 1);
