@@ -15,7 +15,7 @@ namespace {
 
 constexpr double least_share = 0.01;  // of the bins
 
-/// How far it is from a place within a box to the box's edge, in a direction.
+/// The distance from a place within a box to the box's edge in a direction.
 double to_edge_m(const Eigen::AlignedBox2d& box, const Eigen::Vector2d& place,
                  const Eigen::Vector2d& direction) {
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -31,7 +31,7 @@ double to_edge_m(const Eigen::AlignedBox2d& box, const Eigen::Vector2d& place,
 struct Beyond {
   double share = 0.0;  // of all bins
   std::size_t pings = 0, first = 0, last = 0;
-  Eigen::AlignedBox2d swath;  // ends of all its lines
+  Eigen::AlignedBox2d swath;  // contains the ends of all lines
 };
 
 Beyond beyond_bed(const Sonar& sonar, const Eigen::AlignedBox2d& bed, double bed_m,
@@ -100,7 +100,7 @@ std::optional<std::string> short_range_warning(const Simulator& simulator,
     double least_m = none_m;
     for (const Pose& pose : poses) {
       const double height_m = simulator.altitude_m(mounted(pose, sonar.mounting).position);
-      if (height_m < least_m) least_m = height_m;  // over a hole it is not a number
+      if (height_m < least_m) least_m = height_m;  // over a hole height_m is not a number
       if (least_m <= sonar.range_m) break;
     }
     if (least_m > sonar.range_m && least_m < none_m)

@@ -60,7 +60,8 @@ Pose TrackPings::reported_at(std::size_t ping) const {
   return report;
 }
 
-// The shorter of the times to its neighbours, because a track may pause between its legs.
+// The shorter one of the times to the pings before and after, because a track may pause between its
+// legs.
 double TrackPings::interval_s(std::size_t ping) const {
   if (poses_.size() < 2) return 0.0;
   double shortest_s = std::numeric_limits<double>::infinity();
@@ -128,7 +129,7 @@ void add_counts(const Counted& before, const Counted& after, ScenePings& to) {
   for (std::size_t i = 0; i < after.object_visibility.size(); ++i) {
     const std::vector<ObjectVisibility>& now = after.object_visibility[i];
     std::vector<ObjectVisibility> then = before.object_visibility[i];
-    then.resize(now.size());  // a simulator has no counts before its first ping
+    then.resize(now.size());  // there are no counts before the simulator's first ping
     to.object_visibility[i].resize(now.size());
     for (std::size_t k = 0; k < now.size(); ++k) to.object_visibility[i][k] += now[k] - then[k];
   }
@@ -296,8 +297,9 @@ class Pings {
   std::mutex parts_lock_;  // of newest_
   std::shared_ptr<OpenPart> newest_;
   std::atomic<bool> stop_ = false;
-  std::mutex counts_lock_;         // of the counts of parts
-  std::shared_mutex images_lock_;  // shared: each thread writes its own rows; alone: all are read
+  std::mutex counts_lock_;  // of the counts of parts
+  // Shared: each thread writes other rows; alone: all rows are read.
+  std::shared_mutex images_lock_;
   std::size_t done_ = 0;
 };
 

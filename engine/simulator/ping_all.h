@@ -89,9 +89,9 @@ struct PartWork {
   /// Takes a part whose pings are done. Called by the thread that made the last of them, with the
   /// Simulator that this thread uses, while other threads may ping other parts.
   std::function<void(const PingRange& part, ScenePings pings, const Simulator& simulator)> finished;
-  /// Called after every block by one thread, while no other thread sets rows, and once before the
-  /// first: the images of the block's part (none before the first block), and how many pings are
-  /// done. An exception from it ends the work.
+  /// Called once before the first block, and after every block by one thread while no other thread
+  /// sets rows. Arguments: the images of the block's part (none before the first block), and how
+  /// many pings are done. An exception from it ends the work.
   std::function<void(std::span<const Waterfall> images, std::size_t pings)> after_block = {};
   std::size_t verify_pings = 0;  ///< of the whole track, spread over it
 };
@@ -104,7 +104,7 @@ struct PartWork {
 void ping_parts(const Scene& scene, Simulator& simulator, const TrackPings& track, int threads,
                 const PartWork& work);
 
-/// As PartWork::after_block, with the number of all pings in addition.
+/// PartWork::after_block, with the number of all pings as a further argument.
 using AfterBlock =
     std::function<void(std::span<const Waterfall> images, std::size_t pings, std::size_t of)>;
 
@@ -124,8 +124,7 @@ std::size_t neighbour_pings(const Display& display, std::span<const Sonar> sonar
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings);
 /// The rays of a ping of all these sonars.
 double rays_of(std::span<const Sonar> sonars);
-/// The bytes that the rays of one ping of all these sonars take in each thread that pings, at
-/// least.
+/// The least bytes that the rays of one ping of all these sonars take in each thread that pings.
 double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector);
 /// Throws MemoryError unless the rays of a ping of all these sonars fit, for each of the threads
 /// that ping.
@@ -135,7 +134,7 @@ void require_rays(const MemoryLimit& memory, std::span<const Sonar> sonars,
 /// The pings that threads (0: one per core of the machine) make from a scene.
 struct PingWork {
   std::size_t pings = 0;
-  std::size_t images = 0;  ///< of how many pings the images are in memory at one time
+  std::size_t images = 0;  ///< number of pings whose images are in memory at one time
   int threads = 0;
 };
 /// The bytes of these images, and of the rays of the threads that have a block of pings. Throws

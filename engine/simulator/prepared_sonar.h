@@ -19,14 +19,14 @@
 
 namespace ensonify::engine {
 
-/// A sonar and all data that are the same for each of its pings. Threads share one object.
+/// A sonar and all data that are equal for all of its pings. Threads share one object.
 struct PreparedSonar {
   Sonar settings;  ///< as given
   Sonar sonar;     ///< with the bins that its digitiser makes
   /// The cast with absorption at the sonar's frequency; none if the scene has no cast.
   std::optional<scatter::SoundSpeedProfile> profile;
   Medium medium;                                       ///< may refer to the profile
-  std::optional<scatter::BackscatterTable> bed_table;  ///< of the median of the bed
+  std::optional<scatter::BackscatterTable> bed_table;  ///< strength of the median bed
   std::vector<MaterialInSonar> materials;              ///< by the number of the material
   std::unique_ptr<const SignalChain> chain;
   Calibration calibration;  ///< refers to the chain's recorder
@@ -34,7 +34,7 @@ struct PreparedSonar {
 
 /// The usual values of a scene's pings.
 struct UsualPing {
-  double altitude_m = 0.0;  ///< of the vehicle, over the bed below
+  double altitude_m = 0.0;  ///< of the vehicle, over the bed straight below
   double speed_mps = 0.0;
   double interval_s = 0.0;  ///< 0: unknown
 };

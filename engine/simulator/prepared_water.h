@@ -20,7 +20,7 @@ class PreparedWater {
 
   /// Converts time to range.
   double sound_speed_mps() const { return sound_speed_mps_; }
-  /// Of the water at the mean bed, by which the bed's backscatter is computed.
+  /// The sound speed of the water at the mean bed, with which the bed's backscatter is computed.
   double bed_sound_speed_mps() const {
     return cast_ ? cast_->speed_mps(bed_depth_m_) : sound_speed_mps_;
   }
