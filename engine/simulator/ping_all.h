@@ -22,7 +22,6 @@ struct PingRange {
   std::size_t end() const { return first + count; }
 };
 
-/// The result of pings of a scene.
 struct ScenePings {
   PingRange pings;
   std::vector<Waterfall> images;          ///< one per sonar
@@ -36,7 +35,6 @@ struct ScenePings {
   AgreementCounts verified;          ///< the result of the comparison
 };
 
-/// A scene's track, ping by ping.
 class TrackPings {
  public:
   /// Throws SceneError for a track that leaves the seafloor.

@@ -39,7 +39,6 @@ class SessionObjects {
   void move(std::uint32_t instance, const Pose& pose);
   void remove(std::uint32_t instance);
 
-  /// Whether an object is there.
   bool any() const { return faces_.bodies() > 0; }
   /// A height below all objects; infinite if there is none.
   double lowest_m() const;

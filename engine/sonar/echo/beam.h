@@ -140,11 +140,9 @@ class Beam {
   };
   const Array& transmit() const { return transmit_; }
   const Array& receive() const { return receive_; }
-  /// Whether both arrays are focused at all ranges.
   bool focused() const { return focused_; }
   /// 1 / range of each zone in which arrays are focused.
   std::span<const float> zones_per_m() const { return zones_per_m_; }
-  /// Whether the transmit and the receive array have the same pattern.
   bool same_arrays() const { return same_arrays_; }
   const ArrayTable& transmit_table() const { return *transmit_table_; }
   const ArrayTable& receive_table() const { return *receive_table_; }

@@ -25,8 +25,7 @@ void BuriedEchoes::find(const BuriedGroup& group, std::vector<ObjectEcho>& facet
   for (std::size_t i = 0, end; i < group.parts.size(); i = end) {
     const FlatPart& flat_part = *group.parts[i].whole;
     const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
-    // To the foot of the line of sight on the flat part.
-    const BuriedPart* nearest = &group.parts[i];
+    const BuriedPart* nearest = &group.parts[i];  // to the foot of the line of sight
     double min_m2 = std::numeric_limits<double>::infinity();
     for (end = i; end < group.parts.size() && group.parts[end].whole == &flat_part; ++end) {
       const BuriedPart& part = group.parts[end];

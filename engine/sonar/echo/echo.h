@@ -58,7 +58,6 @@ constexpr ArtefactKind kind_of(Artefact artefact) {
 RandomStream artefact_stream(std::uint64_t seed, Artefact artefact, std::uint64_t a = 0,
                              std::uint64_t b = 0);
 
-/// The artefacts of a ping.
 struct Artefacts {
   std::uint32_t bits = 0;
 

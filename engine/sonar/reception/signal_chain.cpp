@@ -112,7 +112,6 @@ bool are_pair(const Sector& one, const Sector& other) {
   return one.number != other.number && one.number / 2 == other.number / 2;
 }
 
-/// A filter as the kernels take it.
 FilterTaps taps_of(const SpeckleFilter& filter) {
   return {.taps = filter.taps.data(), .reach = filter.taps.size() - 1, .even = filter.even};
 }
@@ -453,7 +452,6 @@ void SignalChain::spread_scatterers(int look, std::span<const float> direct,
          .im = channel.im.data()});
 }
 
-/// White complex noise of a look.
 void SignalChain::draw_white(const LineContext& context, int look, std::size_t count,
                              std::vector<float>& re, std::vector<float>& im) const {
   std::array<double, 1> random;

@@ -51,7 +51,6 @@ void place_cells(const CellPlaces& places);
 /// Places on the ground count in units of 2^-patch_bits of a patch (CellSums::Texture).
 inline constexpr int patch_bits = 12;
 
-/// The arguments of sum_cells().
 struct CellSums {
   // One value per bin:
   const std::uint32_t* across_cell;

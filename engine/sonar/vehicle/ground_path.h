@@ -11,7 +11,6 @@
 
 namespace ensonify::engine {
 
-/// A point of a ground path.
 struct GroundPoint {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< east and north, local metres
   double course_rad = 0.0;                          ///< clockwise from north
@@ -51,7 +50,6 @@ class GroundPath {
   double length_m_ = 0.0;
 };
 
-/// The pings of a generated track.
 struct GeneratedPings {
   std::vector<Pose> poses;              ///< at height 0
   std::vector<std::size_t> leg_starts;  ///< the first ping of each leg that has pings
