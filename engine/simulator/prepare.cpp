@@ -1,8 +1,6 @@
 #include <ensonify/engine/simulator/prepare.h>
 
 #include <algorithm>
-#include <functional>
-#include <mutex>
 #include <string_view>
 #include <system_error>
 
@@ -12,7 +10,6 @@
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
-#include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
 #include <ensonify/engine/trace/face_source.h>

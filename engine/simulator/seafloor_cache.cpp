@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdlib>
 #include <span>
-#include <string>
 #include <system_error>
 #include <variant>
 #include <vector>

@@ -1,7 +1,6 @@
 #include <ensonify/engine/simulator/session_objects.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>

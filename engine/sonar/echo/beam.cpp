@@ -1,8 +1,6 @@
 #include <ensonify/engine/sonar/echo/beam.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
 #include <numbers>
 

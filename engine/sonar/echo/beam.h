@@ -1,9 +1,7 @@
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <complex>
-#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -11,9 +9,7 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/sonar/echo/beam_tables.h>
-#include <ensonify/engine/sonar/instrument/shading.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
-#include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine {
 

@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/seafloor/objects/buried_surfaces.h>
 #include <ensonify/engine/sonar/echo/material_in_sonar.h>
 #include <ensonify/engine/sonar/echo/object_echo.h>

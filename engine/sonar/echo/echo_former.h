@@ -5,23 +5,9 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/seafloor/face_labels.h>
-#include <ensonify/engine/simd/cache_lines.h>
-#include <ensonify/engine/sonar/echo/beam.h>
-#include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/echo/fan_aim.h>
-#include <ensonify/engine/sonar/echo/material_in_sonar.h>
-#include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/object_echoes.h>
-#include <ensonify/engine/sonar/echo/piece_table.h>
-#include <ensonify/engine/sonar/echo/range_bins.h>
-#include <ensonify/engine/sonar/echo/ray_layout.h>
 #include <ensonify/engine/sonar/echo/steady_field.h>
-#include <ensonify/engine/sonar/echo/surface_walk.h>
-#include <ensonify/engine/trace/fan_runs.h>
-#include <ensonify/engine/trace/fan_tracer.h>
-#include <ensonify/engine/trace/refraction/ray_incidence.h>
-#include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
 

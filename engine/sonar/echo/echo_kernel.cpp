@@ -10,7 +10,6 @@
 
 #include <ensonify/engine/simd/gather-inl.h>
 #include <ensonify/engine/simd/lanes-inl.h>
-#include <ensonify/engine/sonar/echo/beam_tables.h>
 #include <ensonify/engine/sonar/echo/echo_kernel.h>
 #include <ensonify/scatter/backscatter_cells.h>
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numbers>
-#include <span>
 
 namespace ensonify::engine {
 namespace {

@@ -1,30 +1,19 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
-#include <limits>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/seafloor/objects/buried_surfaces.h>
 #include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/sonar/echo/echo.h>
-#include <ensonify/engine/sonar/echo/glint.h>
-#include <ensonify/engine/sonar/echo/glint_in_beam.h>
 #include <ensonify/engine/sonar/echo/material_in_sonar.h>
-#include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/object_echo.h>
 #include <ensonify/engine/sonar/echo/object_sight.h>
 #include <ensonify/engine/sonar/echo/small_body.h>
-#include <ensonify/engine/sonar/echo/surface_walk.h>
-#include <ensonify/engine/trace/fan_tracer.h>
-#include <ensonify/engine/trace/refraction/ray_incidence.h>
-#include <ensonify/scatter/sediment.h>
 
 namespace ensonify::engine {
 

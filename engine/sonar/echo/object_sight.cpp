@@ -1,9 +1,7 @@
 #include <ensonify/engine/sonar/echo/object_sight.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <utility>
 

@@ -1,15 +1,11 @@
 #pragma once
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/sonar/echo/glint_in_beam.h>
 #include <ensonify/engine/sonar/echo/medium.h>

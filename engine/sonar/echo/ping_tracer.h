@@ -5,12 +5,7 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/sonar/echo/beam.h>
-#include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/echo/echo_former.h>
-#include <ensonify/engine/sonar/echo/fan_aim.h>
-#include <ensonify/engine/sonar/echo/ray_layout.h>
-#include <ensonify/engine/trace/fan_tracer.h>
 #include <ensonify/engine/trace/traced_faces.h>
 
 namespace ensonify::engine {

@@ -1,6 +1,5 @@
 #include <ensonify/engine/sonar/echo/range_bins.h>
 
-#include <algorithm>
 #include <span>
 
 namespace ensonify::engine {

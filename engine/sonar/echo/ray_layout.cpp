@@ -1,14 +1,12 @@
 #include <ensonify/engine/sonar/echo/ray_layout.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
 #include <ensonify/engine/base/units.h>
 #include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/nearest_floats.h>
-#include <ensonify/engine/trace/refraction/bent_ranges.h>
 
 namespace ensonify::engine {
 

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/beam.h>
-#include <ensonify/engine/sonar/echo/beam_tables.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/ray_fan.h>

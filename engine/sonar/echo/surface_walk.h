@@ -1,18 +1,14 @@
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include <ensonify/engine/seafloor/face_labels.h>
-#include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/piece_table.h>
 #include <ensonify/engine/sonar/echo/range_bins.h>
 #include <ensonify/engine/sonar/echo/ray_layout.h>
-#include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {

@@ -7,9 +7,7 @@
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/instrument/pulse.h>
 #include <ensonify/engine/sonar/reception/level_bed.h>
-#include <ensonify/engine/sonar/reception/line_context.h>
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
-#include <ensonify/engine/sonar/reception/sonar_equation.h>
 
 namespace ensonify::engine {
 

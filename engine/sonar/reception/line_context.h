@@ -6,7 +6,6 @@
 #include <span>
 
 #include <ensonify/engine/sonar/echo/beam.h>
-#include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/reception/scatterers.h>
 
 namespace ensonify::engine {

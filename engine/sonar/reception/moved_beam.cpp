@@ -1,7 +1,6 @@
 #include <ensonify/engine/sonar/reception/moved_beam.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace ensonify::engine {

@@ -6,7 +6,6 @@
 
 #include <ensonify/engine/sonar/reception/level_bed.h>
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
-#include <ensonify/engine/sonar/reception/sonar_equation.h>
 #include <ensonify/scatter/surface_scatter.h>
 
 namespace ensonify::engine {

@@ -1,6 +1,5 @@
 #include <ensonify/engine/sonar/reception/other_paths.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -1,20 +1,14 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/reception/double_bounce.h>
-#include <ensonify/engine/sonar/reception/line_context.h>
 #include <ensonify/engine/sonar/reception/multiples.h>
-#include <ensonify/engine/sonar/reception/one_way_beams.h>
 #include <ensonify/engine/sonar/reception/other_paths_options.h>
-#include <ensonify/engine/sonar/reception/sonar_equation.h>
 #include <ensonify/scatter/surface_scatter.h>
 
 namespace ensonify::engine {

@@ -1,11 +1,8 @@
 #include <ensonify/engine/sonar/reception/signal_chain.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
 #include <numbers>
-#include <optional>
 
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>

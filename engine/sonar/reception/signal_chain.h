@@ -7,12 +7,8 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/sonar/reception/artefacts.h>
 #include <ensonify/engine/sonar/reception/disturbances.h>
-#include <ensonify/engine/sonar/reception/line_context.h>
-#include <ensonify/engine/sonar/reception/other_paths.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
-#include <ensonify/engine/sonar/reception/scatterers.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
 #include <ensonify/scatter/sea_water.h>
 #include <ensonify/scatter/sound_speed_profile.h>

@@ -4,11 +4,9 @@
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/beam.h>
-#include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/reception/line_context.h>
 #include <ensonify/engine/sonar/reception/moved_beam.h>
 #include <ensonify/engine/sonar/reception/other_paths_options.h>
-#include <ensonify/engine/sonar/reception/scatterers.h>
 
 namespace ensonify::engine {
 
