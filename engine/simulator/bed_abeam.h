@@ -3,8 +3,6 @@
 #include <array>
 
 #include <ensonify/engine/simulator/prepare.h>
-#include <ensonify/engine/sonar/instrument/sonar.h>
-#include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine {
 

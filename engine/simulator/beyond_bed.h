@@ -7,8 +7,6 @@
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/instrument/sonar.h>
-#include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine {
 

@@ -13,9 +13,6 @@
 #include <ensonify/engine/sonar/echo/visibility_counter.h>
 #include <ensonify/engine/stage_times.h>
 #include <ensonify/engine/trace/check/fan_comparison.h>
-#include <ensonify/engine/trace/intersector.h>
-#include <ensonify/engine/trace/ray_fan.h>
-#include <ensonify/engine/trace/refraction/refracted_tracer.h>
 #include <ensonify/refine/spare_threads.h>
 
 namespace ensonify::engine {

@@ -9,9 +9,6 @@
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/image/display.h>
-#include <ensonify/engine/image/waterfall.h>
-#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulator/internals.h>
 
 namespace ensonify::engine {

@@ -9,13 +9,8 @@
 #include <vector>
 
 #include <ensonify/engine/image/display.h>
-#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulator/prepared_water.h>
-#include <ensonify/engine/sonar/echo/echo_former.h>
-#include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/reception/signal_chain.h>
-#include <ensonify/scatter/backscatter.h>
-#include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
 

@@ -7,7 +7,6 @@
 
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/sonar/echo/echo_former.h>
-#include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
 

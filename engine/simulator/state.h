@@ -9,18 +9,14 @@
 #include <vector>
 
 #include <ensonify/engine/base/calls_at_fork.h>
-#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/scene/track_poses.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/engine/simulator/prepared_sonar.h>
-#include <ensonify/engine/simulator/prepared_water.h>
 #include <ensonify/engine/simulator/session_objects.h>
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
 #include <ensonify/engine/sonar/echo/visibility_counter.h>
 #include <ensonify/engine/stage_times.h>
-#include <ensonify/engine/trace/face_source.h>
-#include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
 #include <ensonify/refine/standard_floats.h>
 
 namespace ensonify::engine {

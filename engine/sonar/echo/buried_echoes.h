@@ -8,10 +8,8 @@
 
 #include <ensonify/engine/seafloor/objects/buried_surfaces.h>
 #include <ensonify/engine/sonar/echo/material_in_sonar.h>
-#include <ensonify/engine/sonar/echo/object_echo.h>
 #include <ensonify/engine/sonar/echo/object_sight.h>
 #include <ensonify/scatter/buried_path.h>
-#include <ensonify/scatter/sediment.h>
 
 namespace ensonify::engine {
 

@@ -3,9 +3,7 @@
 #include <cstddef>
 #include <memory>
 
-#include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/ray_layout.h>
-#include <ensonify/engine/trace/ray_fan.h>
 
 namespace ensonify::engine {
 

@@ -8,8 +8,6 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/objects/flat_parts.h>
-#include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/glint.h>
 
 namespace ensonify::engine {

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/sonar/echo/glint.h>
 
 namespace ensonify::engine {

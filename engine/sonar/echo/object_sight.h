@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/sonar/echo/glint_in_beam.h>
 #include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/echo_former.h>
-#include <ensonify/engine/trace/traced_faces.h>
 
 namespace ensonify::engine {
 

@@ -6,7 +6,6 @@
 
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
-#include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine {
 

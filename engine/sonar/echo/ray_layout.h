@@ -8,8 +8,6 @@
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/beam.h>
-#include <ensonify/engine/sonar/instrument/sonar.h>
-#include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/engine/trace/refraction/bent_ranges.h>
 #include <ensonify/scatter/sound_speed_profile.h>

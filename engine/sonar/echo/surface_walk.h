@@ -5,11 +5,9 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/sonar/echo/piece_table.h>
 #include <ensonify/engine/sonar/echo/range_bins.h>
 #include <ensonify/engine/sonar/echo/ray_layout.h>
-#include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 

@@ -5,12 +5,10 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/sonar/instrument/beam_pattern.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/engine/sonar/instrument/pulse.h>
 #include <ensonify/engine/sonar/instrument/receiver_options.h>
-#include <ensonify/engine/sonar/instrument/sector.h>
 
 namespace ensonify::engine {
 

@@ -4,8 +4,6 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/sonar/echo/echo.h>
-#include <ensonify/engine/sonar/instrument/pulse.h>
 #include <ensonify/engine/sonar/reception/level_bed.h>
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
 

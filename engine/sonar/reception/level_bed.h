@@ -5,7 +5,6 @@
 #include <optional>
 
 #include <ensonify/engine/sonar/reception/sonar_equation.h>
-#include <ensonify/scatter/sediment.h>
 
 namespace ensonify::engine {
 

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/beam.h>
-#include <ensonify/engine/sonar/instrument/sonar.h>
 
 namespace ensonify::engine {
 

@@ -8,8 +8,6 @@
 
 #include <ensonify/engine/sonar/reception/double_bounce.h>
 #include <ensonify/engine/sonar/reception/multiples.h>
-#include <ensonify/engine/sonar/reception/other_paths_options.h>
-#include <ensonify/scatter/surface_scatter.h>
 
 namespace ensonify::engine {
 

@@ -7,8 +7,6 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/sonar/echo/echo.h>
-#include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/reception/textured_ground.h>
 
 namespace ensonify::engine {

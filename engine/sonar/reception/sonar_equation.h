@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <vector>
 
-#include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/reception/line_context.h>
 #include <ensonify/engine/sonar/reception/moved_beam.h>
 #include <ensonify/engine/sonar/reception/other_paths_options.h>

@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/sonar/vehicle/motion.h>
-#include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine {
 
