@@ -17,10 +17,6 @@
 
 namespace ensonify::engine {
 
-struct FullScale;
-class Recorder;
-struct Refraction;
-
 /// What a run, the live view, `check` and the benchmark need of a Simulator. Not installed:
 /// programs that link the library do not need it. The Simulator's thread rule holds for all of it.
 struct SimulatorInternals {

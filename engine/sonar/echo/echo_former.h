@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/sonar/echo/fan_aim.h>
 #include <ensonify/engine/sonar/echo/object_echoes.h>
 #include <ensonify/engine/sonar/echo/steady_field.h>
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/sonar/reception/level_bed.h>
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
+#include <ensonify/engine/sonar/reception/sonar_equation.h>
 #include <ensonify/scatter/surface_scatter.h>
 
 namespace ensonify::engine {
