@@ -11,8 +11,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/simulator/beyond_bed.h>
-#include <ensonify/engine/sonar/echo/plane_spacing.h>
+#include <ensonify/engine/simulator/track_warnings.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/standard_floats.h>
@@ -29,14 +28,13 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   leg_starts_ = std::move(track_poses.leg_starts);
   middle_ = track_poses.middle;
   warnings_ = std::move(track_poses.warnings);
-  if (auto warning = coarse_planes_warning(simulator.sonars(), simulator.sound_speed_mps(),
-                                           simulator.seafloor(), poses_))
-    warnings_.push_back(std::move(*warning));
-  if (auto warning =
-          beyond_bed_warning(simulator.sonars(), scene.seafloor, simulator.seafloor(), poses_))
-    warnings_.push_back(std::move(*warning));
-  if (auto warning = short_range_warning(simulator, poses_))
-    warnings_.push_back(std::move(*warning));
+  const std::span<const Sonar> sonars = simulator.sonars();
+  const Seafloor& seafloor = simulator.seafloor();
+  for (const std::optional<std::string>& warning :
+       {coarse_planes_warning(sonars, simulator.sound_speed_mps(), seafloor, poses_),
+        beyond_bed_warning(sonars, scene.seafloor, seafloor, poses_),
+        short_range_warning(simulator, poses_)})
+    if (warning) warnings_.push_back(*warning);
   recorded_.resize(poses_.size());
   for (std::size_t ping = 0; ping < poses_.size(); ++ping) recorded_[ping] = recorded_at(ping);
 }

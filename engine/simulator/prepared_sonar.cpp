@@ -12,7 +12,6 @@
 #include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/scene/tables/vertical_pattern_reader.h>
 #include <ensonify/engine/seafloor/material.h>
-#include <ensonify/engine/sonar/echo/plane_spacing.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/solid_target.h>

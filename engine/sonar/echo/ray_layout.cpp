@@ -35,6 +35,11 @@ double reach_rad(const LineArray& array, int null, double defocus, double at_m) 
   return std::min(array.null_rad(null) + near_rad, std::numbers::pi / 2.0);
 }
 
+/// The first null of the narrower array, in the far field.
+double first_null_rad(const LineArray& transmit, const LineArray& receive) {
+  return std::min(transmit.null_rad(1), receive.null_rad(1));
+}
+
 /// How many rays may form one piece: their steps must be equal, and the vertical pattern over them
 /// must be nearly a straight line. (How their ranges differ depends on the face: limit_runs().)
 class Steps {
@@ -204,13 +209,12 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
             next_lobe_rad(offset_rad, sent_rad, receive.null_rad(lobes(offset_rad))));
   };
   const double wider = reach(1, drift_rad, first_return_m) / reach(1, 0.0, first_return_m);
-  const double null_rad = std::min(transmit.null_rad(1), receive.null_rad(1));
   RayLayout layout;
   auto grid = std::make_shared<const FanGrid>(FanLayout{
       .sector_low_rad = sonar.lowest_rad({.element = element}),
       .sector_high_rad = sonar.highest_rad({.element = element}),
       .truncation_rad = reach(sonar.side_lobes + 1, drift_rad, nearest_share * first_return_m),
-      .main_lobe_rad = wider * null_rad,
+      .main_lobe_rad = wider * first_null_rad(transmit, receive),
       .main_beam_rad = reach(1, drift_rad, first_return_m),
       .planes = 2 * static_cast<int>(std::ceil(0.5 * wider * sonar.planes)),
       .elevations = sonar.elevations,
@@ -231,6 +235,11 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
     layout.max_rays_per_piece.push_back(static_cast<std::uint8_t>(steps.max_rays_from(j)));
   set_grid(std::move(grid), layout);
   return layout;
+}
+
+double planes_apart_rad(const Sonar& sonar, double wavelength_m) {
+  return 2.0 / sonar.planes *
+         first_null_rad(sonar.transmit_array(wavelength_m), sonar.receive_array(wavelength_m));
 }
 
 double trace_range_m(const Sonar& sonar, double sound_speed_mps) {
@@ -262,8 +271,8 @@ RayLayouts::RayLayouts(const Sonar& sonar, double wavelength_m)
       wavelength_m_(wavelength_m),
       sent_rad_(sonar.transmit_array(wavelength_m).null_rad(sonar.side_lobes + 1)),
       received_rad_(sonar.receive_array(wavelength_m).null_rad(sonar.side_lobes + 1)),
-      main_lobe_rad_(std::min(sonar.transmit_array(wavelength_m).null_rad(1),
-                              sonar.receive_array(wavelength_m).null_rad(1))) {}
+      main_lobe_rad_(
+          first_null_rad(sonar.transmit_array(wavelength_m), sonar.receive_array(wavelength_m))) {}
 
 std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& sector,
                                                 double altitude_m, double nearest_m,

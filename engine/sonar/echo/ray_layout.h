@@ -56,6 +56,9 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
                           double drift_rad = 0.0, double nearest_share = 1.0, double rise_rad = 0.0,
                           std::span<const LaunchRange> bent = {});
 
+/// The azimuth between neighbouring planes of a fan about the beam's axis.
+double planes_apart_rad(const Sonar& sonar, double wavelength_m);
+
 /// How far below the horizontal the abeam axis of a sector points at a pose: its tilt by roll.
 double roll_tilt_rad(const Pose& pose, const Sector& sector);
 
