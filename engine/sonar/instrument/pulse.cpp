@@ -38,79 +38,6 @@ double overlap(const Pulse& pulse, double bin_s, int d) {
   return sum * step / 3.0;
 }
 
-}  // namespace
-
-double Pulse::effective_length_s() const {
-  if (kind == PulseKind::cw) return transmitted_length_s();
-  // By Parseval, for the spectrum W: mean(W^2) / mean(W)^2 / B.
-  return (window == PulseWindow::hann ? 1.5 : 1.0) / bandwidth_hz;
-}
-
-double Pulse::noise_bandwidth_hz() const {
-  const double window_loss = kind == PulseKind::lfm ? effective_length_s() * bandwidth_hz : 1.0;
-  return window_loss / transmitted_length_s();
-}
-
-double Pulse::amplitude(double time_s) const {
-  if (kind == PulseKind::cw) return time_s >= begin_s() && time_s <= end_s() ? 1.0 : 0.0;
-  const double x = bandwidth_hz * std::abs(time_s);
-  const double a = std::numbers::pi * x;
-  const double unweighted = a < 1e-4 ? 1.0 - a * a / 6.0 : std::sin(a) / a;
-  if (window == PulseWindow::none) return unweighted;
-  return std::abs(x - 1.0) < 1e-6 ? 0.5 : unweighted / (1.0 - x * x);
-}
-
-double Pulse::intensity(double time_s) const {
-  const double root = amplitude(time_s);
-  return root * root;
-}
-
-double Pulse::correlation(double time_s) const {
-  const double t = std::abs(time_s);
-  if (kind == PulseKind::cw) return std::max(0.0, 1.0 - t / effective_length_s());
-  const double x = bandwidth_hz * t;
-  if (window == PulseWindow::none) return sinc(x);
-  // The spectrum is cos^4 a = 3/8 + cos(2 a) / 2 + cos(4 a) / 8.
-  return sinc(x) + (sinc(x - 1.0) + sinc(x + 1.0)) * 2.0 / 3.0 +
-         (sinc(x - 2.0) + sinc(x + 2.0)) / 6.0;
-}
-
-double Pulse::begin_s() const { return kind == PulseKind::cw ? 0.0 : -end_s(); }
-
-double Pulse::end_s() const {
-  if (kind == PulseKind::cw) return effective_length_s();
-  return (window == PulseWindow::hann ? hann_reach : sinc_reach) / bandwidth_hz;
-}
-
-double Pulse::closing_shift_s(double frequency_hz) const {
-  return kind == PulseKind::lfm ? frequency_hz * transmitted_length_s() / bandwidth_hz : 0.0;
-}
-
-PulseKernel pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m) {
-  const double cells = pulse.cell_m(sound_speed_mps) / bin_m;
-  if (!(cells > 0.0 && bin_m > 0.0))
-    throw std::invalid_argument("pulse_kernel: the pulse, its speed and the bin must be positive");
-  const double bin_s = 2.0 * bin_m / sound_speed_mps;
-  const double end = pulse.end_s() / bin_s;
-  PulseKernel kernel;
-  if (pulse.kind == PulseKind::cw) {
-    for (int d = 0; d < end + 1.0; ++d)
-      kernel.weights.push_back(triangle_integral(d) - triangle_integral(d - end));
-    return kernel;
-  }
-  std::vector<double> half;  // the kernel is even
-  for (int d = 0; d < end + 1.0; ++d) half.push_back(overlap(pulse, bin_s, d));
-  kernel.first = 1 - static_cast<int>(half.size());
-  kernel.weights.assign(half.rbegin(), half.rend());
-  kernel.weights.insert(kernel.weights.end(), half.begin() + 1, half.end());
-  double sum = 0.0;
-  for (const double weight : kernel.weights) sum += weight;
-  for (double& weight : kernel.weights) weight *= cells / sum;
-  return kernel;
-}
-
-namespace {
-
 /// Power spectrum of the samples of a CW pulse's speckle at a phase step per sample.
 double cw_spectrum(const Pulse& pulse, double bin_s, double angle) {
   double sum = 1.0;
@@ -190,6 +117,73 @@ std::vector<double> sweep_taps(const Pulse& pulse, double bin_s) {
 }
 
 }  // namespace
+
+double Pulse::effective_length_s() const {
+  if (kind == PulseKind::cw) return transmitted_length_s();
+  // By Parseval, for the spectrum W: mean(W^2) / mean(W)^2 / B.
+  return (window == PulseWindow::hann ? 1.5 : 1.0) / bandwidth_hz;
+}
+
+double Pulse::noise_bandwidth_hz() const {
+  const double window_loss = kind == PulseKind::lfm ? effective_length_s() * bandwidth_hz : 1.0;
+  return window_loss / transmitted_length_s();
+}
+
+double Pulse::amplitude(double time_s) const {
+  if (kind == PulseKind::cw) return time_s >= begin_s() && time_s <= end_s() ? 1.0 : 0.0;
+  const double x = bandwidth_hz * std::abs(time_s);
+  if (window == PulseWindow::none) return sinc(x);
+  return std::abs(x - 1.0) < 1e-6 ? 0.5 : sinc(x) / (1.0 - x * x);
+}
+
+double Pulse::intensity(double time_s) const {
+  const double root = amplitude(time_s);
+  return root * root;
+}
+
+double Pulse::correlation(double time_s) const {
+  const double t = std::abs(time_s);
+  if (kind == PulseKind::cw) return std::max(0.0, 1.0 - t / effective_length_s());
+  const double x = bandwidth_hz * t;
+  if (window == PulseWindow::none) return sinc(x);
+  // The spectrum is cos^4 a = 3/8 + cos(2 a) / 2 + cos(4 a) / 8.
+  return sinc(x) + (sinc(x - 1.0) + sinc(x + 1.0)) * 2.0 / 3.0 +
+         (sinc(x - 2.0) + sinc(x + 2.0)) / 6.0;
+}
+
+double Pulse::begin_s() const { return kind == PulseKind::cw ? 0.0 : -end_s(); }
+
+double Pulse::end_s() const {
+  if (kind == PulseKind::cw) return effective_length_s();
+  return (window == PulseWindow::hann ? hann_reach : sinc_reach) / bandwidth_hz;
+}
+
+double Pulse::closing_shift_s(double frequency_hz) const {
+  return kind == PulseKind::lfm ? frequency_hz * transmitted_length_s() / bandwidth_hz : 0.0;
+}
+
+PulseKernel pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m) {
+  const double cells = pulse.cell_m(sound_speed_mps) / bin_m;
+  if (!(cells > 0.0 && bin_m > 0.0))
+    throw std::invalid_argument("pulse_kernel: the pulse, its speed and the bin must be positive");
+  const double bin_s = 2.0 * bin_m / sound_speed_mps;
+  const double end = pulse.end_s() / bin_s;
+  PulseKernel kernel;
+  if (pulse.kind == PulseKind::cw) {
+    for (int d = 0; d < end + 1.0; ++d)
+      kernel.weights.push_back(triangle_integral(d) - triangle_integral(d - end));
+    return kernel;
+  }
+  std::vector<double> half;  // the kernel is even
+  for (int d = 0; d < end + 1.0; ++d) half.push_back(overlap(pulse, bin_s, d));
+  kernel.first = 1 - static_cast<int>(half.size());
+  kernel.weights.assign(half.rbegin(), half.rend());
+  kernel.weights.insert(kernel.weights.end(), half.begin() + 1, half.end());
+  double sum = 0.0;
+  for (const double weight : kernel.weights) sum += weight;
+  for (double& weight : kernel.weights) weight *= cells / sum;
+  return kernel;
+}
 
 SpeckleFilter speckle_filter(const Pulse& pulse, double sound_speed_mps, double bin_m) {
   const double bin_s = 2.0 * bin_m / sound_speed_mps;
