@@ -301,6 +301,11 @@ class Pings {
   std::size_t done_ = 0;
 };
 
+std::string rays_for_threads(std::span<const Sonar> sonars, int threads) {
+  return fmt::format("the {:.2g} million rays of a ping, for {} thread{}", 1e-6 * rays_of(sonars),
+                     threads, threads == 1 ? "" : "s");
+}
+
 }  // namespace
 
 void ping_parts(const Scene& scene, Simulator& simulator, const TrackPings& track, int threads,
@@ -367,15 +372,6 @@ double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector) {
   // Bytes per ray, measured.
   return rays_of(sonars) * (intersector_kind(intersector).builds_tree ? 43.0 : 130.0);
 }
-
-namespace {
-
-std::string rays_for_threads(std::span<const Sonar> sonars, int threads) {
-  return fmt::format("the {:.2g} million rays of a ping, for {} thread{}", 1e-6 * rays_of(sonars),
-                     threads, threads == 1 ? "" : "s");
-}
-
-}  // namespace
 
 void require_rays(const MemoryLimit& memory, std::span<const Sonar> sonars,
                   std::string_view intersector, int threads) {

@@ -501,11 +501,9 @@ HWY_EXPORT(compute_echoes);
 std::size_t compute_echoes(const PieceKernelArgs& in, const PieceEchoes& out) {
   return HWY_DYNAMIC_DISPATCH(compute_echoes)(in, out);
 }
-
 void limit_runs(const RunLimitArgs& in, std::uint32_t* max_rays) {
   HWY_DYNAMIC_DISPATCH(limit_runs)(in, max_rays);
 }
-
 void shift_ranges(const RangeShiftArgs& in, double* from_m, double* until_m) {
   HWY_DYNAMIC_DISPATCH(shift_ranges)(in, from_m, until_m);
 }
