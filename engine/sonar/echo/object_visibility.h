@@ -10,7 +10,9 @@ namespace ensonify::engine {
 struct ObjectVisibility {
   std::uint64_t alone = 0, seen = 0;  ///< in 2^-44 sr: whole numbers, whose sum has no order
 
-  ObjectVisibility& operator+=(const ObjectVisibility& other);
+  ObjectVisibility& operator+=(const ObjectVisibility& other) {
+    return *this = {alone + other.alone, seen + other.seen};
+  }
   ObjectVisibility operator-(const ObjectVisibility& other) const {
     return {alone - other.alone, seen - other.seen};
   }

@@ -43,8 +43,6 @@ class PingTracer {
   void echo(const LinePlan& plan, const FanAim& aim, const FanHits& hits, EchoLine& line);
 
  private:
-  double nearest_m(const Eigen::Vector3d& from, double nearest_bed_m) const;
-
   double range_m_;
   double sound_speed_mps_;
   std::span<const Sector> sectors_;

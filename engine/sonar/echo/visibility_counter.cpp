@@ -41,12 +41,6 @@ bool cut_to_range(std::array<Eigen::Vector2d, 2>& ends, double range_m) {
 
 }  // namespace
 
-ObjectVisibility& ObjectVisibility::operator+=(const ObjectVisibility& other) {
-  alone += other.alone;
-  seen += other.seen;
-  return *this;
-}
-
 VisibilityCounter::VisibilityCounter(const Seafloor& seafloor)
     : visibilities_(seafloor.objects.size()) {
   if (visibilities_.empty()) return;
