@@ -57,12 +57,6 @@ double farthest_earlier_m(const Sonar& sonar, double ping_m) {
   return sonar.range_m + max_pings_back * ping_m;
 }
 
-std::vector<VerticalSum> VerticalSum::of(const SonarEquation& law, std::size_t sectors) {
-  std::vector<VerticalSum> sums;
-  for (std::size_t sector = 0; sector < sectors; ++sector) sums.emplace_back(law, sector);
-  return sums;
-}
-
 VerticalSum::VerticalSum(const SonarEquation& law, std::size_t sector) : sums_{0.0} {
   constexpr double step = 2.0 * pi / directions;
   for (std::size_t i = 0; i < directions; ++i) {
@@ -88,8 +82,9 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
       bed_(bed),
       ping_m_(ping_m),
       surface_{.wind_mps = sea.wind_mps, .frequency_hz = law.frequency_hz()},
-      seed_(seed.value_or(0)),
-      vertical_sums_(VerticalSum::of(law, sonar.sectors().size())) {
+      seed_(seed.value_or(0)) {
+  for (std::size_t sector = 0; sector < sonar.sectors().size(); ++sector)
+    vertical_sums_.emplace_back(law, sector);
   // A leg is shorter than both legs together, which are twice the echo's range.
   if (options.multiples || options.double_bounce)
     beams_.emplace(sonar, law.wavelength_m(), 2.0 * sonar.range_m);

@@ -17,8 +17,6 @@ double farthest_earlier_m(const Sonar& sonar, double ping_m);
 /// Integrals of the two-way vertical pattern over parts of the plane abeam.
 class VerticalSum {
  public:
-  /// The sums of all sectors of a sonar.
-  static std::vector<VerticalSum> of(const SonarEquation& law, std::size_t sectors);
   VerticalSum(const SonarEquation& law, std::size_t sector);
   /// The integral from one depression to another, in the sonar's frame; any angles.
   double between(double from_rad, double to_rad) const { return up_to(to_rad) - up_to(from_rad); }

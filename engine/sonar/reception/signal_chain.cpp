@@ -83,14 +83,6 @@ double median_of_mean(int n) {
   return mean_amplitude * (1.0 - (pi - 3.0) / (3.0 * (4.0 - pi) * n));
 }
 
-std::vector<double> sea_noise_by_sector(const Sonar& sonar, const SonarEquation& law,
-                                        const SeaState& sea) {
-  std::vector<double> powers;
-  for (std::size_t sector = 0; sector < sonar.sectors().size(); ++sector)
-    powers.push_back(sea_noise_power(sonar, law, sea, sector));
-  return powers;
-}
-
 /// The random stream of the noise in a look of a line: the only place that defines its key. A
 /// sonar's first two sectors have the numbers that belong to it; further ones have numbers beyond
 /// those of all sonars.
@@ -144,7 +136,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
           options.stop_check),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
       moved_shares_(by_bin(law_, beam_share(options, law_))),
-      sea_noise_(sea_noise_by_sector(sonar, law_, options.sea)),
+      sea_noise_(sea_noise_powers(sonar, law_, options.sea)),
       waves_(meets_sea_surface(options) ? waves_under(options.sea.wind_mps) : Oscillation{},
              options.seed, wave_oscillator),
       output_noise_wander_({.wander_rms = sonar.receiver.output_noise_wander_db,
@@ -209,10 +201,8 @@ double SignalChain::self_noise(double speed_mps) const {
 }
 
 double SignalChain::loudest_noise() const {
-  double loudest = 0.0;
-  for (std::size_t sector = 0; sector < sonar_.sectors().size(); ++sector)
-    loudest = std::max(loudest, noise(sector));
-  return loudest;
+  if (!sonar_.receiver.noise) return 0.0;
+  return std::ranges::max(sea_noise_) + self_noise(options_.nominal_speed_mps);
 }
 
 double SignalChain::noise(std::size_t sector, double speed_mps) const {

@@ -79,9 +79,6 @@ class SonarEquation {
   /// range. `sine`: sine of their depression in the plane. It is limited to 0.9, because cells near
   /// the vertical do not grow without limit.
   double level_bed(const BeamPlane& plane, double range_m, double sine) const;
-  /// Integral over depression of the one-way vertical pattern raised to `power` (1: one-way, 2:
-  /// two-way).
-  double vertical_width_rad(std::size_t sector, int power) const;
 
  private:
   double on_axis(double range_m) const;
@@ -107,10 +104,10 @@ struct LevelBed {
   }
 };
 
-/// Received power of the sea's noise, uPa^2, the same at all ranges: the ambient noise
-/// (scatter/ambient_noise.h) in the band of the pulse, reduced by the directivity of the receiving
-/// array.
-double sea_noise_power(const Sonar& sonar, const SonarEquation& law, const SeaState& sea,
-                       std::size_t sector);
+/// By sector: received power of the sea's noise, uPa^2, the same at all ranges. It is the ambient
+/// noise (scatter/ambient_noise.h) in the band of the pulse, reduced by the directivity of the
+/// receiving array.
+std::vector<double> sea_noise_powers(const Sonar& sonar, const SonarEquation& law,
+                                     const SeaState& sea);
 
 }  // namespace ensonify::engine
