@@ -216,7 +216,7 @@ std::optional<Mirror> FlatPartInBeam::mirror(const SeenCells* cells) const {
 
 std::optional<LineGlint> line_glint_in_beam(const BeamOnLine& line, const Eigen::Vector3d& middle,
                                             const Eigen::Vector3d& along, double width_m,
-                                            double other_width_m, const SeenLine* seen) {
+                                            double other_width_m, const SeenCells* seen) {
   if (!line.reaches()) return std::nullopt;
   const double place_m = line.place_m(1.0, almost_all);
   const double range_m = (middle + place_m * along).norm();
@@ -226,10 +226,10 @@ std::optional<LineGlint> line_glint_in_beam(const BeamOnLine& line, const Eigen:
   };
   std::complex<double> field = 0.0;
   if (!seen) field = line.integral(line.in_beam(), range_m, 0.0, width_at);
-  for (std::size_t i = 0; seen && i < seen->cells.count; ++i)
-    if (seen->share[i] > 0.0)
-      field += seen->share[i] * line.integral({seen->cells.edge_m[i], seen->cells.edge_m[i + 1]},
-                                              range_m, 0.0, width_at);
+  for (std::size_t i = 0; seen && i < seen->level.count; ++i)
+    if (const double share = seen->seen[i][0]; share > 0.0)
+      field += share * line.integral({seen->level.edge_m[i], seen->level.edge_m[i + 1]}, range_m,
+                                     0.0, width_at);
   return LineGlint{place_m, range_m, std::norm(field), true};
 }
 

@@ -25,13 +25,6 @@ struct LineCells {
   std::array<double, most> middle_m;    ///< middles of the parts that rays may show
 };
 
-/// How much is seen of a line's cells.
-struct SeenLine {
-  LineCells cells;
-  std::array<double, LineCells::most> share{};  ///< share of the sound that reaches each cell
-  double least = 0.0, most = 0.0;
-};
-
 /// A straight line of a surface, and the integral over the part of it that lies in the sonar's
 /// beam.
 class BeamOnLine {
@@ -95,9 +88,9 @@ class BeamOnLine {
 };
 
 /// The part of a flat part that lies in a beam, cut into cells along the array (columns) and across
-/// it (rows), and how much of each cell is seen.
+/// it (rows), and how much of each cell is seen. A line has one row.
 struct SeenCells {
-  LineCells level, up;  ///< the columns, and as many rows
+  LineCells level, up;  ///< the columns, and the rows
   /// Share of the sound, by column and row.
   std::array<std::array<double, LineCells::most>, LineCells::most> seen{};
   double least = 0.0, most = 0.0;
@@ -145,6 +138,6 @@ class FlatPartInBeam {
 /// seen.
 std::optional<LineGlint> line_glint_in_beam(const BeamOnLine& line, const Eigen::Vector3d& middle,
                                             const Eigen::Vector3d& along, double width_m,
-                                            double other_width_m, const SeenLine* seen = nullptr);
+                                            double other_width_m, const SeenCells* seen = nullptr);
 
 }  // namespace ensonify::engine

@@ -241,7 +241,7 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
     const BeamOnLine in_beam(line.away, line.along, 0.5 * line.length_m,
                              (apparent + mirror->offset).norm(), wavelength_m_, beam);
     const Vector3d middle = away + line.middle;
-    const std::optional<SeenLine> seen = look_closer([&](std::size_t count) {
+    const std::optional<SeenCells> seen = look_closer([&](std::size_t count) {
       return sight_.look_at_line(line, {middle, object.label}, in_beam, count);
     });
     if (seen) sight->seen = seen->least;

@@ -11,32 +11,27 @@
 namespace ensonify::engine {
 namespace {
 
-struct ShownCells {
-  std::array<std::array<double, LineCells::most>, LineCells::most> seen{};  // by column and row
-  double least = 1.0, most = 0.0;
-};
-
-/// How much rays show of cells, by seen_of(column, row). A cell that no ray shows gets the mean of
-/// the others. None if no ray shows any cell.
+/// Sets how much rays show of cells, by seen_of(column, row). A cell that no ray shows gets the
+/// mean of the others. None if no ray shows any cell.
 template <class SeenOf>
-std::optional<ShownCells> show(std::size_t columns, std::size_t rows, const SeenOf& seen_of) {
+std::optional<SeenCells> shown(SeenCells cells, const SeenOf& seen_of) {
   constexpr double not_shown = -1.0;
-  ShownCells shown;
   double count = 0.0, sum = 0.0;
-  for (std::size_t column = 0; column < columns; ++column)
-    for (std::size_t row = 0; row < rows; ++row) {
+  cells.least = 1.0;
+  for (std::size_t column = 0; column < cells.level.count; ++column)
+    for (std::size_t row = 0; row < cells.up.count; ++row) {
       const std::optional<double> seen = seen_of(column, row);
-      shown.seen[column][row] = seen.value_or(not_shown);
+      cells.seen[column][row] = seen.value_or(not_shown);
       if (!seen) continue;
       count += 1.0, sum += *seen;
-      shown.least = std::min(shown.least, *seen);
-      shown.most = std::max(shown.most, *seen);
+      cells.least = std::min(cells.least, *seen);
+      cells.most = std::max(cells.most, *seen);
     }
   if (!(count > 0.0)) return std::nullopt;
-  for (std::size_t column = 0; column < columns; ++column)
-    for (std::size_t row = 0; row < rows; ++row)
-      if (shown.seen[column][row] == not_shown) shown.seen[column][row] = sum / count;
-  return shown;
+  for (std::size_t column = 0; column < cells.level.count; ++column)
+    for (std::size_t row = 0; row < cells.up.count; ++row)
+      if (cells.seen[column][row] == not_shown) cells.seen[column][row] = sum / count;
+  return cells;
 }
 
 }  // namespace
@@ -310,24 +305,18 @@ std::optional<SeenCells> ObjectSight::look_at_cells(const FlatPart& flat_part,
                                                     const OwnPlace& middle,
                                                     const FlatPartInBeam& in_beam,
                                                     std::size_t count) const {
-  std::optional<SeenCells> cells = in_beam.cells(count);
+  const std::optional<SeenCells> cells = in_beam.cells(count);
   if (!cells) return std::nullopt;
-  const std::optional<ShownCells> shown =
-      show(count, count, [&](std::size_t column, std::size_t row) {
-        return seen_through(flat_part, middle, in_beam.middle_of(*cells, column, row));
-      });
-  if (!shown) return std::nullopt;
-  cells->seen = shown->seen;
-  cells->least = shown->least;
-  cells->most = shown->most;
-  return cells;
+  return shown(*cells, [&](std::size_t column, std::size_t row) {
+    return seen_through(flat_part, middle, in_beam.middle_of(*cells, column, row));
+  });
 }
 
 /// How much is seen of the cells of a line, by rays that pass through the plane that touches the
 /// surface there; none if no ray shows any cell. middle: the line's middle, from the sonar.
-std::optional<SeenLine> ObjectSight::look_at_line(const MirrorLine& line, const OwnPlace& middle,
-                                                  const BeamOnLine& in_beam,
-                                                  std::size_t count) const {
+std::optional<SeenCells> ObjectSight::look_at_line(const MirrorLine& line, const OwnPlace& middle,
+                                                   const BeamOnLine& in_beam,
+                                                   std::size_t count) const {
   const std::optional<LineCells> cells = in_beam.cells(count);
   if (!cells) return std::nullopt;
   const Eigen::Vector3d across = line.away.cross(line.along).normalized();
@@ -337,13 +326,9 @@ std::optional<SeenLine> ObjectSight::look_at_line(const MirrorLine& line, const 
   touching.across = across.cast<float>();
   touching.length_m = static_cast<float>(line.length_m);
   touching.width_m = static_cast<float>(std::numbers::sqrt2 * line.radius_m);
-  const std::optional<ShownCells> shown = show(count, 1, [&](std::size_t column, std::size_t) {
+  return shown({.level = *cells, .up = {.count = 1}}, [&](std::size_t column, std::size_t) {
     return seen_through(touching, middle, cells->middle_m[column] * line.along);
   });
-  if (!shown) return std::nullopt;
-  SeenLine seen{.cells = *cells, .least = shown->least, .most = shown->most};
-  for (std::size_t i = 0; i < count; ++i) seen.share[i] = shown->seen[i][0];
-  return seen;
 }
 
 GlintBeam ObjectSight::glint_beam() const {

@@ -57,8 +57,8 @@ class ObjectSight {
                                 bool with_arrays = true) const;
   std::optional<SeenCells> look_at_cells(const FlatPart& flat_part, const OwnPlace& middle,
                                          const FlatPartInBeam& in_beam, std::size_t count) const;
-  std::optional<SeenLine> look_at_line(const MirrorLine& line, const OwnPlace& middle,
-                                       const BeamOnLine& in_beam, std::size_t count) const;
+  std::optional<SeenCells> look_at_line(const MirrorLine& line, const OwnPlace& middle,
+                                        const BeamOnLine& in_beam, std::size_t count) const;
   GlintBeam glint_beam() const;
   bool may_see(const Eigen::Vector3d& middle, double radius_m) const;
   bool may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const;
