@@ -27,20 +27,19 @@ class Disturbances {
              Artefacts& artefacts) const;
 
  private:
+  /// What apply() changes.
+  struct Target {
+    std::span<float> gain, power;
+    Artefacts& artefacts;
+  };
   /// What apply() does for one artefact.
-  using Effect = void (Disturbances::*)(const LineContext& context, std::span<float> gain,
-                                        std::span<float> power, Artefacts& artefacts) const;
-  void add_interference(const LineContext& context, std::span<float> gain, std::span<float> power,
-                        Artefacts& artefacts) const;
-  void add_wake(const LineContext& context, std::span<float> gain, std::span<float> power,
-                Artefacts& artefacts) const;
-  void add_fish(const LineContext& context, std::span<float> gain, std::span<float> power,
-                Artefacts& artefacts) const;
+  using Effect = void (Disturbances::*)(const LineContext& context, const Target& to) const;
+  void add_interference(const LineContext& context, const Target& to) const;
+  void add_wake(const LineContext& context, const Target& to) const;
+  void add_fish(const LineContext& context, const Target& to) const;
   void add_one_fish(const LineContext& context, const Eigen::Vector3d& from_array,
-                    double over_bed_m, std::span<float> gain, std::span<float> power,
-                    Artefacts& artefacts) const;
-  void shimmer(const LineContext& context, std::span<float> gain, std::span<float> power,
-               Artefacts& artefacts) const;
+                    double over_bed_m, const Target& to) const;
+  void shimmer(const LineContext& context, const Target& to) const;
 
   ArtefactOptions options_;
   const SonarEquation& law_;
