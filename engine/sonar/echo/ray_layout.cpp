@@ -40,58 +40,53 @@ double first_null_rad(const LineArray& transmit, const LineArray& receive) {
   return std::min(transmit.null_rad(1), receive.null_rad(1));
 }
 
-/// How many rays may form one piece: their steps must be equal, and the vertical pattern over them
-/// must be nearly a straight line. (How their ranges differ depends on the face: limit_runs().)
-class Steps {
- public:
-  Steps(const FanGrid& grid, const Sonar& sonar, const std::optional<Element>& element)
-      : elevation_rad_(grid.elevation_rad) {
-    for (const Sector& sector : sonar.sectors()) {
-      if (sector.element != element) continue;
-      std::vector<double>& power = power_.emplace_back();
-      for (const double elevation_rad : elevation_rad_)
-        power.push_back(sonar.vertical.power(grid.middle_depression_rad - elevation_rad, sector));
-    }
+/// By elevation: how many rays from it on may form one piece. Their steps must be equal, and the
+/// vertical pattern over them must be nearly a straight line. (How their ranges differ depends on
+/// the face: limit_runs().)
+std::vector<std::uint8_t> max_rays_per_piece(const std::vector<double>& elevation_rad,
+                                             double middle_depression_rad, const Sonar& sonar,
+                                             const std::optional<Element>& element) {
+  constexpr double widest_rad = 0.01, unevenness = 0.05, bend = 0.002;
+  constexpr std::size_t most = 255;
+  std::vector<std::vector<double>> powers;  // one-way, by sector
+  for (const Sector& sector : sonar.sectors()) {
+    if (sector.element != element) continue;
+    std::vector<double>& power = powers.emplace_back();
+    for (const double angle_rad : elevation_rad)
+      power.push_back(sonar.vertical.power(middle_depression_rad - angle_rad, sector));
   }
-
-  std::size_t max_rays_from(std::size_t j) const {
-    std::size_t rays = 1;
-    while (even(j) && rays < most && even(j + rays) &&
-           elevation_rad_[j + rays] - elevation_rad_[j] < widest_rad)
-      ++rays;
-    while (rays > 2 && !straight(j, rays)) rays /= 2;
-    return rays;
-  }
-
- private:
-  static constexpr double widest_rad = 0.01, unevenness = 0.05, bend = 0.002;
-  static constexpr std::size_t most = 255;
-
-  /// Whether a ray is in the middle of the elevations that it stands for.
-  bool even(std::size_t j) const {
-    if (j == 0 || j + 1 >= elevation_rad_.size()) return false;
-    const double below = elevation_rad_[j] - elevation_rad_[j - 1];
-    const double above = elevation_rad_[j + 1] - elevation_rad_[j];
+  // Whether a ray is in the middle of the elevations that it stands for.
+  const auto even = [&](std::size_t j) {
+    if (j == 0 || j + 1 >= elevation_rad.size()) return false;
+    const double below = elevation_rad[j] - elevation_rad[j - 1];
+    const double above = elevation_rad[j + 1] - elevation_rad[j];
     return std::abs(above - below) < unevenness * below;
-  }
-  /// Whether the pattern is nearly straight from the neighbours below the rays to the neighbours
-  /// above, because the kernel takes the beam's slope from the difference of these neighbours.
-  bool straight(std::size_t j, std::size_t rays) const {
+  };
+  // Whether the pattern is nearly straight from the neighbours below the rays to the neighbours
+  // above, because the kernel takes the beam's slope from the difference of these neighbours.
+  const auto straight = [&](std::size_t j, std::size_t rays) {
     const std::size_t from = j - std::min(j, rays);
-    const std::size_t last = std::min(j + 2 * rays, elevation_rad_.size()) - 1;
-    const double length_rad = elevation_rad_[last] - elevation_rad_[from];
-    for (const std::vector<double>& power : power_)
+    const std::size_t last = std::min(j + 2 * rays, elevation_rad.size()) - 1;
+    const double length_rad = elevation_rad[last] - elevation_rad[from];
+    for (const std::vector<double>& power : powers)
       for (const std::size_t k : {j, j + rays - 1}) {
-        const double share = (elevation_rad_[k] - elevation_rad_[from]) / length_rad;
+        const double share = (elevation_rad[k] - elevation_rad[from]) / length_rad;
         if (std::abs(std::lerp(power[from], power[last], share) - power[k]) > bend * power[k])
           return false;
       }
     return true;
+  };
+  std::vector<std::uint8_t> max_rays;
+  for (std::size_t j = 0; j < elevation_rad.size(); ++j) {
+    std::size_t rays = 1;
+    while (even(j) && rays < most && even(j + rays) &&
+           elevation_rad[j + rays] - elevation_rad[j] < widest_rad)
+      ++rays;
+    while (rays > 2 && !straight(j, rays)) rays /= 2;
+    max_rays.push_back(static_cast<std::uint8_t>(rays));
   }
-
-  const std::vector<double>& elevation_rad_;
-  std::vector<std::vector<double>> power_;  // one-way, by sector
-};
+  return max_rays;
+}
 
 /// Fills in the angles of the layout's rays, and which rays are within the beam.
 void set_grid(std::shared_ptr<const FanGrid> grid, RayLayout& layout) {
@@ -230,9 +225,8 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
     add_samples(plane, lobe_rad, layout.samples);
   }
   layout.first_sample.push_back(layout.samples.size());
-  const Steps steps(*grid, sonar, element);
-  for (std::size_t j = 0; j < grid->elevation_rad.size(); ++j)
-    layout.max_rays_per_piece.push_back(static_cast<std::uint8_t>(steps.max_rays_from(j)));
+  layout.max_rays_per_piece =
+      max_rays_per_piece(grid->elevation_rad, grid->middle_depression_rad, sonar, element);
   set_grid(std::move(grid), layout);
   return layout;
 }
