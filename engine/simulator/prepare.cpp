@@ -200,14 +200,19 @@ class Preparing {
     return {how_.memory, bytes_per_face(wanted_.surface, wanted_.intersector), how_.more_bytes};
   }
 
+  /// Throws MemoryError unless the mesh and a tree over it fit. of: what has the faces.
+  void require_tree(const std::string& of) const {
+    const std::size_t faces = result_->seafloor.faces;
+    how_.memory.require(
+        static_cast<double>(faces) * (refine::mesh_bytes_per_face +
+                                      bytes_per_face(origin_.surface, wanted_.intersector)) +
+            how_.more_bytes,
+        fmt::format("the {} faces of {} and a tree over them", faces, of),
+        "use --surface footprint");
+  }
+
   void restore() {
-    const auto faces = static_cast<double>(result_->seafloor.faces);
-    how_.memory.require(faces * (refine::mesh_bytes_per_face +
-                                 bytes_per_face(origin_.surface, wanted_.intersector)) +
-                            how_.more_bytes,
-                        fmt::format("the {:.0f} faces of {} and a tree over them", faces,
-                                    scene_.seafloor.progressive.path.string()),
-                        "use --surface footprint");
+    require_tree(scene_.seafloor.progressive.path.string());
     with_memory_for("the seafloor", [&] { restore_mesh(result_->seafloor); });
   }
 
@@ -233,12 +238,7 @@ class Preparing {
             ? fmt::format("{} pings are enough for a tree over {} faces to save time", pings, faces)
             : "the bed is a grid of heights, and a tree over all its faces would not save time";
     if (!for_a_tree) return;
-    how_.memory.require(
-        static_cast<double>(faces) * (refine::mesh_bytes_per_face +
-                                      bytes_per_face(static_surface, wanted_.intersector)) +
-            how_.more_bytes,
-        fmt::format("the {} faces of the seafloor and a tree over them", faces),
-        "use --surface footprint");
+    require_tree("the seafloor");
     with_memory_for("the seafloor",
                     [&] { take_bed_to_mesh(result_->seafloor, still_in("seafloor")); });
   }
