@@ -19,8 +19,8 @@ namespace ensonify::engine {
 void check_pose(const Pose& pose);
 
 /// The objects that a session adds to its scene: their places, labels and instances, and the names
-/// of all classes and materials, the seafloor's first. Each object is one body of the faces. The
-/// exceptions are those of Simulator, and come before anything is changed.
+/// of all classes and materials, the seafloor's first. Each object is one body of the faces. Throws
+/// as Simulator, before anything is changed.
 class SessionObjects {
  public:
   /// Both must outlive this.

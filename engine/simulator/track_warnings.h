@@ -13,7 +13,8 @@ namespace ensonify::engine {
 /// A warning about features of the bed that are shorter along the track than the distance between
 /// two planes of a fan, where the track passes nearest: a ping may miss such a feature, or count it
 /// for a whole plane. It names the feature that is shortest in relation to that distance, and the
-/// number of the others. None if there is no such feature. (Objects need no planes: ObjectEchoes.)
+/// number of other features. None if there is no such feature. (Objects need no planes:
+/// ObjectEchoes.)
 std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
                                                  double sound_speed_mps, const Seafloor& seafloor,
                                                  std::span<const Pose> poses);

@@ -37,7 +37,7 @@ std::vector<float> row_of(const Shading& shading, double nearness, double step,
     re[i] = 2.0 * weight * du / 3.0 * std::cos(phase);
     im[i] = 2.0 * weight * du / 3.0 * std::sin(phase);
   }
-  // Some columns at a time, because each of a column's steps waits for the one before.
+  // Several columns at a time, because in a column each step waits for the step before.
   constexpr std::size_t together = 8;
   for (std::size_t first = 0; first < row.size(); first += together) {
     std::array<double, together> turn, now, before, sum_re{}, sum_im{};

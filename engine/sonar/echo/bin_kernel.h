@@ -49,7 +49,7 @@ struct EchoBins {
   double bin_m;
   std::uint32_t visit;  ///< plane << EchoBin::branch_bits | branch
   bool farther;         ///< the range grows over this branch
-  std::size_t turning;  ///< the bin where this branch began, if the one before ended there
+  std::size_t turning;  ///< the bin where this branch began, if the branch before ended there
   std::size_t end;      ///< the bin where the piece before ended
   OtherShare* others;
   std::size_t other_count, other_room;

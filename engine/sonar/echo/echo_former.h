@@ -14,21 +14,22 @@ namespace ensonify::engine {
 /// truth about each of its range bins.
 ///
 /// A ray of solid angle dOmega that meets the bed at range r and grazing angle g stands for the
-/// area r^2 dOmega / sin(g), and returns b_t b_r sigma(g) / r^4 of what was sent to it, with
-/// absorption along the way. (A bent ray spreads to J, its spreading_m2, both on the way out and on
-/// the way back: its area is J dOmega / sin(g), the way out cancels against it, and the way back
-/// puts 1 / J for 1 / r^2. g is the angle at which it arrives.)
+/// area r^2 dOmega / sin(g). The area returns the share b_t b_r sigma(g) / r^4 of the transmitted
+/// energy, with absorption along the way. (A bent ray spreads to J, its spreading_m2, on each way.
+/// Its area is J dOmega / sin(g), which cancels the spreading on the way out, and on the way back 1
+/// / J replaces 1 / r^2. g is the angle at which it arrives.)
 ///
-/// Within a plane of the fan that is a density over elevation. A run of neighbouring rays on one
-/// face becomes one piece or a few. A piece has the density at its middle over the elevations
+/// Within a plane of the fan this energy is a density over elevation. A run of neighbouring rays on
+/// one face becomes one piece or a few. A piece has the density at its middle over the elevations
 /// halfway to the neighbouring rays, and its energy lies in the bins between the ranges of its
-/// ends. Where one surface continues from piece to piece, these ends meet halfway; where it breaks
-/// off, each piece keeps its own half step (SurfaceWalk). The echo of a place at the range r that
-/// closes at the speed v comes back when the sonar is 2 r v / c nearer, which shifts it in range by
-/// r v / c. The echo of a sweep is nearer still (Pulse::closing_shift_s). Its energy, truth and
-/// shadows are at the shifted range. The bins are then convolved with the pulse's energy response.
-/// The truth is not: a bin has the truth of the places at its own range. With a CW pulse these are
-/// the farthest places that its energy came from; the others are up to c T / 2 nearer.
+/// ends. Where one surface continues from piece to piece, these ends meet halfway; where the
+/// surface breaks off, each piece keeps half a step at its end (SurfaceWalk). The echo of a place
+/// at the range r that closes at the speed v comes back when the sonar is 2 r v / c nearer, which
+/// shifts it in range by r v / c. The echo of a sweep is nearer still (Pulse::closing_shift_s). Its
+/// energy, truth and shadows are at the shifted range. The bins are then convolved with the pulse's
+/// energy response. The truth is not convolved: a bin has the truth of the places at its range.
+/// With a CW pulse, these are the farthest places from which its energy comes; other places are up
+/// to c T / 2 nearer.
 ///
 /// Objects have further echoes: see ObjectEchoes. A glint is steady, and the length of its path
 /// gives its phase. Glints interfere while their pulses overlap (SteadyField).

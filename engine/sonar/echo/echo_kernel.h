@@ -32,7 +32,7 @@ struct PieceGeometry {
 
 /// The elevations of a fan's rays, as in RayLayout.
 struct RayAngles {
-  const double* edge_rad;          ///< halfway from each elevation to the one before it
+  const double* edge_rad;          ///< halfway from each elevation to the elevation before
   const RayDirection* directions;  ///< of each elevation (2 j), and halfway to the next (2 j + 1)
 };
 
@@ -100,8 +100,8 @@ struct PieceEchoes {
   float* energy_slope;
   float* width_rad;     ///< the elevations that the piece stands for
   float* ray_step_rad;  ///< the part of width_rad that belongs to one ray
-  /// The ranges between which a piece is laid: halfway to those of its neighbours. Not final for
-  /// the pieces in `breaks` and for the pieces before these.
+  /// The ranges between which a piece is laid: halfway to its neighbours' ranges. Not final for the
+  /// pieces in `breaks` and for the pieces before these.
   double *from_m, *until_m;
   /// Ascending: the pieces that do not surely continue the surface of the piece before them.
   std::uint32_t* breaks;

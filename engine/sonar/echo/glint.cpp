@@ -243,7 +243,8 @@ double tapered_power_m3(const MirrorExtent& line, double width_m, double other_w
 
 std::optional<Mirror> strip_mirror(const Corners& corners, const Vector3d& middle,
                                    double wavelength_m, const GlintBeam* beam) {
-  // From the sonar to the planes of its sides, positive if the strip is on that side of it.
+  // The sonar's distance from the plane of a side, positive if sonar and strip are on one side of
+  // it.
   const auto from_plane_m = [&](std::size_t side) {
     const Vector3d& begin = corners[side].place;
     const Vector3d normal =

@@ -104,7 +104,7 @@ struct MirrorLine {
 
 /// The glint of a flat part, or of the curved surface that it stands for.
 struct Mirror {
-  Eigen::Vector3d offset;  ///< of its place, from the flat part's middle
+  Eigen::Vector3d offset;  ///< from the flat part's middle to the place of the glint
   /// The offset of a place near it that is well inside the flat part, because rays next to the
   /// edges pass the part, or meet what lies beside it.
   Eigen::Vector3d inside;

@@ -107,7 +107,7 @@ class FlatPartInBeam {
   std::optional<Mirror> mirror(const SeenCells* cells = nullptr) const;
   /// Its cells, as if nothing of them was seen; none if it is not in the fan.
   std::optional<SeenCells> cells(std::size_t count) const;
-  /// The middle of a cell, from that of the flat part.
+  /// The middle of a cell, from the middle of the flat part.
   Eigen::Vector3d middle_of(const SeenCells& cells, std::size_t column, std::size_t row) const {
     return cells.level.middle_m[column] * level_ + cells.up.middle_m[row] * up_;
   }

@@ -341,7 +341,8 @@ void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
     if (!sight_.labels()[its_label].two_sided) return;
     normal = -normal;
   }
-  // The extents of its rectangle in the level direction and across it, by second moments.
+  // The extents of the wall's rectangle in the horizontal direction and across it, by second
+  // moments.
   const Vector3d level = normal.cross(Vector3d::UnitZ()).normalized(), up = level.cross(normal);
   const auto extent = [&](const Vector3d& direction) {
     return std::hypot(double(flat_part.length_m) * flat_part.along.cast<double>().dot(direction),

@@ -121,8 +121,9 @@ void set_grid(std::shared_ptr<const FanGrid> grid, RayLayout& layout) {
 /// How the fan of a sector lies in the water, and where rays of it do not reach a level bed.
 struct FanInWater {
   double roll_tilt_rad;
-  double level_share;  // the sine of a depression over that of the angle below the abeam axis
-  double planes_rad;   // how far the planes of the main lobe differ in depression, by pitch
+  // Sine of a depression, divided by the sine of the angle below the abeam axis.
+  double level_share;
+  double planes_rad;  // how far the planes of the main lobe differ in depression, by pitch
   LaunchLimits limits;
 
   /// The elevations of the limits, ascending. The first limit is taken from the plane in which its

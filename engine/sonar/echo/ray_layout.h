@@ -74,8 +74,8 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, const Sector& sector
 /// within such a step share one, too; so do drifts within a quarter of the receiver's lobes, and
 /// heights above the horizontal within half the angle between the horizontal and a flat bed at the
 /// end of the range. Where rays bend, altitudes within 4 % and depths within 2 % of the altitude
-/// share the ranges of bent rays; each ping has its own layout, whose rays are moved with those
-/// beyond which a level bed is not reached (LaunchLimits).
+/// share the ranges of bent rays; each ping has a separate layout, whose rays follow the limits
+/// beyond which rays do not reach a level bed (LaunchLimits).
 class RayLayouts {
  public:
   RayLayouts(const Sonar& sonar, double wavelength_m);

@@ -20,10 +20,10 @@ namespace ensonify::engine {
 /// whatever the bins.
 ///
 /// The field of a tone is constant between the beginnings and ends of its echoes: the mean over a
-/// bin is a sum over these intervals, and exact. The field of a sweep has the band B. It is sampled
-/// at least four times per 1 / B: the sum of |s|^2 over all samples is its energy (Parseval), and
-/// the mean over a bin is exact to 2 % of the brightest bin. In bins longer than 16 / B, a sweep
-/// with the bandwidth of 16 per bin and the same energy stands for the sweep.
+/// bin is a sum over these intervals, and exact. The field of a sweep has the bandwidth B. It is
+/// sampled at least four times per 1 / B. So the sum of |s|^2 over all samples is its energy
+/// (Parseval), and the error of a bin's mean is within 2 % of the brightest bin. In bins longer
+/// than 16 / B, a sweep with the bandwidth of 16 per bin and the same energy stands for the sweep.
 class SteadyField {
  public:
   /// Throws std::invalid_argument unless pulse, sound speed and bin are positive.

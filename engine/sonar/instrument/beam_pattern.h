@@ -68,7 +68,7 @@ struct VerticalPattern {
   InputFile file;                        ///< file of the measured levels
   /// By Sector::number, depressions ascending; empty: not measured.
   std::array<std::vector<VerticalLevel>, 2> measured;
-  // A ripple, such as that of side lobes: a cosine of the depression, in dB.
+  // A ripple, like the ripple by side lobes: a cosine of the depression, in dB.
   double ripple_db = 0.0;  ///< from its maximum to its minimum
   double ripple_period_rad = 20.0 * degree;
   double ripple_dark_rad = 30.0 * degree;  ///< the depression of a minimum

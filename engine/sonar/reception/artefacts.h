@@ -43,7 +43,7 @@ struct ArtefactOptions {
   double shimmer_s = 6.0;   ///< their period
 };
 
-/// Whether a ping is lost, or repeats the one before. The first ping does not repeat.
+/// Whether a ping is lost, or repeats the ping before. The first ping does not repeat.
 bool is_lost(const ArtefactOptions& options, std::uint64_t seed, std::uint64_t ping);
 bool is_repeated(const ArtefactOptions& options, std::uint64_t seed, std::uint64_t ping);
 /// The time at which the navigation became stale, if it is stale at t_s; otherwise t_s.

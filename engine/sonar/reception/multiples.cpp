@@ -91,7 +91,7 @@ void Multiples::sum_bed(double slant_m, const BeamPlane& plane, std::span<const 
 // narrow along the track then receives less.
 struct Multiples::Path {
   double out_height_m, back_height_m;  // extents of the leg out and the leg back in the plane
-  double count;                        // 2: the leg out and the leg back can be exchanged
+  double count;                        // 2: the legs out and back can be exchanged
   bool up_out, up_back;            // whether the leg out and the leg back leave the array upwards
   bool off_bed;                    // whether the bed reflects the leg back
   double out_spread, back_spread;  // along the track at the bed, over a leg's length and sin g
@@ -121,8 +121,8 @@ Multiples::Source Multiples::source_of(const Path& path, double apparent_m, doub
   const double back_sine = plane.cos_pitch * path.back_height_m / back;
   const double spread_m =
       std::hypot(path.out_spread * out_sine * out, path.back_spread * back_sine * back);
-  // Both vertical patterns, and the overlap along the track, of sound that goes out by one leg and
-  // comes back by the other.
+  // Both vertical patterns, times the overlap along the track, for sound that goes out by one leg
+  // and comes back by the other leg.
   const auto beams = [&](double leg_m, double down, double other_m, double other_down) {
     const double shift_m = apparent_m * (horizontal * plane.turn_level_per_m +
                                          other_down * plane.turn_down_per_m - plane.drift_along);
@@ -134,7 +134,7 @@ Multiples::Source Multiples::source_of(const Path& path, double apparent_m, doub
   double both = beams(out, out_down, back, back_down);
   if (path.count > 1.0 && !plane.at_rest())
     both = 0.5 * (both + beams(back, back_down, out, out_down));
-  // Spreading and absorption of the legs relative to those of the direct path.
+  // Spreading and absorption of the legs, divided by those of the direct path.
   const double direct = law_.per_m2_at(r);
   if (!(direct > least_direct)) return {r, 0.0};
   const double strengths = bed_.strength_at(out_sine) * bed_.strength_at(back_sine);

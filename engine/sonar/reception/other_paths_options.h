@@ -24,12 +24,13 @@ struct OtherPathsOptions {
   /// grazing angle, or 10 dB if the bed is not a sediment.
   std::optional<double> bottom_loss_db;
   bool double_bounce = false;  ///< echoes by way of a wall and the bed in front of it
-  /// Loss of the reflection at a wall, which is then taken as smooth, dB. Unset: it follows from
-  /// the wall's material.
+  /// Loss of the reflection at a wall, dB; the wall is then taken as smooth. Unset: the wall's
+  /// material decides.
   std::optional<double> wall_loss_db;
   double burst_m = 0.0;  ///< range over which transmit leakage blinds the receiver; 0: none
-  std::optional<double> crosstalk_db;  ///< level of one side's signal in the other side, relative
-                                       ///< to that signal; unset: none
+  /// Level at which one side's signal is received in the other side, relative to that signal;
+  /// unset: none.
+  std::optional<double> crosstalk_db;
 };
 
 }  // namespace ensonify::engine

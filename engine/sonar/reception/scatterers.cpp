@@ -22,7 +22,7 @@ constexpr double rows_per_octave = 12.0;
 constexpr double beam_reach = 0.8;  // to either side, in nulls: contains 99.8 % of sinc^4
 constexpr double max_cells = 16.0;  // across the beam; at least half as many
 constexpr int finest_level = 10;    // the finest cells have a 1024th of the array's length
-constexpr double bin_share = 1.0;   // length of a cell over that of a bin
+constexpr double bin_share = 1.0;   // length of a cell divided by the length of a bin
 // Metres over cells per metre of height, so that walls have cells, too.
 constexpr double rise = 0.25;
 // Metres over patches per metre of height on objects, so that walls have as many patches as a level
@@ -136,7 +136,7 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArr
   for (const std::size_t i : {0u, 1u}) {
     const LineArray& array = arrays[i];
     const Shading& shading = array.shading;
-    // The main lobe of a shaded array is as wide as that of a shorter array without shading.
+    // A shaded array has the main lobe of a shorter array without shading.
     const double widening = shading.beam_width_x() / Shading().beam_width_x();
     const double inner = shading.null_x(sonar.side_lobes);
     const double lobes = sonar.side_lobes == 0

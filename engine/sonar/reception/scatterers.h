@@ -20,16 +20,16 @@ struct ArrayFrame {
 
 /// The scatterers of the ground, and their sum over an array's beam.
 ///
-/// The ground is divided into cells: one bin long across the array; along the array a 1024th of its
-/// length times the power of two with which 8 to 16 cells span the beam. Each cell holds one
-/// scatterer of complex normal strength at a random place along the array; both depend only on the
-/// seed, the frequency and the cell. A bin is the sum over the cells on its line, which is parallel
-/// to the array, that the beam covers. Each cell is weighted with the complex two-way pattern there
-/// (the array's Fresnel integral, transmitter times receiver) and has the phase of its place across
-/// the array. So the correlation of two pings, or of two passes, follows theory: along the track it
-/// is the Fourier transform of the squared pattern (van Cittert and Zernike), across it it falls
-/// with a change of the grazing angle. The sum is divided by the root of the sum of its squared
-/// weights, so each bin has the variance 1.
+/// The ground is divided into cells. Across the array a cell is one bin long. Along the array it is
+/// a 1024th of the array's length, times the power of two with which 8 to 16 cells span the beam.
+/// Each cell holds one scatterer of complex normal strength at a random place along the array; both
+/// depend only on the seed, the frequency and the cell. A bin is the sum over the cells on its
+/// line, which is parallel to the array, that the beam covers. Each cell is weighted with the
+/// complex two-way pattern there (the array's Fresnel integral, transmitter times receiver) and has
+/// the phase of its place across the array. So the correlation of two pings, or of two passes,
+/// follows theory: along the track it is the Fourier transform of the squared pattern (van Cittert
+/// and Zernike), across it it falls with a change of the grazing angle. The sum is divided by the
+/// root of the sum of its squared weights, so each bin has the variance 1.
 ///
 /// Cells are aligned with one of 12 directions, 15 degrees apart: the direction nearest to the
 /// array's axis or to its opposite. (Two passes whose headings differ by more than the beam are

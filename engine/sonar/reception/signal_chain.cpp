@@ -83,9 +83,9 @@ double median_of_mean(int n) {
   return mean_amplitude * (1.0 - (pi - 3.0) / (3.0 * (4.0 - pi) * n));
 }
 
-/// The random stream of the noise in a look of a line: the only place that defines its key. A
-/// sonar's first two sectors have the numbers that belong to it; further ones have numbers beyond
-/// those of all sonars.
+/// The random stream of the noise in a look of a line: the only place that defines its key. The
+/// first two sectors have the two numbers of their sonar; further sectors have numbers beyond the
+/// numbers of all sonars.
 RandomStream noise_stream(const ChainOptions& options, const LineContext& context, int look) {
   const std::size_t sector = context.facing.number;
   const std::uint64_t receiver =
@@ -182,8 +182,8 @@ std::vector<double> SignalChain::shares_of_beam(int beam) const {
 }
 
 /// The recorder's gain of a beam, in whole groups: the gain of the array's middle, times a factor
-/// that compensates the weaker echo of the level bed. Before the first echo the factor is that of
-/// the first echo.
+/// that compensates the weaker echo of the level bed. Before the first echo, the factor of the
+/// first echo holds.
 std::vector<float> SignalChain::gains_of_beam(int beam) const {
   std::vector<float> gains(recorder_.gains().begin(), recorder_.gains().end());
   if (const auto& shares = shares_[static_cast<std::size_t>(beam)]; !shares.empty()) {
@@ -494,7 +494,7 @@ float SignalChain::output_noise_rms(double t_s) const {
   return static_cast<float>(std::sqrt(scatter::from_db(*level_db + output_noise_wander_.at(t_s))));
 }
 
-/// The gain factor of the operator's steps at the ping's time.
+/// The factor by which the operator's steps have changed the gain at the time of the ping.
 float SignalChain::gain_step(const LineContext& context) const {
   const ArtefactOptions& artefacts = options_.artefacts;
   if (!(artefacts.gain_step_db > 0.0 && artefacts.gain_step_s > 0.0)) return 1.0f;
@@ -507,7 +507,7 @@ float SignalChain::gain_step(const LineContext& context) const {
   return static_cast<float>(scatter::amplitude_from_db(artefacts.gain_step_db * random[0]));
 }
 
-/// The gain factor of this ping alone.
+/// The factor of the gain that changes from ping to ping.
 float SignalChain::ping_gain(const LineContext& context) const {
   const double rms_db = sonar_.receiver.ping_gain_db;
   if (!(rms_db > 0.0)) return 1.0f;

@@ -22,8 +22,9 @@ inline constexpr double least_beam_share = 0.01;
 /// The inputs of a signal chain in addition to its sonar.
 struct ChainOptions {
   std::uint64_t seed = 1;
-  std::uint64_t sonar_number = 0;  ///< the number of the sonar in the scene; each has its own noise
-  bool speckle = true;             ///< false: expected values, also of the noise
+  /// Number of the sonar in the scene; each number has separate noise.
+  std::uint64_t sonar_number = 0;
+  bool speckle = true;  ///< false: expected values, also of the noise
   double sound_speed_mps = scatter::nominal_sound_speed_mps;
   double absorption_db_per_m = 0.0;
   /// Ranges are travel times through this profile; null: distances. It must outlive the chain.
@@ -47,8 +48,8 @@ struct ChainOptions {
 
 /// From the expected echo to the recorded samples, for all sectors of a sonar together.
 ///
-/// The stages: echoes of complex scatterers, summed over beam and pulse and scaled so that each
-/// bin's mean intensity is the expected one; plus complex noise of the sea, of the receiver and of
+/// The stages: echoes of complex scatterers, summed over beam and pulse and scaled so that each bin
+/// has the expected mean intensity; plus complex noise of the sea, of the receiver and of
 /// incoherent paths, through the same matched filter; then gain, noise after the gain, detector,
 /// scaling of the ping, transfer curve, clipping and digitiser.
 class SignalChain {

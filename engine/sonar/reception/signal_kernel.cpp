@@ -91,7 +91,7 @@ HWY_INLINE hn::Vec<I> column_of(VU random) {
   const VF share = (to_float(hn::ShiftRight<8>(random)) + set(0.5f)) * set(0x1p-24f);
   const auto octave_and_part = hn::BitCast(fi, hn::ShiftRight<mantissa>(hn::BitCast(fu, share)));
   constexpr std::int32_t first = (127 - GammaTable::octaves) * GammaTable::columns_per_octave;
-  // The greatest random numbers round to a share of 1, which has no column of its own.
+  // The greatest random numbers round to a share of 1, for which there is no column.
   const auto last = hn::Set(fi, GammaTable::columns - 1);
   return hn::Min(hn::Max(octave_and_part - hn::Set(fi, first), hn::Zero(fi)), last);
 }

@@ -34,9 +34,8 @@ struct CellPlaces {
   double origin_across;  ///< of the array
   double skew;           ///< how far that line moves across the cells per length along them
   double across_cells_per_m, turns, rise, columns_per_cell;
-  // Out, one value per bin:
-  // The first cell along the line: its number across, the line's place within it (in 2^-32 of its
-  // length), and its number along.
+  // Out, one value per bin: The first cell along the line: its number across, the line's place
+  // within the cell (in 2^-32 of the cell's length), and the cell's number along.
   std::uint32_t* across_cell;
   std::uint32_t* across_within;
   std::uint32_t* first_cell;
@@ -57,7 +56,7 @@ struct CellSums {
   const std::uint32_t* across_within;
   const std::uint32_t* first_cell;
   const float* first_column;
-  const std::uint32_t* first_weight;  ///< index of its row in the table
+  const std::uint32_t* first_weight;  ///< index of the bin's row in the table
   const std::uint32_t* key;
   const float* phase_turns;
   const float* cells_per_m;
@@ -68,8 +67,8 @@ struct CellSums {
   float across_per_m;        ///< cells across that the line crosses per metre along
   std::uint32_t common_key;  ///< added to each bin's key
   // The patches under the scatterers (TexturedGround); x null: all scatter alike. One value per
-  // bin: the place of its first scatterer, and the step to the next; its rows of quantiles, and the
-  // share of the second.
+  // bin: the place of the first scatterer, and the step to the next; the rows of quantiles, and the
+  // share of the second row.
   struct Texture {
     const std::uint32_t *x, *y, *step_x, *step_y, *row, *glint_row;
     const float* glint_share;

@@ -90,7 +90,8 @@ std::vector<float> octaves_of(const GroundTexture& texture) {
     amplitudes.push_back(static_cast<float>(std::sqrt(scale_m)));
   }
   // Interpolation leaves the share (61 / 70)^2 of the corners' variance: the mean over both axes of
-  // u^2 + (1 - u)^2, which is 1 in half of a cell and 26 / 35 in the other (step_between()).
+  // u^2 + (1 - u)^2, which is 1 where the interpolation is constant, and 26 / 35 in the middle half
+  // of a cell (step_between()).
   const double rms = texture.variation_db * std::numbers::ln10 / 10.0 * 70.0 / 61.0;
   for (float& amplitude : amplitudes) amplitude *= static_cast<float>(rms / std::sqrt(variance));
   return amplitudes;

@@ -18,14 +18,14 @@ namespace ensonify::engine {
 /// distribution, not the order. Scatterers (scatterers.h) are as strong as the patch that they lie
 /// on. They are samples of the ground, one bin apart over range: a simulated echo sums a few of
 /// them, and a real echo sums all ground of its cell. As the cell covers several patches or parts
-/// of patches, the real strength varies less. To correct for this, the distribution of a
-/// scatterer's strength has a larger shape than that of a patch, by the ratio of the two variances.
+/// of patches, the real strength varies less. To correct for this, the shape of the distribution of
+/// a scatterer's strength is larger than the shape for a patch, by the ratio of the two variances.
 /// With the weights w of samples, or of all ground, a sum has the share
 ///
 ///   sum w w' C / (sum w)^2
 ///
 /// of a patch's variance, where C is the share in which two places lie on one patch: 1 - d / side
-/// at the distance d. So the second moment of the echo is that of the ground, whatever the bins. It
+/// at the distance d. So the echo has the second moment of the ground, for bins of any length. It
 /// is within 2 % where the array lies along the patches' grid. Turned by 45 degrees against it, it
 /// is up to 17 % too large where the scatterers lie as far apart along the array as patches, and
 /// elsewhere within 8 %.

@@ -22,7 +22,7 @@ struct GroundPoint {
 /// line, with distance 0 at its middle, or a lawn-mower's legs, with distance 0 at the start of the
 /// first leg and straight extensions at both ends.
 ///
-/// The legs are parallel, each to starboard of the one before (seen along the heading of the first
+/// The legs are parallel, each to starboard of the leg before (seen along the heading of the first
 /// leg). Turns of constant radius R join them: for a spacing d of at least 2 R, two quarter circles
 /// with a straight part between them; for a smaller spacing a bulb: outwards by the angle a, round
 /// by pi + 2 a, and outwards by a again, with cos a = (R + d/2) / 2R (Dubins, Am. J. Math. 79,

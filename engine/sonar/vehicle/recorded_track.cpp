@@ -11,7 +11,7 @@ namespace {
 constexpr double full_turn_rad = 2.0 * std::numbers::pi;
 constexpr double slowest_course_mps = 0.01;  // below this, the course is only rounding error
 
-/// Angles without jumps: each differs from the one before by at most half a turn.
+/// Angles without jumps: each differs from the angle before by at most half a turn.
 std::vector<double> unwrapped(std::vector<double> angles_rad) {
   for (std::size_t i = 1; i < angles_rad.size(); ++i)
     angles_rad[i] =

@@ -27,7 +27,7 @@ struct NavigationLog {
 };
 
 /// A column as a smooth function of time: cubics between the rows, straight lines beyond the ends.
-/// The slope at a row is that of the parabola through the row and its neighbours, so constant
+/// The slope at a row is the slope of the parabola through the row and its neighbours, so constant
 /// acceleration is reproduced exactly. Between two rows with the same value the function is
 /// constant. Over a gap between rows the function is a straight line, because the slopes at the
 /// ends of the gap come from much shorter steps.
