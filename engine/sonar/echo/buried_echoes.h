@@ -13,19 +13,11 @@
 
 namespace ensonify::engine {
 
-/// The echoes of things in the bed. Sound that enters a bed of sediment reaches them along the path
-/// of Snell's law (scatter::BuriedPath), and they return
-///
-///     b_t b_r sigma (1 - |R|^2)^2 exp(-4 k delta / nu s) / J^2,
-///
-/// with the path s in the sediment and J, the geometric mean of the spreading of both ways. sigma
-/// is the cross-section of their flat parts, at the angle at which the sound arrives:
-/// sigma(grazing) times area, and the glint with the wavelength of the sediment, as if they lay at
-/// the range sqrt(J). They appear at the range of their travel time. How much is seen follows from
-/// the rays next to the ray to the place where the sound enters the bed. A bent ray enters the bed
-/// like the straight ray that arrives there in the same direction with the same spreading. Left
-/// out: that buried things hide one another, and what the bed's roughness lets in below the
-/// critical angle.
+/// The echoes of things in the bed: engine/sonar/README.md, "Buried things". Flat parts return
+/// sound as if they lay at the range sqrt(J), with J the geometric mean of the spreading of both
+/// ways. How much is seen follows from the rays next to the ray to the place where the sound enters
+/// the bed. A bent ray enters the bed like the straight ray that arrives there in the same
+/// direction with the same spreading.
 class BuriedEchoes {
  public:
   /// All arguments must outlive this.

@@ -13,11 +13,8 @@ namespace ensonify::engine {
 /// Turns what the rays of a fan hit into the expected echo of one sector of one ping, and into the
 /// truth about each of its range bins.
 ///
-/// A ray of solid angle dOmega that meets the bed at range r and grazing angle g stands for the
-/// area r^2 dOmega / sin(g). The area returns the share b_t b_r sigma(g) / r^4 of the transmitted
-/// energy, with absorption along the way. (A bent ray spreads to J, its spreading_m2, on each way.
-/// Its area is J dOmega / sin(g), which cancels the spreading on the way out, and on the way back 1
-/// / J replaces 1 / r^2. g is the angle at which it arrives.)
+/// engine/sonar/README.md, "The expected echo", has the energy of a ray. For a bent ray J is its
+/// spreading_m2, and the grazing angle is taken where it arrives.
 ///
 /// Within a plane of the fan this energy is a density over elevation. A run of neighbouring rays on
 /// one face becomes one piece or a few. A piece has the density at its middle over the elevations

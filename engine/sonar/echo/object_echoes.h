@@ -24,30 +24,20 @@ struct ObjectSurfaces {
   std::function<double(double x_m, double y_m)> bed_height_m = {};
 };
 
-/// The echoes of objects that rays cannot sample, from the flat parts of their surfaces.
+/// The echoes of objects that rays cannot sample, from the flat parts of their surfaces: glints
+/// (glint.h), objects that are shorter than the waves (SmallBody), small objects, which only a few
+/// planes of the fan would meet, and things in the bed (BuriedEchoes). engine/sonar/README.md has a
+/// section on each. ObjectSight finds how much of a flat part is seen.
 ///
-/// Glints: the mirror-like part of a solid's echo, by physical optics (glint.h). Flat parts of one
-/// surface at about one range are one glint: the facets of a curved surface add their energies, the
-/// pieces of a plane surface add their fields. Pieces that are an eighth of a pulse apart or more
-/// are separate glints, because their pulses overlap less.
+/// Flat parts of one surface at about one range are one glint: the facets of a curved surface add
+/// their energies, the pieces of a plane surface add their fields. Pieces that are an eighth of a
+/// pulse apart or more are separate glints, because their pulses overlap less.
 ///
-/// Objects that are shorter than the waves (k times their radius is below 2) return sound as a
-/// whole: a smooth object as the rigid ellipsoid with its volume (SmallBody), the parts of a rough
-/// object like the parts of a sphere that is as wide.
-///
-/// Small objects: those that only a few planes of the fan would meet, however long they are across
-/// the track. Instead of the hits of rays, their flat parts scatter sigma(grazing) per area, in
-/// cells no longer than those planes are apart. So their energy does not depend on where the planes
-/// lie.
-///
-/// Buried things: BuriedEchoes.
-///
-/// Walls: the flat parts within 30 degrees of upright, which mirror the bed before them
+/// Walls are the flat parts within 30 degrees of upright, which mirror the bed in front of them
 /// (OtherPaths), by straight lines.
 ///
-/// How much of a flat part is seen: ObjectSight. For bent rays, a flat part has the echo of a flat
-/// part at the range sqrt(J), in the direction in which the sound arrives. Here J is the geometric
-/// mean of the ray's spreading on both ways.
+/// For bent rays, a flat part has the echo of a flat part at the range sqrt(J), in the direction in
+/// which the sound arrives. Here J is the geometric mean of the ray's spreading on both ways.
 class ObjectEchoes {
  public:
   /// All arguments must outlive this.

@@ -8,16 +8,10 @@
 
 namespace ensonify::engine {
 
-/// The sum of steady echoes, with their phases, over the bins of a line.
-///
-/// Echoes interfere only while they are there at the same time. Echoes with the complex amplitudes
-/// a_i at the times t_i have the field s(t) = sum of a_i p(t - t_i), with the amplitude p of the
-/// pulse. The intensity in a bin is the mean of |s|^2 over its time. So two echoes that are t apart
-/// have the energy
-///
-///     |a_1|^2 + |a_2|^2 + 2 Re(a_1 a_2*) Pulse::correlation(t),
-///
-/// whatever the bins.
+/// The sum of steady echoes, with their phases, over the bins of a line: engine/sonar/README.md,
+/// "Glints that overlap in time". Echoes with the complex amplitudes a_i at the times t_i have the
+/// field s(t) = sum of a_i p(t - t_i), with the amplitude p of the pulse. The intensity in a bin is
+/// the mean of |s|^2 over its time.
 ///
 /// The field of a tone is constant between the beginnings and ends of its echoes: the mean over a
 /// bin is a sum over these intervals, and exact. The field of a sweep has the bandwidth B. It is
