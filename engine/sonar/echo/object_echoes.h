@@ -8,7 +8,6 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/seafloor/objects/buried_surfaces.h>
-#include <ensonify/engine/sonar/echo/material_in_sonar.h>
 #include <ensonify/engine/sonar/echo/object_sight.h>
 #include <ensonify/engine/sonar/echo/small_body.h>
 

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/sonar/echo/glint_in_beam.h>
-#include <ensonify/engine/sonar/echo/medium.h>
+#include <ensonify/engine/sonar/echo/media_in_sonar.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>
 #include <ensonify/engine/trace/fan_tracer.h>
 #include <ensonify/engine/trace/refraction/ray_incidence.h>

@@ -3,9 +3,20 @@
 #include <optional>
 
 #include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/sea_water.h>
 #include <ensonify/scatter/sediment.h>
+#include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
+
+/// The water between sonar and bed.
+struct Medium {
+  double sound_speed_mps = scatter::nominal_sound_speed_mps;
+  double absorption_db_per_m = 0.0;
+  /// Absorption over depth; null: absorption_db_per_m at all depths. It must outlive everything
+  /// that is made with this medium.
+  const scatter::SoundSpeedProfile* profile = nullptr;
+};
 
 /// How a wall of a material reflects: shares of the energy that arrives.
 struct WallMirror {
