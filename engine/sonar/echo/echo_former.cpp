@@ -212,20 +212,18 @@ void EchoFormer::compute(std::size_t plane, EchoLine& line) {
   for (std::size_t i = 0; i < pieces_.count; ++i) line.hits += pieces_.end[i] - pieces_.begin[i];
   if (pieces_.count == 0) return;
   pieces_.pad();
-  pieces_.break_count = compute_echoes(kernel_args(plane), pieces_.echoes());
-}
-
-PieceKernelArgs EchoFormer::kernel_args(std::size_t plane) const {
   const RayFan& fan = *view_.fan;
   const Eigen::Vector3d direction = fan.plane_direction(plane);
-  return {.pieces = pieces_.geometry(),
-          .rays = ray_angles(*view_.layout),
-          .direction = {direction.x(), direction.y(), direction.z()},
-          .pole_direction = {fan.pole.x(), fan.pole.y(), fan.pole.z()},
-          .range_m = fan.range_m,
-          .bin_m = bins_.bin_m(),
-          .beam = plane_beam(view_, plane),
-          .strengths = strengths_.data()};
+  pieces_.break_count =
+      compute_echoes({.pieces = pieces_.geometry(),
+                      .rays = ray_angles(*view_.layout),
+                      .direction = {direction.x(), direction.y(), direction.z()},
+                      .pole_direction = {fan.pole.x(), fan.pole.y(), fan.pole.z()},
+                      .range_m = fan.range_m,
+                      .bin_m = bins_.bin_m(),
+                      .beam = plane_beam(view_, plane),
+                      .strengths = strengths_.data()},
+                     pieces_.echoes());
 }
 
 /// For straight rays, if absorption depends on depth: gain_ has the same absorption at all depths,

@@ -48,7 +48,6 @@ class EchoFormer {
   void cut_runs(const FanRuns& runs, std::size_t plane);
   void cut_hits(std::span<const Hit> hits, IncidenceSource& incidences, std::size_t plane);
   void compute(std::size_t plane, EchoLine& line);
-  PieceKernelArgs kernel_args(std::size_t plane) const;
   void absorb_over_depth();
   void correct_bent_rays();
   void leave_out_small_objects();

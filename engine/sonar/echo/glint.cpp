@@ -300,13 +300,9 @@ bool MirrorExtent::reaches(double wavelength_m, double array_m) const {
          0.5 * length_m / range_m + reach_of(length_m, wavelength_m, range_m, array_m);
 }
 
-bool MirrorExtent::is_far(double wavelength_m) const {
-  return length_m * length_m < 0.09 * (wavelength_m * range_m);
-}
-
 std::complex<double> MirrorExtent::field_m(double wavelength_m) const {
   const double zone_m2 = wavelength_m * range_m, middle_m = range_m * tilt;
-  if (is_far(wavelength_m))
+  if (length_m * length_m < 0.09 * zone_m2)  // far enough for the sinc of a plane wave
     return std::polar(1.0, 2.0 * pi / zone_m2 * middle_m * middle_m) *
            (length_m * sinc(2.0 * length_m * tilt / wavelength_m));
   const double per_m = 2.0 / std::sqrt(zone_m2);

@@ -82,7 +82,6 @@ struct MirrorExtent {
 
   /// Whether it has a glint; array_m: the length of an array whose beam counts.
   bool reaches(double wavelength_m, double array_m = 0.0) const;
-  bool is_far(double wavelength_m) const;  ///< far enough for the sinc of a plane wave
   /// The integral whose square is I. Its phase is relative to the path to the foot of the line of
   /// sight, also if this is not on the line.
   std::complex<double> field_m(double wavelength_m) const;
