@@ -205,12 +205,6 @@ double Scatterers::width_share(std::size_t bin, double from_m, double until_m) c
   return between / all;
 }
 
-const Scatterers::Frame& Scatterers::frame_of(const ArrayFrame& array_frame) const {
-  const double heading = std::atan2(array_frame.axis.x(), array_frame.axis.y());
-  const auto turned = std::lround(heading * frames / pi - (odd_ ? 0.5 : 0.0));
-  return frames_[static_cast<std::size_t>((turned % frames + frames) % frames)];
-}
-
 void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins,
                        Scratch& scratch) const {
   const std::size_t room = reach_.size(), whole = bins.intensity_mean.size() / signal_group;
@@ -218,7 +212,9 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins,
     of_bin->resize(room);
   for (auto* of_bin : {&scratch.first_column, &scratch.phase_turns}) of_bin->resize(room);
   for (auto* of_group : {&scratch.cells, &scratch.placeless}) of_group->resize(room / signal_group);
-  const Frame& frame = frame_of(array_frame);
+  const double heading = std::atan2(array_frame.axis.x(), array_frame.axis.y());
+  const auto turned = std::lround(heading * frames / pi - (odd_ ? 0.5 : 0.0));
+  const Frame& frame = frames_[static_cast<std::size_t>((turned % frames + frames) % frames)];
   scratch.frame_key = frame.key;
   // A bin's line is parallel to the array, seen from above. It crosses the beam's middle where the
   // offset along the axis is zero.

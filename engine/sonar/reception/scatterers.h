@@ -90,7 +90,6 @@ class Scatterers {
     Eigen::Vector2d along, across;
     std::uint32_t key;
   };
-  const Frame& frame_of(const ArrayFrame& array_frame) const;
   void place_patches(const Frame& frame, const BinLayers& bins, Scratch& scratch) const;
   void place_side_lobes(const BinLayers& bins, Scratch& scratch) const;
   Row make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays, double range_m,

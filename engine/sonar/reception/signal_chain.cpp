@@ -308,7 +308,10 @@ void SignalChain::receive(std::span<const LineContext> contexts, std::span<EchoL
     if (options_.artefacts.automatic_gain > 0.0) follow_level(received);
     if (options_.artefacts.automatic_gain > 0.0 || sonar_.receiver.ping_mean > 0.0)
       line.artefacts.add(Artefact::automatic_gain);
-    record(received, line);
+    const std::size_t bins = line.bins.sample.size();
+    const float scale = ping_scale(received, bins);
+    line.gain *= scale;
+    recorder_.samples(std::span(received.detected).first(bins), scale, line.bins.sample);
   }
 }
 
@@ -545,13 +548,6 @@ float SignalChain::ping_scale(const Channel& channel, std::size_t bins) const {
   return sum > 0.0 ? static_cast<float>(sonar_.receiver.ping_mean *
                                         static_cast<double>(bins - first) / sum)
                    : 1.0f;
-}
-
-void SignalChain::record(const Channel& channel, EchoLine& line) const {
-  const std::size_t bins = line.bins.sample.size();
-  const float scale = ping_scale(channel, bins);
-  line.gain *= scale;
-  recorder_.samples(std::span(channel.detected).first(bins), scale, line.bins.sample);
 }
 
 }  // namespace ensonify::engine

@@ -131,7 +131,6 @@ class SignalChain {
   float output_noise_rms(double t_s) const;
   void follow_level(Channel& channel) const;
   float ping_scale(const Channel& channel, std::size_t bins) const;
-  void record(const Channel& channel, EchoLine& line) const;
 
   Sonar sonar_;
   ChainOptions options_;
