@@ -33,7 +33,6 @@ class PreparedWater {
   std::span<const std::string> warnings() const { return warnings_; }
 
  private:
-  void take_cast(double lowest_m);
   void warn_of_odd_speeds();
 
   Sea sea_;
