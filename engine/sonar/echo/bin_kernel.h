@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <ensonify/engine/sonar/echo/echo_kernel.h>
+
 namespace ensonify::engine {
 
 // The inner loops that lay pieces into range bins; echo_kernel.h has the loops that compute pieces.
@@ -55,19 +57,14 @@ struct EchoBins {
   std::size_t other_count, other_room;
 };
 
-/// The pieces that are laid into bins, as columns with one value for each piece. The columns have
-/// padding at their ends, as in PieceGeometry, and the names of PieceEchoes.
-struct PiecesToLay {
+/// The pieces that are laid into bins: columns as in PieceEchoes, with the padding of
+/// PieceGeometry.
+struct PiecesToLay : PieceEchoes {
   std::size_t count;
   /// The number of pieces, from the first on, that lie past nadir. They count as another plane. If
   /// a side receives the bed on both sides of nadir, this is no layover. A shadow on the bed of its
   /// own side still counts as a shadow.
   std::size_t past;
-  const std::int32_t* answers;
-  const double *from_m, *until_m, *energy;
-  const double *range_m, *to_end_m;  ///< of PieceEchoes
-  const double *middles, *changes;
-  const float *beam_weight, *energy_slope;
   const std::uint16_t* label;
   const std::uint8_t* starts_surface;  ///< 1: does not continue the surface of the piece before it
 };

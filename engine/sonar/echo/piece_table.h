@@ -5,7 +5,6 @@
 
 #include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/sonar/echo/bin_kernel.h>
-#include <ensonify/engine/sonar/echo/echo_kernel.h>
 
 namespace ensonify::engine {
 
@@ -66,7 +65,7 @@ struct PieceTable {
   // Views for the kernel; valid until make_room().
   PieceGeometry geometry() const;
   PieceEchoes echoes();
-  PiecesToLay to_lay() const;
+  PiecesToLay to_lay();
 };
 
 }  // namespace ensonify::engine
