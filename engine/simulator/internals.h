@@ -35,8 +35,8 @@ struct SimulatorInternals {
   /// ping_numbered().
   static std::span<const RayFan> aim(Simulator& simulator, const Pose& pose);
 
-  /// The nearest hit of every ray of each of these fans, in that order, along straight rays. Throws
-  /// as ping_numbered().
+  /// The nearest hit of every ray of each fan that aim() returns, in this order, along straight
+  /// rays. Throws as ping_numbered().
   static std::vector<std::vector<Hit>> hits(Simulator& simulator, const Pose& pose);
 
   /// Compares a ping of the scene with the exact reference, along straight rays: every hit and run
@@ -69,8 +69,8 @@ struct SimulatorInternals {
   /// What was counted of a sonar's pings, one per object of the seafloor; empty where nothing was.
   static std::span<const ObjectVisibility> object_visibility(const Simulator& simulator,
                                                              std::size_t sonar);
-  /// The water that bends the rays of its pings. Sonars differ only in absorption. The profile
-  /// belongs to this Simulator.
+  /// The water that bends the rays of this Simulator's pings. It differs between sonars only in
+  /// absorption. The profile belongs to this Simulator.
   static Refraction refraction(const Simulator& simulator);
   /// Counts of how this Simulator's bent rays were decided.
   static RefractionCounts refraction_counts(const Simulator& simulator);

@@ -39,8 +39,8 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   for (std::size_t ping = 0; ping < poses_.size(); ++ping) recorded_[ping] = recorded_at(ping);
 }
 
-// A repeated ping repeats what was recorded last, its truth layers included. The first ping that is
-// not lost has nothing to repeat and is recorded itself.
+// A repeated ping repeats what was recorded last, with the truth layers. The first ping that is not
+// lost has nothing to repeat and is recorded itself.
 std::size_t TrackPings::recorded_at(std::size_t ping) const {
   const auto lost = [&](std::size_t number) { return is_lost(artefacts_, seed_, number); };
   if (lost(ping)) return none;

@@ -48,14 +48,14 @@ class TrackPings {
     PingRow row;
     std::span<const EchoLine> lines;  ///< empty for a lost ping; valid until the next ping
   };
-  /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may call
-  /// this, each with its own simulator. Spare threads make the faces of the block's next pings
-  /// ready meanwhile. Throws as Simulator::ping_numbered().
+  /// A ping as a run records it. simulator: one of this seafloor. Any number of threads may call
+  /// this, each with a separate simulator. Meanwhile spare threads prepare the faces of the block's
+  /// next pings. Throws as Simulator::ping_numbered().
   PingRecord record_ping(Simulator& simulator, std::size_t ping,
                          refine::SpareThreads* spare = nullptr) const;
 
   std::size_t block_of(std::size_t ping) const { return ping / block_pings_; }
-  /// Compares the ping with the reference as SimulatorInternals::verify(); false where nothing was
+  /// Compares the ping with the reference as SimulatorInternals::verify(); false if nothing was
   /// recorded.
   bool verify(Simulator& simulator, std::size_t ping, AgreementCounts& counts) const;
 
@@ -81,8 +81,8 @@ class TrackPings {
 struct PartWork {
   /// The next part to ping; none: no more. Called by one thread at a time.
   std::function<std::optional<PingRange>()> next_part;
-  /// Takes a part whose pings are done. Called by the thread that made the last of them, with the
-  /// Simulator that this thread uses, while other threads may ping other parts.
+  /// Takes a part whose pings are done. The thread that made the last ping calls it, with the
+  /// Simulator of this thread, while other threads may ping other parts.
   std::function<void(const PingRange& part, ScenePings pings, const Simulator& simulator)> finished;
   /// Called once before the first block, and after every block by one thread while no other thread
   /// sets rows. Arguments: the images of the block's part (none before the first block), and how
@@ -132,8 +132,8 @@ struct PingWork {
   std::size_t images = 0;  ///< number of pings whose images are in memory at one time
   int threads = 0;
 };
-/// The bytes of these images, and of the rays of the threads that have a block of pings. Throws
-/// MemoryError if they do not fit.
+/// The sum of the bytes of the images, and of the rays of the threads that have a block of pings.
+/// Throws MemoryError if they do not fit.
 double require_pings(const MemoryLimit& memory, const RunOptions& options,
                      std::span<const Sonar> sonars, const PingWork& work);
 

@@ -31,8 +31,8 @@ struct PreparedSeafloor {
   SeafloorOrigin origin;
   std::vector<std::string> warnings;  ///< warnings about the cache
 
-  /// Finds the height of the bed, for a seafloor without a progressive mesh. The first call
-  /// makes it, with this stop check; any number of threads may call. The seafloor must not change
+  /// Finds the height of the bed, for a seafloor without a progressive mesh. The first call makes
+  /// the grid, with this stop check. Any number of threads may call. The seafloor must not change
   /// afterwards.
   const BedGrid& bed(const std::function<void()>& stop_check = {}) const;
 
@@ -75,7 +75,7 @@ std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
                                                          const Preparation& how);
 
 /// The scene for a session, whose number of pings is unknown: `auto` becomes `static`, with which a
-/// ping costs least, because the analysis may not pay off. Not for a bed that is made in tiles.
+/// ping costs least. An analysis may not save time. Not for a bed that is made in tiles.
 Scene with_session_surface(Scene scene);
 
 /// Makes the scene's seafloor. Throws as make_seafloor(), but SceneError in place of

@@ -36,10 +36,10 @@ struct UsualPing {
 
 /// Prepares a sonar of the scene with these settings. Makes a backscatter table for each of
 /// `materials`: number 0 means no material, number 1 is the material of the bed. `bed_shares` are
-/// the shares of the bed's area that the first of them have. `number` is the sonar's index in the
-/// scene. Adds a warning for parameters of a material that are outside their
-/// valid range; the same warning is added once. stop_check is called often. Throws what it,
-/// read_vertical_pattern() and material_named() throw.
+/// the shares of the bed's area that the first of the materials have. `number` is the sonar's index
+/// in the scene. Adds a warning for parameters of a material that are outside their valid range;
+/// the same warning is added once. stop_check is called often. Throws as stop_check,
+/// read_vertical_pattern() and material_named().
 std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const PreparedWater& water,
                                                    const UsualPing& usual, std::size_t number,
                                                    const Sonar& settings,

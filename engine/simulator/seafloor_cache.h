@@ -8,8 +8,8 @@
 
 namespace ensonify::engine {
 
-// The kinds of things that the cache holds, each under its key: analysed meshes, files of tiles,
-// and folders of the clusters over them.
+// Extensions of what the cache holds under a key: analysed meshes, files of tiles, and folders of
+// the clusters over them.
 inline constexpr const char* cached_extension = ".mesh";
 inline constexpr const char* tiles_extension = ".tiles";
 inline constexpr const char* clusters_extension = ".clusters";

@@ -13,9 +13,9 @@
 
 namespace ensonify::engine {
 
-/// LineArray::power as a table, which is the same for all arrays with one shading: over the angle x
-/// = L sin(psi) / lambda and the nearness |F|. Interpolated linearly in both; its error is within
-/// 0.3 % of the power on the axis for F below 5. The power is 0 beyond the side lobes for which the
+/// LineArray::power as a table over the angle x = L sin(psi) / lambda and the nearness |F|, with
+/// linear interpolation. All arrays with one shading have the same table. For F below 5 the error
+/// is within 0.3 % of the power on the axis. The power is 0 beyond the side lobes for which the
 /// table was made.
 class ArrayTable {
  public:

@@ -141,8 +141,8 @@ void BuriedEchoes::add_facets(const BuriedPart& part, const BuriedGroup& group, 
   }
 }
 
-/// The glint of the whole flat part, with the bed above one of its parts. For the flat part the
-/// sound comes from a place that is sqrt(J) away, against the direction in which it arrives.
+/// The glint of the whole flat part, with the bed above one of its parts. The flat part is treated
+/// as if the sonar was sqrt(J) away, in the direction from which the sound arrives.
 void BuriedEchoes::add_glint(const BuriedPart& part, const BuriedGroup& group, double specular,
                              std::vector<ObjectEcho>& glints) const {
   const FlatPart& flat_part = *part.whole;

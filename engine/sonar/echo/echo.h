@@ -141,8 +141,7 @@ struct WallFacet {
   double slope = 0.0;  ///< rms inclination of the rough surface, in one direction, as a tangent
 };
 
-/// The echo of one beam of one sector of one ping: bins from near to far, and what was counted on
-/// the way.
+/// The echo of one beam of one sector of one ping: bins from near to far, and counts.
 struct EchoLine {
   std::size_t sector = 0;  ///< index in Sonar::sectors()
   int beam = 0;            ///< from the rear, see Sonar::beams
@@ -154,8 +153,8 @@ struct EchoLine {
   float gain = 1.0f;
   std::uint64_t rays = 0;
   std::uint64_t hits = 0;
-  /// The steady part of the echo: the field of the objects' glints per bin (SteadyField), whose
-  /// square is part of intensity_mean. Empty: there is none.
+  /// The steady part of the echo: the field of the objects' glints per bin (SteadyField). Its
+  /// square is part of intensity_mean. Empty: there are no glints.
   std::vector<float> glint_re, glint_im;
   std::vector<WallFacet> walls;  ///< empty unless they are looked for, see MaterialInSonar
 };

@@ -379,8 +379,8 @@ void EchoFormer::finish(EchoLine& line) {
   for (const ObjectEcho& facet : objects_.facets()) bins_.add(shifted(facet));
   const std::size_t margin = pulse_.weights.size();
   for (std::size_t i = 0; i < gain_.size(); ++i) energy_[margin + i] = gain_[i] * bins_.energy(i);
-  // A kernel that begins before the echo is even. The inner loops are over bins, which vector
-  // registers take side by side.
+  // If the kernel begins before the echo, it is even. The inner loops are over bins, so that the
+  // compiler can use vector registers.
   const bool even = pulse_.first < 0;
   const std::span<const double> pulse =
       std::span(pulse_.weights).subspan(static_cast<std::size_t>(-pulse_.first));

@@ -226,9 +226,9 @@ HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine, VF&
   return cosine * sent * (heard * sum) * (row.scale * heard_row.scale);
 }
 
-// scatter::BackscatterTable::sigma_over_sine. `falls` is for an even facet, on which the grazing
-// angle's sine goes as 1 / range: there sigma / sine, times the elevation per metre of range, goes
-// as range^-falls.
+// scatter::BackscatterTable::sigma_over_sine. `falls` is for a plane facet, on which the sine of
+// the grazing angle is proportional to 1 / range. There sigma / sine, times the elevation per metre
+// of range, is proportional to range^-falls.
 HWY_INLINE VF sigma_over_sine(const float* strengths, VI from, VF sine, VF cosine2, VF& falls) {
   using namespace scatter::backscatter_cells;
   const VF tangent2 =

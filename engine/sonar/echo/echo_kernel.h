@@ -93,8 +93,8 @@ struct PieceEchoes {
   /// The two-way beam times the solid angle per radian of elevation; 0 where no echo comes back.
   float* beam_weight;
   /// One of several beams: how far the energy's middle lies ahead of the rays, along the array.
-  /// Such a beam may be so lopsided that the rays of wide planes do not lie in the middle of their
-  /// energy.
+  /// Such a beam may be so asymmetric that the rays of wide planes do not lie in the middle of
+  /// their energy.
   float* aside_m;
   /// How much the energy's density over range changes from end to end, as a share of its mean.
   float* energy_slope;

@@ -34,8 +34,8 @@ class BeamOnLine {
   BeamOnLine(const Eigen::Vector3d& middle, const Eigen::Vector3d& along, double half_m,
              double range_m, double wavelength_m, const GlintBeam& beam);
 
-  /// Whether the beam must be in the integral: it is not wide against the Fresnel zone, and it
-  /// changes over the line.
+  /// Whether the beam must be part of the integral: it is not wide compared with the Fresnel zone,
+  /// and it changes over the line.
   bool counts() const;
   /// Whether the part in the beam has a glint.
   bool reaches() const;

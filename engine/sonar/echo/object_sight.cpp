@@ -175,8 +175,8 @@ bool ObjectSight::is_nearer(const FirstHit& hit, double range_m, const OwnPlace&
   return hit.range_m < range_m - nearer_m;
 }
 
-/// Whether a ray met the object of a place. A place under the bed is hidden from rays that did not:
-/// some of them meet the bed farther away than the place.
+/// Whether a ray met the object of a place. A place under the bed is hidden from other rays,
+/// although some of them meet the bed farther away than the place.
 bool ObjectSight::is_own(const FirstHit& hit, const OwnPlace& own) const {
   return hit.label >= 0 &&
          labels()[static_cast<std::uint16_t>(hit.label)].instance == labels()[own.label].instance;

@@ -36,8 +36,8 @@ class RangeBins {
   void begin_plane();
   /// Lays the pieces of the plane.
   void lay(PiecesToLay pieces);
-  /// Marks the bins that lie wholly between the ends of a shadow, except those where the plane sees
-  /// something, or which another shadow of the plane has marked.
+  /// Marks the bins that lie wholly between the ends of a shadow, except bins in which the plane
+  /// sees something, and bins that another shadow of the plane has marked.
   void shade(const Shadow& shadow);
   /// Adds an echo that does not come from a plane.
   void add(const ObjectEcho& echo);

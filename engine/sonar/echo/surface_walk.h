@@ -44,8 +44,8 @@ class SurfaceWalk {
       : lowest_(lowest), highest_(highest), bin_m_(bin_m) {}
 
   /// Sets from_m, until_m and starts_surface of the pieces of a plane where they break; adds a
-  /// piece for each surface that continues beyond the range. Before, compute_echoes() must have
-  /// filled the table.
+  /// piece for each surface that continues beyond the range. compute_echoes() must have filled the
+  /// table.
   void walk(const SectorView& view, std::size_t plane, PieceTable& pieces);
 
   /// The shadows of the plane that was walked last.

@@ -59,9 +59,9 @@ struct VerticalLevel {
   double level_db;  ///< one-way power below the peak
 };
 
-/// One-way power pattern of each sector as a function of depression: measured, or the sinc^2 of an
-/// element with a given -3 dB width, tilted down. A width of 0 means the same power in all
-/// directions.
+/// One-way power pattern of each sector as a function of depression: measured levels, or the sinc^2
+/// pattern of an element with a given -3 dB width, which is tilted down. A width of 0 means the
+/// same power in all directions.
 struct VerticalPattern {
   double beamwidth_rad = 50.0 * degree;  ///< -3 dB to -3 dB
   double tilt_rad = 20.0 * degree;       ///< of the axis below the horizontal

@@ -79,8 +79,9 @@ Shading Shading::taylor(double side_lobe_db, int nbar) {
   return made;
 }
 
-// The sum of w_n exp(i psi (n - (N - 1) / 2)) over N elements is T(z0 cos(psi / 2)), T of degree N
-// - 1; the weights are its Fourier coefficients, from N values of psi.
+// The sum of w_n exp(i psi (n - (N - 1) / 2)) over N elements is T(z0 cos(psi / 2)), where T is the
+// Chebyshev polynomial of degree N - 1. The weights are its Fourier coefficients, from N values of
+// psi.
 Shading Shading::chebyshev(double side_lobe_db) {
   constexpr int elements = chebyshev_elements, degree = elements - 1;
   const double z0 = std::cosh(std::acosh(lobe_ratio(side_lobe_db)) / degree);

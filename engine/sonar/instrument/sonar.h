@@ -87,8 +87,9 @@ struct Sonar {
   /// The sectors, in the order of the sonar's lines; valid until the program ends.
   std::span<const Sector> sectors() const { return sectors_of(sides); }
   bool has(Side side) const { return place_of(sectors(), name_of(side)).has_value(); }
-  /// A copy. If the digitiser's rate is given, its bins are c / (2 rate) long for the sound speed
-  /// c, and there are just enough to reach the range, at most 1e9.
+  /// A copy of this sonar. If sample_rate_hz is set, the bins of the copy are c / (2
+  /// sample_rate_hz) long for the sound speed c. Their number is just enough to reach the range, at
+  /// most 1e9.
   Sonar sampled(double sound_speed_mps) const;
 };
 

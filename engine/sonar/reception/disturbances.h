@@ -22,7 +22,7 @@ class Disturbances {
   /// Whether none of them is switched on.
   bool empty() const { return effects_.empty(); }
   /// Multiplies the gain of the direct echo in each bin, adds to the incoherent power in each bin,
-  /// and adds to `artefacts` those that the ping has.
+  /// and adds the ping's artefacts to `artefacts`.
   void apply(const LineContext& context, std::span<float> gain, std::span<float> power,
              Artefacts& artefacts) const;
 

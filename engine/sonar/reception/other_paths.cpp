@@ -22,8 +22,8 @@ constexpr double inaudible = 1e-3;          // share of the noise that is not no
 constexpr double strip_part_rad = 0.03;     // half of a calm sea's rms slope
 constexpr std::size_t max_beam_parts = 32;  // along the track, for the sea surface
 
-/// The part of a level plane between two ranges: horizontal distances from below or above the
-/// array, in the plane abeam, where the level plane is `slant_m` away.
+/// The part of a horizontal plane (the bed or the surface) between two ranges. `near_m` and `far_m`
+/// are horizontal distances in the plane abeam, from its nearest place, which is `slant_m` away.
 struct Strip {
   double slant_m, near_m, far_m;
   Strip(double slant_m, double from_m, double to_m)

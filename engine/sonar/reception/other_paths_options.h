@@ -9,8 +9,9 @@ struct SeaState {
   double wind_mps = 5.0;
   double shipping = 0.5;                ///< 0: no ships near .. 1: heavy traffic
   double volume_scattering_db = -80.0;  ///< S_v, dB re 1/m
-  /// Number of scatterers (bubbles, plankton, grains) per m^3 that this strength comes from: a cell
-  /// near the sonar has few of them, and is much stronger or weaker than its mean. 0: very many.
+  /// Number of scatterers (bubbles, plankton, grains) per m^3 that have this strength together. A
+  /// cell near the sonar has few of them, so its echo is often much stronger or weaker than the
+  /// mean. 0: very many.
   double volume_scatterers_per_m3 = 0.0;
 };
 

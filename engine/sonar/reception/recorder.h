@@ -20,8 +20,8 @@ struct FullScale {
 class Recorder {
  public:
   /// automatic_gain_db: the gain at 1 m, dB re 1/uPa, that is used if the options set none. noise:
-  /// its expected power, uPa^2; where noise would be recorded louder than the options'
-  /// bed_level_db, the time-varied gain ends.
+  /// expected power of the noise, uPa^2. The time-varied gain ends where noise would be recorded
+  /// above the options' bed_level_db.
   Recorder(const ReceiverOptions& options, double bin_m, int bins, double absorption_db_per_m,
            double automatic_gain_db, double noise = 0.0);
 

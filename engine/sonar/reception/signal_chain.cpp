@@ -430,8 +430,8 @@ void SignalChain::spread_scatterers(int look, std::span<const float> direct,
   channel.spread_im.assign(room + 2 * reach, 0.0f);
   scatterers_.gather(channel.cells, look, direct, &channel.spread_re[reach],
                      &channel.spread_im[reach]);
-  // The pulse's filter; the result is scaled back to the expected mean, which contains the pulse
-  // already.
+  // Applies the pulse's filter, and scales the result to the expected mean, which contains the
+  // pulse already.
   shape({.filter = taps_of(filter_),
          .energy_taps = energy_taps_.data(),
          .bins = room,

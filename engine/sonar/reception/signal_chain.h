@@ -87,8 +87,7 @@ class SignalChain {
     return FullScale::of(std::span(gains_[static_cast<std::size_t>(beam)])
                              .first(static_cast<std::size_t>(sonar_.bins)));
   }
-  /// Mean noise power of a sector, uPa^2, at a speed of the vehicle; without one, at the nominal
-  /// speed.
+  /// Mean noise power of a sector, uPa^2, at a speed of the vehicle, or at the nominal speed.
   double noise(std::size_t sector, double speed_mps) const;
   double noise(std::size_t sector) const { return noise(sector, options_.nominal_speed_mps); }
   /// The mean intensity in each bin of a sector, uPa^2, with noise, over a level bed of the nominal

@@ -144,8 +144,8 @@ HWY_INLINE VF convolved(const FilterTaps& filter, const float* middle) {
   return sum;
 }
 
-/// log2 of positive numbers by the series of artanh about 1, which needs no fused operations;
-/// within 1e-9.
+/// log2 of positive numbers within 1e-9, by the series of artanh around 1, which needs no fused
+/// operations.
 HWY_INLINE VD log2_of(hn::Vec<HalfF> value) {
   const auto bits = hn::BitCast(hu, value);
   // The offset makes the mantissa lie between 2/3 and 4/3.

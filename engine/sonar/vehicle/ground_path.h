@@ -54,11 +54,11 @@ struct GeneratedPings {
   std::vector<std::size_t> leg_starts;  ///< the first ping of each leg that has pings
 };
 
-/// The pings of a generated track. A line has TrackOptions::pings pings,
-/// centred on its middle; a lawn-mower has as many as fit on its length, without those in turns if
-/// ping_in_turns is false. `speed` is the variation of the speed. `check` is called for each ping;
-/// what it throws ends the work. Throws std::invalid_argument for a track without pings, a negative
-/// speed or interval, or a lawn-mower at zero speed.
+/// The pings of a generated track. A line has TrackOptions::pings pings, centred on its middle; a
+/// lawn-mower has as many as fit on its length, without the pings in turns if ping_in_turns is
+/// false. `speed` is the variation of the speed. `check` is called for each ping; what it throws
+/// ends the work. Throws std::invalid_argument for a track without pings, a negative speed or
+/// interval, or a lawn-mower at zero speed.
 GeneratedPings generate_pings(const TrackOptions& track, double ping_interval_s,
                               const Oscillator& speed = {},
                               const std::function<void()>& check = {});
