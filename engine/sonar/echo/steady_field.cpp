@@ -5,15 +5,11 @@
 #include <stdexcept>
 
 namespace ensonify::engine {
-namespace {
-
-constexpr double samples_per_lobe = 4.0;    // of a sweep, per 1 / B
-constexpr double most_lobes_in_bin = 16.0;  // in bins with more, another sweep is sampled
-
-}  // namespace
 
 SteadyField::SteadyField(const Pulse& pulse, double sound_speed_mps, double bin_m, std::size_t bins)
     : pulse_(pulse), bin_m_(bin_m), bin_s_(2.0 * bin_m / sound_speed_mps), bins_(bins) {
+  constexpr double samples_per_lobe = 4.0;    // of a sweep, per 1 / B
+  constexpr double most_lobes_in_bin = 16.0;  // in bins with more, another sweep is sampled
   if (!(bin_m > 0.0 && sound_speed_mps > 0.0 && pulse.effective_length_s() > 0.0))
     throw std::invalid_argument("SteadyField: the pulse, its speed and the bin must be positive");
   if (pulse.kind == PulseKind::cw) return;
