@@ -8,15 +8,6 @@
 #include <ensonify/scatter/reflection.h>
 
 namespace ensonify::engine {
-namespace {
-
-/// A direct echo of less than -2900 dB, because water has absorbed it, counts as none: quotients
-/// with it would not be numbers.
-constexpr double least_direct = 1e-290;
-
-constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
-
-}  // namespace
 
 Multiples::Multiples(const SonarEquation& law, const LevelBed& bed, const OneWayBeams& beams,
                      double wind_mps, std::optional<double> bottom_loss_db)
@@ -27,6 +18,7 @@ Multiples::Multiples(const SonarEquation& law, const LevelBed& bed, const OneWay
       // A calm sea is a mirror; the report has no slopes below 1 m/s.
       surface_slope_(std::min(wind_mps, 1.0) * std::sqrt(0.5 * scatter::facet_slope2(surface_))),
       bed_slope_(bed.sediment ? scatter::rms_slope(*bed.sediment, bed.relief_k_per_cm(law)) : 0.0) {
+  constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
   for (std::size_t i = 0; i <= sine_steps; ++i) {
     const double loss_db = bottom_loss_db ? *bottom_loss_db
                            : bed.sediment
@@ -136,6 +128,9 @@ Multiples::Source Multiples::source_of(const Path& path, double apparent_m, doub
     both = 0.5 * (both + beams(back, back_down, out, out_down));
   // Spreading and absorption of the legs, divided by those of the direct path.
   const double direct = law_.per_m2_at(r);
+  // A direct echo of less than -2900 dB, because water has absorbed it, counts as none: quotients
+  // with it would not be numbers.
+  constexpr double least_direct = 1e-290;
   if (!(direct > least_direct)) return {r, 0.0};
   const double strengths = bed_.strength_at(out_sine) * bed_.strength_at(back_sine);
   double gain = path.count * both *
