@@ -100,7 +100,7 @@ HWY_INLINE void put(EchoBins& to, EchoBin& bin, double energy, double along,
   }
 }
 
-// How far ahead to fetch; the second-level cache takes so long.
+// How many bins ahead to fetch, because the second-level cache takes so long.
 constexpr std::ptrdiff_t bins_ahead = 6;
 
 // Lays piece number i, which is number k of the spans.

@@ -149,7 +149,7 @@ struct EchoLine {
   int first_return = -1;  ///< the first bin with an echo; -1: none
   int starved = 0;        ///< bins behind the bed's first return that nothing could reach
   Artefacts artefacts;    ///< of this line
-  /// Of the amplitude: the recorder's gain in this ping, divided by its usual gain.
+  /// Factor of the amplitude: the recorder's gain in this ping, divided by its usual gain.
   float gain = 1.0f;
   std::uint64_t rays = 0;
   std::uint64_t hits = 0;

@@ -173,7 +173,7 @@ HWY_INLINE ArrayRow array_row(const PlaneBeam& beam, const PlaneBeam::Array& arr
 HWY_INLINE VF array_value(const PlaneBeam::Array& array, const ArrayRow& row, VF x) {
   const VF place = hn::Abs(x) * row.columns_per_x;
   const auto inside = place < set(static_cast<float>(array.columns - 1));
-  // Frequent in planes that only the near field reaches.
+  // This is frequent in planes that only the near field reaches.
   if (hn::AllFalse(f, inside)) return hn::Zero(f);
   const VI column = hn::ConvertTo(i32, hn::IfThenElseZero(inside, place));
   const VF right = place - hn::ConvertTo(f, column);
@@ -211,7 +211,7 @@ HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine, VF&
     const VF sine_off = cosine * set(sample.sin_azimuth);
     const VF transmitted =
         array_value(beam.transmit, row, fma(sine_off, set(beam.transmit.x_per_sine), sent_x));
-    // True for many samples of planes that only the near field reaches.
+    // This holds for many samples of planes that only the near field reaches.
     if (hn::AllTrue(f, transmitted == set(0.0f))) continue;
     const VF received = beam.steady && beam.same_arrays
                             ? transmitted

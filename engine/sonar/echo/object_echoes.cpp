@@ -100,7 +100,7 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
   const RayFan& fan = sight_.fan();
   const double distance_m = (object.middle - fan.origin).norm();
   const std::vector<FanGrid::Plane>& planes = fan.grid->planes;
-  // At the middle plane, where it is least.
+  // The distance of planes where it is least, at the middle plane.
   const double apart_m = planes[planes.size() / 2].width_rad * distance_m;
   const double small_m = few_planes * apart_m;
   const Label& label = sight_.labels()[object.label];

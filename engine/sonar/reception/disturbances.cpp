@@ -237,7 +237,7 @@ void Disturbances::add_one_fish(const LineContext& context, const Eigen::Vector3
   // moved.
   const double from_beam_m =
       from_array.dot(context.array.axis) + 0.5 * range_m * plane.shift(level_m, below_m);
-  // Share on this length of the fish, around its middle.
+  // The beam's share on this length of the fish, around the middle of the fish.
   const auto beam_share = [&](double along_m) {
     return law_.width_share(bin, from_beam_m - 0.5 * along_m, from_beam_m + 0.5 * along_m);
   };
