@@ -77,8 +77,8 @@ struct Sonar {
   double beam_offset_m(int beam) const { return (beam - 0.5 * (beams - 1)) * beam_spacing_m; }
   /// How far out of focus the receiver is at a range r, and the transmitter of a sonar with one
   /// beam: 1 - r / z, with the z of focus_zones_m for which this is nearest to 0. 1 if not focused,
-  /// 0 if focused at all ranges. At r the beam is as wide as the array's length times |1 - r / z|,
-  /// plus the spread by diffraction.
+  /// 0 if focused at all ranges. At r the beam is as wide as the array's length times the magnitude
+  /// of this, plus the spread by diffraction.
   double defocus(double at_m) const;
   double transmit_defocus(double at_m) const { return beams > 1 ? 1.0 : defocus(at_m); }
   /// The range r from nearest_m to range_m at which |defocus(r)| / r is largest.
