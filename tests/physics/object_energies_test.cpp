@@ -19,7 +19,7 @@
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/echo/plane_spacing.h>
+#include <ensonify/engine/simulator/track_warnings.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/solid_target.h>

@@ -11,10 +11,10 @@ struct Mounting {
   double down_m = 0.0;
   /// Turns the array to starboard; at -90 degrees the starboard side looks ahead.
   double azimuth_rad = 0.0;
-  double pitch_rad = 0.0;  ///< then lifts the front end
+  double pitch_rad = 0.0;  ///< after that turn, lifts the front end
 
   bool operator==(const Mounting&) const = default;
-  /// A place on the same vehicle that lies ahead of this one, along the array.
+  /// This mounting, moved forwards along the array by `along_m`.
   Mounting ahead(double along_m) const;
 };
 
