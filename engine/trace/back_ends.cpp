@@ -79,7 +79,7 @@ std::vector<IntersectorKind> with_those_of_the_program() {
 
 }  // namespace
 
-// Weak: a program's own definition takes its place.
+// Weak, so that a definition in the program replaces it.
 [[gnu::weak]] std::span<const IntersectorKind> program_intersector_kinds() { return {}; }
 
 std::span<const IntersectorKind> intersector_kinds() {
