@@ -28,13 +28,14 @@ class GridScan {
   /// The grid must outlive this.
   explicit GridScan(const refine::HeightGrid& grid);
 
-  /// Whether it can scan this grid at all: one without holes, whose tiles are in memory.
+  /// Whether this grid can be scanned at all: it has no holes, and its tiles are in memory.
   bool usable() const { return usable_; }
   /// The diagonal of the largest cell, seen from above.
   double diagonal_m() const { return diagonal_m_; }
 
-  /// Other triangles, whose runs are merged with the bed's: they keep their indices in triangles().
-  /// The version changes with them. fans: the next ones, for which memory is taken at once.
+  /// Puts other triangles first in triangles(), so that they keep their indices when their runs are
+  /// merged with the runs of the bed. `version` changes with these triangles. Takes the memory for
+  /// the next fans, `fans`, at once.
   void keep_first(const refine::Triangles& others, std::uint64_t version,
                   std::span<const RayFan> fans);
 
@@ -42,8 +43,8 @@ class GridScan {
   /// scanned in this way.
   bool take(std::span<const RayFan> fans);
 
-  /// The same for one fan and a bed whose points were moved to `moved`, which must hold those near
-  /// the fan's planes. Below the origin no point may move sideways.
+  /// The same for one fan and a bed whose points were moved to `moved`, which must hold the points
+  /// near the fan's planes. Below the origin no point may move sideways.
   bool take(const RayFan& fan, const MovedPoints& moved);
 
   /// The runs of the fan with this number.
