@@ -30,7 +30,7 @@ struct AgreementCounts {
   std::uint64_t unlike_static = 0;  ///< rays whose bits differ from those with static faces
   /// Hits whose Hit::index leads to another face than Hit::face, or to other corners.
   std::uint64_t wrong_index = 0;
-  /// Hits whose run in the echo is of another face, or has it at another place.
+  /// Hits whose run in the echo has another face, or the face at another place.
   std::uint64_t wrong_run = 0;
   std::vector<Difference> unexplained;  ///< the first few
 
@@ -68,8 +68,8 @@ class FanComparison {
   /// Prepares the face source for the fans of a ping, and keeps their runs as the echo gets them.
   /// Returns the faces for fan().
   Faces prepare(FaceSource& surface, std::span<const RayFan> fans);
-  /// All rays of the fan with this number within its beam; a ray outside counts only if it hits,
-  /// which it must not. `expected` by ray number. Afterwards found() are the hits.
+  /// Compares all rays within the beam of fan `number`. A ray outside the beam must not hit, and
+  /// counts only if it does. `expected` is by ray number. Afterwards found() returns the hits.
   void fan(std::size_t number, const Faces& faces, const RayFan& fan, const ExpectedHits& expected,
            AgreementCounts& tally);
   /// The same for a list of rays.

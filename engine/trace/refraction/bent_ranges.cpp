@@ -19,11 +19,11 @@ constexpr double quiet_nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double highest_rad = std::numbers::pi / 3.0;  // above the horizontal
 constexpr double node_rad = 0.1 * degree;               // as find_eigenray() shoots
 constexpr double closest_rad = 2e-6;                    // of two launch angles
-constexpr double needed_times = 4.0;                    // FanGrid lays rays up to there
-// Each edge of a layer needs separate rays, which cross all the others.
+constexpr double needed_times = 4.0;                    // FanGrid needs ranges up to this multiple
+// Each edge of a layer needs separate rays, which cross all other edges.
 constexpr std::size_t most_layers = 2000;  // above the bed
 
-/// The profile that is followed: of a dense one the means over equal depths.
+/// The profile that rays follow. A dense profile is replaced by its means over equal depths.
 scatter::SoundSpeedProfile followed(const scatter::SoundSpeedProfile& profile, double bed_m) {
   if (profile.layer_index(bed_m) <= most_layers) return profile;
   std::vector<scatter::SoundSpeedSample> means;
@@ -45,7 +45,8 @@ scatter::SoundSpeedProfile followed(const scatter::SoundSpeedProfile& profile, d
   return scatter::SoundSpeedProfile(std::move(means));
 }
 
-/// Not a number if the ray meets the surface first; infinite if it is longer than needed.
+/// The slant range by travel time, divided by the height. Not a number if the ray meets the surface
+/// first; infinite if the ray is longer than needed.
 double range_over_height(const scatter::SoundSpeedProfile& profile, const BentWay& way,
                          double depression_rad) {
   const double bed_m = way.source_depth_m + way.height_m;
@@ -63,7 +64,7 @@ double range_over_height(const scatter::SoundSpeedProfile& profile, const BentWa
 }
 
 /// Launch angles to begin with, the steepest first: between them a ray's range changes steadily,
-/// except at the angles at which it grazes the edge of a layer; these are here.
+/// except at the angles at which it grazes the edge of a layer; these angles are included.
 std::vector<double> first_depressions_rad(const scatter::SoundSpeedProfile& profile,
                                           const BentWay& way) {
   std::vector<double> depressions{0.5 * std::numbers::pi};
@@ -101,7 +102,8 @@ LaunchLimits launch_limits(const scatter::SoundSpeedProfile& profile, double sou
 BentRanges bent_ranges(const scatter::SoundSpeedProfile& cast, const BentWay& way) {
   const scatter::SoundSpeedProfile profile = followed(cast, way.source_depth_m + way.height_m);
   const double needed = way.range_m / way.height_m;
-  // What has to be even: ranges, and more coarsely those beyond what is needed.
+  // The quantity that changes evenly from entry to entry: the range, with coarser steps beyond the
+  // needed range.
   const auto steps = [&](double range) {
     const double share = range / needed;
     return 400.0 * std::min(share, 1.0) + 50.0 * std::clamp(share - 1.0, 0.0, needed_times - 1.0);
@@ -126,7 +128,7 @@ BentRanges bent_ranges(const scatter::SoundSpeedProfile& cast, const BentWay& wa
       ahead.push_back(at(0.5 * (from.depression_rad + to.depression_rad)));
       continue;
     }
-    if (apart > 2.0)  // ranges in between are no ray's
+    if (apart > 2.0)  // no ray has a range in between
       made.push_back({0.5 * (from.depression_rad + to.depression_rad), quiet_nan});
     made.push_back(to);
     ahead.pop_back();

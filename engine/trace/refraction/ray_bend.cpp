@@ -12,7 +12,7 @@ namespace ensonify::engine {
 // twice the angle at which the fastest speed turns a ray: from one side of the horizontal to the
 // other. A point of the ray is the sum of its tangents, so its direction from the origin keeps to
 // that angle too; its distance is at least the path times the angle's cosine, and its horizontal
-// part is at most the path times that of the most level tangent.
+// part is at most the path times the horizontal part of the most level tangent.
 FanBend bend_of(const scatter::SoundSpeedProfile& profile, double deepest_m, double range_m,
                 double reference_mps) {
   double slowest_mps = std::numeric_limits<double>::infinity(), fastest_mps = 0.0,

@@ -5,8 +5,8 @@
 
 namespace ensonify::engine {
 
-/// How far the bent rays of a fan may leave their straight lines: bounds that every ray keeps. For
-/// faces no deeper than deepest_m, and rays as long as range_m in travel time at reference_mps.
+/// Bounds on how far the bent rays of a fan leave their straight lines. They hold for faces no
+/// deeper than deepest_m, and for rays whose travel time times reference_mps is at most range_m.
 FanBend bend_of(const scatter::SoundSpeedProfile& profile, double deepest_m, double range_m,
                 double reference_mps);
 

@@ -53,10 +53,10 @@ class RefractedTracer final : public IncidenceSource {
   /// Finds the nearest hits of the fan's bent rays, by ray number; rays end where their t is the
   /// fan's range. The fan and the faces must stay until the last incidence_of().
   void trace(const RayFan& fan, const Faces& faces, std::span<Hit> hits);
-  /// The same. Where a bed and its objects do not decide all rays, all faces replace them in
-  /// `faces`.
+  /// The same over `faces`. If a bed and its objects do not decide all rays, all faces replace them
+  /// in `faces`.
   void trace(const RayFan& fan, TracedFaces& faces, std::span<Hit> hits);
-  /// What the hits of the last trace index.
+  /// The triangles that the hits of the last trace index.
   refine::Triangles triangles() const { return on_bed_ ? bed_->triangles() : faces_.triangles; }
   RayIncidence incidence_of(std::size_t number, Hit& hit) override;
   std::optional<RayToPlace> ray_to(const Eigen::Vector3d& origin,
