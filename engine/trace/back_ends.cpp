@@ -9,7 +9,6 @@
 
 #include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/trace/embree/embree.h>
-#include <ensonify/engine/trace/exact/brute_force.h>
 #include <ensonify/engine/trace/exact/pluecker.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
