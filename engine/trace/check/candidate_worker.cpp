@@ -4,8 +4,8 @@
 #include <stdexcept>
 
 #include <ensonify/engine/base/random.h>
-#include <ensonify/engine/trace/check/height_comparison.h>
 #include <ensonify/engine/trace/check/near_faces.h>
+#include <ensonify/engine/trace/check/ping_comparison.h>
 
 namespace ensonify::engine {
 namespace {
