@@ -1,7 +1,5 @@
 #include <ensonify/engine/trace/refraction/ray_incidence.h>
 
-#include <ensonify/engine/trace/refraction/horizontal.h>
-
 namespace ensonify::engine {
 namespace {
 

@@ -6,7 +6,6 @@
 
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/trace/refraction/horizontal.h>
 #include <ensonify/scatter/eigenray.h>
 
 namespace ensonify::engine {
