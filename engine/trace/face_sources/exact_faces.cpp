@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include <ensonify/engine/trace/face_sources/scanned_grid.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/footprint.h>
 #include <ensonify/refine/grid_footprint.h>

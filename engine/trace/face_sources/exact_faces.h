@@ -17,6 +17,11 @@ std::unique_ptr<FaceSource> make_refined_faces(const FaceSourceParts& parts);
 std::unique_ptr<FaceSource> make_footprint_faces(const FaceSourceParts& parts);
 /// A source of the faces of the objects on a bed of heights, without the bed.
 std::unique_ptr<FaceSource> make_object_faces(const FaceSourceParts& parts);
+/// A bed of heights with objects on it. GridScan finds the runs of the bed, and fan_scan the runs
+/// of the objects. If the bed does not allow this, or if hits are needed, `exact` answers instead,
+/// with the same bits.
+std::unique_ptr<FaceSource> make_scanned_grid(const FaceSourceParts& parts,
+                                              std::unique_ptr<FaceSource> exact);
 
 /// The progressive mesh of a seafloor's mesh. Where the mesh is not manifold, vertices are split;
 /// this changes no hit. Faces keep their numbers; a face that is oriented against its neighbours is

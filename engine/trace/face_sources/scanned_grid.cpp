@@ -1,5 +1,3 @@
-#include <ensonify/engine/trace/face_sources/scanned_grid.h>
-
 #include <utility>
 #include <vector>
 
