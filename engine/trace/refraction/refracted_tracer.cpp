@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/scatter/eigenray.h>
 
 namespace ensonify::engine {
@@ -94,15 +95,12 @@ void RefractedTracer::trace(const RayFan& fan, const Faces& faces, std::span<Hit
   if (!straightened) {
     std::ranges::fill(hits, Hit{});
     undecided_.clear();
+    for (std::size_t plane = 0; plane < fan.planes(); ++plane)
+      for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation)
+        if (fan.grid->within_beam(plane, elevation))
+          undecided_.push_back(static_cast<std::uint32_t>(plane * fan.elevations() + elevation));
   }
-  std::size_t rays = 0;
-  for (std::size_t plane = 0; plane < fan.planes(); ++plane)
-    for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation) {
-      if (!fan.grid->within_beam(plane, elevation)) continue;
-      ++rays;
-      if (!straightened)
-        undecided_.push_back(static_cast<std::uint32_t>(plane * fan.elevations() + elevation));
-    }
+  const std::uint64_t rays = rays_within_beam(*fan.grid);
   counts_.rays += rays;
   counts_.straightened += rays - undecided_.size();
   for (const std::uint32_t number : undecided_) {
@@ -135,10 +133,7 @@ bool RefractedTracer::trace_bed(const RayFan& fan, const BedAndObjects& faces,
     for (std::size_t i = 0; i < hits.size(); ++i)
       if (of_objects_[i].t < hits[i].t) hits[i] = of_objects_[i];
   }
-  std::size_t rays = 0;
-  for (std::size_t plane = 0; plane < fan.planes(); ++plane)
-    for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation)
-      rays += fan.grid->within_beam(plane, elevation) ? 1 : 0;
+  const std::uint64_t rays = rays_within_beam(*fan.grid);
   counts_.rays += rays;
   counts_.straightened += rays;
   return true;
