@@ -86,14 +86,11 @@ class FanComparison {
     std::vector<bool> wrong_index;  // by run
   };
   bool leads_to_face(refine::Triangles triangles, std::uint32_t index, std::uint32_t face) const;
-  bool leads_to_face(refine::Triangles triangles, const Hit& hit) const {
-    return !hit || leads_to_face(triangles, hit.index, hit.face);
-  }
   void check_indices(refine::Triangles triangles, Runs& of) const;
   bool run_agrees(const RayFan& fan, std::size_t elevation, const Runs& of, std::size_t run,
                   const Ray& ray, const Hit& expected, const Hit& hit) const;
-  void add(const Ray& ray, const Hit& expected, const Hit& hit, bool sound,
-           AgreementCounts& tally) const;
+  void add(const Faces& faces, const Ray& ray, std::size_t number, const ExpectedHits& hits,
+           bool run, AgreementCounts& tally) const;
 
   const Judge* judge_;
   Precision precision_;
