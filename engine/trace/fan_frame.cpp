@@ -8,13 +8,8 @@ namespace ensonify::engine {
 
 FanFrame frame_of(const RayFan& fan) {
   FanFrame frame{};
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    frame.origin[k] = fan.origin[i];
-    frame.axes[k] = fan.array_axis[i];
-    frame.axes[3 + k] = fan.middle[i];
-    frame.axes[6 + k] = fan.pole[i];
-  }
+  Eigen::Vector3d::Map(frame.origin.data()) = fan.origin;
+  Eigen::Matrix3d::Map(frame.axes.data()) << fan.array_axis, fan.middle, fan.pole;
   frame.handedness = fan.array_axis.cross(fan.middle).dot(fan.pole) < 0.0 ? -1.0 : 1.0;
   return frame;
 }
