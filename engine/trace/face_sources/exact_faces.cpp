@@ -139,12 +139,10 @@ struct Stage {
 
   /// Whether the stage has all faces that `volumes` can touch.
   bool holds(std::span<const FanVolume> volumes) const {
-    if (volumes.size() != built.size() || volumes.empty()) return false;
-    for (std::size_t i = 0; i < volumes.size(); ++i)
-      if (!same_shape(volumes[i], built[i]) ||
-          moved_m(built[i], volumes[i]) + volumes[i].margin_m > built[i].margin_m)
-        return false;
-    return true;
+    return !volumes.empty() &&
+           std::ranges::equal(built, volumes, [](const FanVolume& from, const FanVolume& to) {
+             return same_shape(to, from) && !(moved_m(from, to) + to.margin_m > from.margin_m);
+           });
   }
 };
 
@@ -259,10 +257,9 @@ class ExactFaces final : public FaceSource {
   /// Whether to expect that the motion continues: not at the first ping, nor after a leap (the end
   /// of a line).
   static bool go_on(const std::vector<FanVolume>& before, const std::vector<FanVolume>& volumes) {
-    if (before.size() != volumes.size()) return false;
-    for (std::size_t i = 0; i < volumes.size(); ++i)
-      if (moved_m(before[i], volumes[i]) > leap_of_range * volumes[i].range_m) return false;
-    return true;
+    return std::ranges::equal(before, volumes, [](const FanVolume& from, const FanVolume& to) {
+      return !(moved_m(from, to) > leap_of_range * to.range_m);
+    });
   }
 
   static constexpr double leap_of_range = 0.05;
