@@ -254,29 +254,24 @@ bool GridScan::plan_walks(const FanWalks& walks) {
 }
 
 /// Whether no walk was doubtful, and none left the grid where its plane may come back.
-bool GridScan::stayed_on_grid(const FanWalks& walks) const {
+bool GridScan::stayed_on_grid(const FanWalks& of_fan) const {
   const auto lanes = static_cast<std::size_t>(walks_together());
-  for (std::size_t plane = 0; plane < walks.planes.size(); ++plane) {
-    const Line line(*walks.fan, plane);
-    for (const std::size_t walk : {walks.planes[plane].outwards, walks.planes[plane].inwards})
-      if (walk != PlaneWalks::none &&
-          (walks_[walk / lanes].doubtful[walk % lanes] != 0 || !left_at_border(line, walk)))
+  for (std::size_t plane = 0; plane < of_fan.planes.size(); ++plane) {
+    const Line line(*of_fan.fan, plane);
+    for (const std::size_t walk : {of_fan.planes[plane].outwards, of_fan.planes[plane].inwards}) {
+      if (walk == PlaneWalks::none) continue;
+      const GridWalks& walks = walks_[walk / lanes];
+      const std::size_t lane = walk % lanes;
+      if (walks.doubtful[lane] != 0) return false;
+      if (walks.left_grid[lane] == 0) continue;
+      const int along = walks.left_column[lane] == walks.right_column[lane] ? 1 : 0;
+      const double across = std::abs(line.normal[along]);
+      if (!(std::abs(line.normal.z()) * grid_->steepest()[along] <= allowed_slope() * across &&
+            across > 0.0))
         return false;
+    }
   }
   return true;
-}
-
-/// Whether the plane of a walk that left the grid stays outside; if it may come back, the grid
-/// cannot be used.
-bool GridScan::left_at_border(const Line& line, std::size_t walk) const {
-  const auto lanes = static_cast<std::size_t>(walks_together());
-  const GridWalks& walks = walks_[walk / lanes];
-  const std::size_t lane = walk % lanes;
-  if (walks.left_grid[lane] == 0) return true;
-  const int along = walks.left_column[lane] == walks.right_column[lane] ? 1 : 0;
-  const double across = std::abs(line.normal[along]);
-  return std::abs(line.normal.z()) * grid_->steepest()[along] <= allowed_slope() * across &&
-         across > 0.0;
 }
 
 /// Starts a walk at an edge before the first face that a ray can hit, if rays can hit any. Returns

@@ -66,12 +66,11 @@ class GridScan {
   bool take(std::span<const RayFan> fans, std::span<FanRuns> runs);
   bool plan_walks(const FanWalks& walks);
   bool begin_walk(const FanWalks& of_fan, const Line& line, std::size_t plane, bool outwards);
-  bool left_at_border(const Line& line, std::size_t walk) const;
   bool is_above_bed(const Eigen::Vector3d& place) const;
   FanFrame frame(const RayFan& fan) const;
   double allowed_slope() const;
   Eigen::Vector3d from_origin(const RayFan& fan, std::ptrdiff_t column, std::ptrdiff_t row) const;
-  bool stayed_on_grid(const FanWalks& walks) const;
+  bool stayed_on_grid(const FanWalks& of_fan) const;
   FoundFaces found_by(std::size_t walk);
   void collect(const FanWalks& of_fan, FanRuns& runs);
   std::size_t most_rows(std::span<const RayFan> fans) const;
