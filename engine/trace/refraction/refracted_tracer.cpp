@@ -39,10 +39,6 @@ SoundSpeedProfile with_edge(const SoundSpeedProfile& profile, double& depth_m) {
   return SoundSpeedProfile(std::move(samples));
 }
 
-double fastest(const SoundSpeedProfile& profile) {
-  return std::ranges::max(profile.layers(), {}, &SoundSpeedLayer::top_mps).top_mps;
-}
-
 Eigen::Vector3d direction_of(const SoundRay& ray, const Eigen::Vector2d& outwards) {
   const double along = ray.point().along, down = ray.point().down;
   return {along * outwards.x(), along * outwards.y(), -down};
@@ -75,7 +71,7 @@ RefractedTracer::RefractedTracer(const SoundSpeedProfile& profile, double highes
       profile_(with_edge(profile, top_m_)),
       reference_mps_(reference_mps),
       takes_lists_(takes_lists),
-      fastest_mps_(fastest(profile)),
+      fastest_mps_(std::ranges::max(profile.layers(), {}, &SoundSpeedLayer::top_mps).top_mps),
       straightening_(
           std::make_unique<Straightening>(profile, -highest_m, deepest_m, reference_mps)),
       straightened_space_(*straightening_, flat_within_m) {}
