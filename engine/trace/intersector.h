@@ -1,11 +1,8 @@
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <span>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include <ensonify/engine/trace/fan_runs.h>
 #include <ensonify/engine/trace/intersector_options.h>

@@ -1,7 +1,6 @@
 #include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>

@@ -9,7 +9,6 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/trace/grid_scan/grid_scan.h>
-#include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/engine/trace/refraction/straightening.h>
 #include <ensonify/refine/height_grid.h>
