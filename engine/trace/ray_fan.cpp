@@ -8,6 +8,8 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/engine/trace/fan_frame.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -236,6 +238,14 @@ FanGrid::FanGrid(const FanLayout& layout)
     sin_elevation.push_back(std::sin(e));
     cos_elevation.push_back(std::cos(e));
   }
+}
+
+FanFrame frame_of(const RayFan& fan) {
+  FanFrame frame{};
+  Eigen::Vector3d::Map(frame.origin.data()) = fan.origin;
+  Eigen::Matrix3d::Map(frame.axes.data()) << fan.array_axis, fan.middle, fan.pole;
+  frame.handedness = fan.array_axis.cross(fan.middle).dot(fan.pole) < 0.0 ? -1.0 : 1.0;
+  return frame;
 }
 
 }  // namespace ensonify::engine
