@@ -23,9 +23,9 @@ namespace ensonify::engine {
 struct FacePlanes {
   FanFrame frame;
   double sin_azimuth, cos_azimuth;
-  const float* positions;      ///< x y z of each
+  const float* positions;      ///< x, y and z of each position
   const std::uint32_t* faces;  ///< three positions each
-  const std::uint32_t* index;  ///< which faces
+  const std::uint32_t* index;  ///< the indices of the `count` faces
   /// As in FanRuns; up to widest_vector values behind the last may be overwritten.
   double *level, *pole, *distance;
 };

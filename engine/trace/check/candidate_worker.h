@@ -106,7 +106,7 @@ class CandidateWorker {
   std::vector<std::unique_ptr<FacesWithBodies>> surfaces_;
   std::vector<FanComparison> comparisons_;
   std::vector<bool> takes_lists_;
-  std::vector<std::size_t> twins_;  // static faces, same intersector; itself if there is none
+  std::vector<std::size_t> twins_;  // the same intersector with static faces, or itself
   std::vector<std::unique_ptr<RefractedTracer>> bent_tracers_;
   std::vector<PingHits> hits_;  // of candidates that others are compared with
   std::vector<std::function<double(double, double)>> heights_;  // by height candidate

@@ -53,14 +53,14 @@ class GridScan {
   refine::Triangles triangles() const;
 
  private:
-  struct Line;  // of a plane over the bed
+  struct Line;  // where a plane of a fan cuts the bed
 
-  struct FanWalks;  // of a fan
+  struct FanWalks;  // the walks of one fan
   struct PlaneWalks {
     static constexpr std::size_t none = static_cast<std::size_t>(-1);
     std::size_t outwards = none, inwards = none;
-    std::size_t below_nadir = 0;  // rays
-    std::size_t end = 0;          // of the rays that may hit something within the beam
+    std::size_t below_nadir = 0;  // how many rays
+    std::size_t end = 0;          // end of the rays within the beam that may hit something
   };
 
   bool take(std::span<const RayFan> fans, std::span<FanRuns> runs);
@@ -87,18 +87,18 @@ class GridScan {
   // The walks of some fans.
   std::vector<GridWalks> walks_;
   std::size_t walk_count_ = 0;
-  std::vector<PlaneWalks> of_plane_;            // of the first fan, then of the next
+  std::vector<PlaneWalks> of_plane_;            // planes of the first fan, then of the next fan
   ElevationOrder order_{};                      // of the first fan
-  std::size_t room_of_walk_ = 0;                // in these:
-  CacheLines<std::uint64_t> intervals_, seen_;  // by walk
+  std::size_t room_of_walk_ = 0;                // in intervals_ and seen_
+  CacheLines<std::uint64_t> intervals_, seen_;  // by walk: rays, and the face that they hit
 
-  // The faces of the runs, a row each.
+  // The faces of the runs, with one row per face.
   std::vector<std::uint32_t> numbers_;
   std::vector<Eigen::Vector3f> positions_;  // [corner][row]
   std::vector<refine::Face> corners_;
   std::size_t row_count_ = 0, room_ = 0;
   std::size_t other_count_ = 0;
-  std::uint64_t others_ = static_cast<std::uint64_t>(-1);  // their version
+  std::uint64_t others_ = static_cast<std::uint64_t>(-1);  // the version of the other triangles
   CacheLines<std::uint32_t> far_;  // of a plane: runs whose face is partly out of range
 };
 

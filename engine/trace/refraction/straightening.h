@@ -75,9 +75,9 @@ class Straightening {
 
   const RayFan* fan_ = nullptr;
   double source_mps_ = 0.0;
-  double highest_face_m_ = 0.0;  // the depth
-  double longest_m_ = 0.0;       // the flattest known ray's way down to it
-  double min_range_m_ = 0.0;     // of unknown rays at it
+  double highest_face_m_ = 0.0;  // depth of the highest face
+  double longest_m_ = 0.0;       // the flattest known ray's way down to this depth
+  double min_range_m_ = 0.0;     // least range of unknown rays at this depth
   double fastest_above_mps_ = 0.0, slowest_above_mps_ = 0.0, steepest_above_ = 0.0;
 };
 
