@@ -1,7 +1,7 @@
 #include <ensonify/engine/trace/fan_tracer.h>
 
 #include <ensonify/engine/trace/intersector.h>
-#include <ensonify/engine/trace/refraction/ray_bend.h>
+#include <ensonify/engine/trace/refraction/bent_ranges.h>
 
 namespace ensonify::engine {
 
