@@ -14,7 +14,7 @@
 
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/face_sources/static_faces.h>
-#include <ensonify/engine/trace/refraction/ray_bend.h>
+#include <ensonify/engine/trace/refraction/bent_ranges.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
