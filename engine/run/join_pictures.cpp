@@ -39,10 +39,12 @@ void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t fi
   std::optional<PngWriter> writer;
   PngFormat format;  // of the joined picture
   std::size_t beams = 0, group = 1;
+  // A group is the rows of the parts' pictures whose mean is one row of the joined picture.
   std::size_t left = 0, added = 0;  // rows of the present group
   std::vector<std::uint64_t> sums;
   std::vector<std::uint8_t> mean;
-  // The newest ping is on top. Groups are counted from the oldest ping, so the first may be short.
+  // The newest ping is on top. Groups are counted from the oldest ping, so the group on top may
+  // have fewer rows.
   for (std::size_t part = finished_parts; part-- > 0;) {
     const fs::path its_file = folder / parts.file(part, sonar, ".png");
     const Picture picture = read_picture(its_file);

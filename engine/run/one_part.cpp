@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Draws the pictures of the pings that are done, if they are due and will not soon be complete.
+/// Writes the pictures of the finished pings if they are due, unless the pings end within 1 s.
 void grow_pictures(RunState& run, OutputFolder& output, const Simulator& simulator,
                    std::span<const Waterfall> images, double left_s) {
   if (left_s < 1.0 || !run.picture_is_due()) return;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double max_bytes_of_one_part = 1024.0 * 1024 * 1024;
 constexpr double bytes_of_a_part = 64.0 * 1024 * 1024;
-constexpr std::size_t step_pings = 64;  // parts of whole blocks of the default size
+constexpr std::size_t step_pings = 64;  // the default size of a block: parts have whole blocks
 
 }  // namespace
 

@@ -12,12 +12,13 @@
 
 namespace ensonify::engine {
 
-/// The parts of a run: consecutive pings that have separate files. A run of one part has its
-/// files in its folder: NAME.exr, ...; a run of several has them in part_0001/NAME_0001.exr, ...
+/// The parts of a run: consecutive pings that have separate files. The files of a run of one part
+/// are NAME.exr, ... in the run's folder; those of a run of several parts are
+/// part_0001/NAME_0001.exr, ...
 class RunParts {
  public:
-  /// `first_pings` of the parts ascend from 0. Throws std::invalid_argument if they do not, or if
-  /// a part has no pings.
+  /// `first_pings`: the first ping of each part, ascending from 0. Throws std::invalid_argument if
+  /// they do not ascend from 0, or if a part has no pings.
   RunParts(std::vector<std::size_t> first_pings, std::size_t pings);
 
   std::size_t count() const { return first_pings_.size(); }
@@ -38,20 +39,20 @@ class RunParts {
   std::size_t pings_;
 };
 
-/// The most pings of a part: output.pings_per_file; if that is 0, all pings if their images take
-/// 1 GiB at most, else as many as take 64 MiB.
+/// The most pings of a part: output.pings_per_file. If this is 0: all pings if their images take at
+/// most 1 GiB, otherwise the number of pings whose images take 64 MiB.
 std::size_t pings_per_part(const OutputOptions& output, std::span<const Sonar> sonars,
                            std::size_t pings);
 
-/// Parts of this many pings, the last of which may have fewer.
+/// Parts with `pings_per_part` pings each; the last part may have fewer.
 RunParts equal_parts(std::size_t pings, std::size_t pings_per_part);
 
-/// The parts of each leg that equal_parts() makes.
+/// Divides each leg of the track like equal_parts(); no part has pings of two legs.
 RunParts parts_of_legs(std::span<const std::size_t> leg_starts, std::size_t pings,
                        std::size_t pings_per_part);
 
-/// Of how many pings the images are in memory at one time: while each thread writes one part, which
-/// then has its neighbours, another part is pinged.
+/// The number of pings whose images are in memory at one time: while each thread writes one part,
+/// together with its neighbour rows, another part is pinged.
 std::size_t pings_in_memory(const Scene& scene, const RunParts& parts, int threads);
 
 }  // namespace ensonify::engine

@@ -97,7 +97,8 @@ std::map<std::string, std::uint64_t> verification_of(const ScenePings& pings) {
   return counts;
 }
 
-/// Gives the labels of the images the numbers of the output's names.
+/// The record of the pings, without files. Renumbers the labels of the images to the names that the
+/// scene's output asks for.
 PartRecord part_record_of(const RunState& run, ScenePings& pings, const Simulator& simulator) {
   const Seafloor& seafloor = simulator.seafloor();
   const OutputOptions& output = run.scene.output;
@@ -123,7 +124,7 @@ std::vector<const OutputFormat*> recording_formats(const OutputOptions& output) 
   return formats;
 }
 
-/// The sonar's picture in grey, with the pixels of the layers.
+/// The sonar's picture in grey, with one pixel per value of a layer.
 Picture preview_of(const Scene& scene, const Waterfall& image, const Simulator& simulator,
                    std::size_t sonar, const NeighbourRows& neighbours) {
   Display display = scene.display;
@@ -161,18 +162,20 @@ std::vector<std::string> file_names(const Scene& scene, const std::string& endin
 
 double most_file_bytes(const Scene& scene, std::span<const Sonar> sonars, std::size_t pings,
                        std::size_t parts) {
-  constexpr double headers = 16384.0;      // of the files of a sonar's part, and its record
-  constexpr double table_row = 500.0;      // 14 numbers of 20 characters, and short ones
+  // In bytes:
+  constexpr double headers = 16384.0;  // all headers of a sonar's files in a part, and part.json
+  constexpr double table_row = 500.0;  // 14 numbers of 20 characters, and short ones
   constexpr double recording_row = 600.0;  // headers of both sides
   const OutputOptions& output = scene.output;
-  double layers = 2.0;  // bytes of a pixel; a preview's
+  double layers = 2.0;  // bytes per pixel, of which 2 are for the preview
   BinLayers::for_each([&](std::string_view name, auto layer) {
     if (ImageOrigin{.encoding = output.encoding}.has_layer(name))
       layers += sizeof(typename std::decay_t<decltype(BinLayers{}.*layer)>::value_type);
   });
   const Palette palette = scene.display.palette;
   const double channels = palette == Palette::grey || palette == Palette::paper ? 1.0 : 3.0;
-  double pixel = 2.0 * channels * output.png_bits / 8.0;  // of the part, and of the whole run
+  // Bytes per pixel: once in the part's picture, once in the joined picture.
+  double pixel = 2.0 * channels * output.png_bits / 8.0;
   if (output.truth) pixel += 3.0;
   double recordings = 0.0;
   for (const OutputFormat& format : output_formats())
@@ -248,7 +251,7 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
     tasks.emplace_back([&, name] { folder.write(name + "_pings.csv", pings_csv(image)); });
     if (!seafloor.objects.empty() || !seafloor.features.empty())
       tasks.emplace_back([&, name, i, columns, &sights = record.target_sights[image.sonar.name]] {
-        std::optional<Waterfall> in_picture;  // as the picture shows it
+        std::optional<Waterfall> in_picture;  // the labels in the picture's columns
         if (columns != columns_of_bins(image.sonar)) in_picture = truth_in_columns(columns, image);
         const Waterfall& shown = in_picture ? *in_picture : image;
         written.targets[i] = target_records(shown, seafloor, pings.object_visibility[i]);

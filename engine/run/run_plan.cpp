@@ -22,10 +22,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The values of a plan's scene by their keys. Throws SceneError if its text is no scene.
+/// The values of a plan's scene, by key. Throws SceneError if the plan's text is not a scene.
 std::map<std::string, std::string> values_of(const RunPlan& plan) {
   std::map<std::string, std::string> values;
-  // Unchecked, because the files that it names need not be there any more.
+  // Unchecked, because files that the scene names may be missing by now.
   const Scene scene = parse_recipe_unchecked(plan.scene_toml, "the scene of run.json", {});
   for_each_key(scene, [&](const std::string& name, const auto& key, const auto& owner) {
     if (std::optional<std::string> value = option_text(key, owner))
@@ -34,7 +34,7 @@ std::map<std::string, std::string> values_of(const RunPlan& plan) {
   return values;
 }
 
-/// The hash of a file and of the files behind it.
+/// One hash for a file and the files behind it.
 std::string hash_of_files(const std::filesystem::path& file) {
   std::string hash = xxh128_of_file(file);
   for (const std::filesystem::path& behind : files_behind(file))
@@ -104,7 +104,7 @@ std::vector<std::string> differences(const RunPlan& before, const RunPlan& now) 
     if (was != is) found.push_back(fmt::format("{} was {} and is {}", what, was, is));
   };
   compare("the version of ensonify", before.version, now.version);
-  if (!found.empty()) return found;  // its scenes may have other keys
+  if (!found.empty()) return found;  // another version may have other keys
   const Json old_libraries = json_of<Json>(before.libraries),
              libraries = json_of<Json>(now.libraries);
   for (const auto& [name, version] : libraries.items())

@@ -39,7 +39,8 @@ class SeveralParts {
       while (!todo_.empty()) {
         ping_missing(simulator, track);
         if (todo_.empty()) break;
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));  // others make these
+        // Other processes make the parts in todo_.
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
         report_pings(0);
       }
     } catch (const Stopped&) {
@@ -65,7 +66,7 @@ class SeveralParts {
                        finished_.size(), parts_.count());
   }
 
-  /// Writes the plan, or compares with the one that is there.
+  /// Writes the plan, or compares it with the plan in the folder. Throws SceneError if they differ.
   void begin_folder() {
     const fs::path file = plan_file(run_.folder);
     const Claim claim = StagingFolder::wait_for(file, [&] { run_.progress.report("pings", 0, 1); });
@@ -94,8 +95,8 @@ class SeveralParts {
         run_.folder.string(), fmt::join(changes, ", ")));
   }
 
-  /// Throws SceneError if the folder has files in the way. Without a plan file, only complete parts
-  /// can belong to this run.
+  /// For a folder without a plan file: throws SceneError if it contains files or folders with names
+  /// that this run needs. Only complete parts may belong to this run.
   void require_empty_places() const {
     std::vector<std::string> names;
     for (const Sonar& sonar : run_.scene.sonars)
@@ -105,7 +106,8 @@ class SeveralParts {
     require_none_of(run_.folder, names);
   }
 
-  /// Throws SceneError if a part's place is not a folder with nothing but files of that part.
+  /// Throws SceneError unless a part's place is a folder with no other files than those of the
+  /// part.
   void require_own_files(std::size_t part) const {
     const fs::path place = place_of(part);
     std::vector<std::string> own = file_names(run_.scene, "_" + parts_.number(part));
@@ -141,8 +143,8 @@ class SeveralParts {
     for (const std::size_t part : todo_) pings_to_do_ += parts_.range(part).count;
   }
 
-  /// Whether all files of a part of this run are there, with their sizes. (`merge` compares their
-  /// hashes.)
+  /// Whether a part's folder has all files of that part of this run, with the recorded sizes.
+  /// (`merge` compares the hashes.)
   bool is_whole(std::size_t part) const {
     const fs::path place = place_of(part);
     if (!fs::exists(place / part_json_name)) return false;
@@ -172,12 +174,11 @@ class SeveralParts {
     run_.progress.report("pings", pings_done_, pings_to_do_);
   }
 
-  /// Pings the missing parts that no other process makes. Those that another one makes stay in
-  /// todo_, unless it has finished them.
+  /// Pings the parts in todo_. A part that another process is making stays in todo_.
   void ping_missing(Simulator& simulator, const TrackPings& track) {
     std::vector<std::size_t> elsewhere;
     std::map<std::size_t, Claim> claims;  // by the first ping
-    std::mutex mutex;                     // of claims, finished_ and the pictures
+    std::mutex mutex;                     // guards claims, finished_ and the pictures
     std::size_t next = 0, done_before = 0;
     ping_parts(run_.scene, simulator, track, run_.threads,
                {.next_part = [&]() -> std::optional<PingRange> {
@@ -231,7 +232,7 @@ class SeveralParts {
     staging.put_in_place();
   }
 
-  /// The picture of the finished parts from the first one on.
+  /// Joins the pictures of the parts before the first unfinished part.
   void grow_joined_pictures(std::span<const Sonar> sonars) {
     if (!run_.picture_is_due() || share_.count > 1) return;
     std::size_t from_first = 0;
@@ -251,7 +252,7 @@ class SeveralParts {
   const RunParts& parts_ = plan_.parts;
   const Shard& share_ = run_.control.shard;
   const std::size_t first_ = share_.begin(parts_.count()), end_ = share_.end(parts_.count());
-  std::vector<std::size_t> todo_;  // parts
+  std::vector<std::size_t> todo_;  // parts of the share that are not finished
   std::set<std::size_t> finished_;
   std::size_t pings_to_do_ = 0;
   std::size_t pings_done_ = 0;
