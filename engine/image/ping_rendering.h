@@ -13,10 +13,10 @@
 
 namespace ensonify::engine {
 
-/// One ping over a seafloor, all in the seafloor's local metres.
+/// One ping over a seafloor. All places are in the seafloor's local metres.
 struct ViewSubject {
   const Seafloor& seafloor;
-  const refine::ActiveMesh& mesh;  ///< the seafloor's, refined for the fans
+  const refine::ActiveMesh& mesh;  ///< of the seafloor, refined for the fans
   std::span<const RayFan> fans;
   std::span<const Pose> track;
   std::size_t ping;  ///< index into the track
@@ -35,13 +35,13 @@ struct PingRendering {
   Camera camera;
 };
 
-/// A perspective picture of one ping (as fig. 5 of the paper), without vertical exaggeration: the
-/// active mesh with its edges, with separate colours for exact faces and objects; each fan's middle
-/// plane as a sheet that ends at the bed, with rings of equal range; the track; the sonar,
-/// enlarged, above a plumb line. The camera is behind the sonar, to starboard and above, and sees
-/// the whole fans. The picture does not depend on the number of threads. Throws
-/// std::invalid_argument for a picture without pixels, no fans, or a ping that does not exist, and
-/// what the tracer throws.
+/// A perspective picture of one ping (as fig. 5 of the paper), without vertical exaggeration. It
+/// shows the active mesh with its edges, with separate colours for exact faces and for objects; the
+/// middle plane of each fan as a transparent sheet that ends at the bed, with rings of equal range;
+/// the track; the sonar, enlarged, and a vertical line from it to the bed. The camera is behind the
+/// sonar, to starboard and above, and sees the whole fans. The picture does not depend on the
+/// number of threads. Throws std::invalid_argument for a picture without pixels, for no fans and
+/// for a ping that does not exist, and what the tracer throws.
 PingRendering shade(const ViewSubject& subject, const ViewOptions& options);
 
 }  // namespace ensonify::engine

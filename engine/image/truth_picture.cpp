@@ -65,8 +65,8 @@ class TruthPainter {
     return several_ ? Paint{sediment, layers_.sediment[i]} : Paint{};
   }
 
-  /// A number for the object or feature (odd) or the shadow (even) that a pixel belongs to; 0:
-  /// none.
+  /// A number for what a pixel belongs to: an object or feature (odd), the shadow of one (even),
+  /// none (0).
   std::uint64_t thing(std::size_t i) const {
     if (is(i, Region::shadow)) return 2 * std::uint64_t{layers_.shadow_instance[i]};
     const bool lit = is(i, Region::seabed) || is(i, Region::object);
