@@ -48,7 +48,7 @@ class Writer {
   std::string bytes_;
 };
 
-/// Adds the seabed points of some of the ping's echoes, evenly over the bins of each side.
+/// Adds the places on the seabed of some bins, evenly spaced over the bins of each side.
 void put_ray_ends(const Waterfall& row, std::vector<Eigen::Vector3f>& ends) {
   const std::size_t columns = row.columns();
   const std::size_t step =

@@ -89,7 +89,7 @@ std::vector<Bytes> LineReader::next(std::chrono::milliseconds wait) {
     frames.push_back(gap_frame(next_, ring_.next_ - 1 - next_));
     next_ = ring_.next_ - 1;
   }
-  next_ = std::max(next_, first);  // a new reader has missed nothing
+  next_ = std::max(next_, first);  // without a gap frame: a new reader has missed nothing
   for (std::size_t bytes = 0; next_ < ring_.next_ && bytes < max_bytes_at_once; ++next_) {
     const LiveLine& line = *ring_.lines_[next_ - first];
     Bytes& setting = seen_[static_cast<std::size_t>(LatestFrame::setting)];
@@ -99,7 +99,7 @@ std::vector<Bytes> LineReader::next(std::chrono::milliseconds wait) {
   }
   if (next_ == ring_.next_) {
     up_to_date_ = true;
-    news(LatestFrame::setting);  // it may have no line yet
+    news(LatestFrame::setting);  // also if no line has this setting yet
   }
   if (with_mesh_) news(LatestFrame::mesh);
   news(LatestFrame::status);

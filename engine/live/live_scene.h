@@ -22,15 +22,15 @@ struct LiveScene {
 
   LiveScene(const Scene& of, const Preparation& how);
 
-  /// The altitude and speed of the track; of a recorded track their medians.
+  /// The altitude and speed of the track; for a recorded track their medians.
   Vehicle planned() const;
-  /// The warnings of the scene and of its track.
+  /// The warnings of the scene and of its track, without those of extrapolation().
   std::vector<std::string> warnings() const;
   Extrapolation extrapolation() const;
   std::vector<std::string> all_warnings() const { return extrapolation().appended_to(warnings()); }
   /// The time between pings; 0.1 s if the track has one ping or no times.
   double interval_s() const;
-  /// The pose at ping number `along` of the track; between two pings it is interpolated.
+  /// The pose at ping number `along` of the track, interpolated between two pings.
   Pose pose_at(double along) const;
 };
 

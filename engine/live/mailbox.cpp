@@ -10,10 +10,11 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t max_waiting = 64;  // objects
+constexpr std::size_t max_waiting = 64;  // objects that wait to be added
 
-/// Adds a change to those that wait. Of each sonar only the latest settings stay, which include all
-/// earlier ones: a page that sends changes faster than they are applied leaves no queue.
+/// Adds a change to the waiting changes. Of each sonar only the latest settings are kept, because
+/// they include all earlier ones. So a page that sends changes faster than they are applied makes
+/// no queue.
 void add_to(std::optional<SceneChange>& all, const SceneChange& change) {
   if (!all) {
     all = change;

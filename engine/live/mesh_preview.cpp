@@ -11,7 +11,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr std::size_t max_faces = 80'000;
-constexpr double steps = 32000.0;  // from the middle to the patch's edge; fits an int16
+constexpr double steps = 32000.0;  // MeshPatch::step_m from the middle to the edge; fits an int16
 
 std::shared_ptr<const refine::ProgressiveMesh> progressive_of(
     const Seafloor& seafloor, const MemoryLimit& memory, const std::function<void()>& stop_check) {

@@ -22,13 +22,14 @@ struct MeshCounts {
 class MeshPreview {
  public:
   /// Makes the progressive mesh if the seafloor has none. The seafloor must outlive this object.
-  /// `stop_check` is called meanwhile; what it throws ends that. Throws as make_progressive_mesh(),
-  /// Error for a bed in tiles, and MemoryError for one that does not fit.
+  /// `stop_check` is called during this work; what it throws ends the work. Throws as
+  /// make_progressive_mesh(), Error for a bed in tiles, and MemoryError for a bed that does not fit
+  /// into the memory.
   MeshPreview(const Seafloor& seafloor, const MemoryLimit& memory,
               const std::function<void()>& stop_check);
 
-  /// Refines for a ping's fans and returns the faces within this horizontal distance of the fans'
-  /// apex; at most 80,000, the coarse ones first.
+  /// Refines the mesh for a ping's fans. Returns the faces within this horizontal distance of the
+  /// fans' apex: at most 80,000, first the coarse faces and then the exact ones.
   MeshPatch look(std::span<const refine::FanVolume> volumes, double within_m);
   const MeshCounts& counts() const { return counts_; }
 

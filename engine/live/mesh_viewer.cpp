@@ -59,7 +59,7 @@ void MeshViewer::work() {
         shown = wanted.scene;
         view =
             std::make_unique<MeshPreview>(shown->simulator.seafloor(), shown->memory, stop_check);
-        continue;  // that took long: the volumes are out of date
+        continue;  // this took long, so the volumes are out of date
       }
       if (!view) continue;
       double range_m = 0.0;

@@ -14,19 +14,19 @@
 
 namespace ensonify::engine {
 
-/// A thread that refines a mesh for the pages and posts it to the ring. It uses at most a quarter
-/// of a core.
+/// A thread that refines a mesh for the pages and posts it to the ring. The thread works at most a
+/// quarter of the time.
 class MeshViewer {
  public:
-  /// Both are used on the new thread; `trouble` is called with the reason if a mesh cannot be
+  /// The new thread uses both arguments. It calls `trouble` with the reason if a mesh cannot be
   /// shown.
   MeshViewer(LineRing& ring, std::function<void(const std::string& what)> trouble);
   ~MeshViewer();  ///< ends the thread
 
-  /// Shows what these volumes see, unless a newer call replaces this one first.
+  /// Asks for the faces that these volumes reach. A newer call replaces a request that still waits.
   void show(std::shared_ptr<const LiveScene> scene, std::vector<refine::FanVolume> volumes);
 
-  /// The counts of the mesh posted last; none before the first one.
+  /// The counts of the mesh that was posted last; none before the first mesh.
   std::optional<MeshCounts> counts() const;
 
  private:

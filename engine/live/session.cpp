@@ -18,8 +18,8 @@
 
 namespace ensonify::engine {
 
-/// What the threads share: the ring and the mailbox, each with its own lock. The rest belongs to
-/// one thread.
+/// The threads share only the ring and the mailbox, each with its own lock, and what change_lock
+/// guards.
 struct LiveSession::Inner {
   explicit Inner(LiveOptions its_options)
       : Inner(its_options, SessionScene::of_file(its_options.scene, its_options.overrides,
@@ -60,7 +60,7 @@ struct LiveSession::Inner {
                                    .progress = [this](auto) { stop_check(); },
                                    .stop_check = [this] { stop_check(); },
                                    .memory = memory});
-        // Not between the reading of a change and its acceptance.
+        // change() must not be between read_change() and accept().
         const std::lock_guard one_at_a_time(change_lock);
         mailbox.deliver(std::move(live_scene), set);
       } catch (const std::exception& error) {
@@ -72,11 +72,11 @@ struct LiveSession::Inner {
   const MemoryLimit memory;
   LineRing ring;
   Mailbox mailbox;
-  PingLoop loop;  // of the ping thread, from start() to stop()
+  PingLoop loop;  // used by the ping thread only, from start() to stop()
   std::thread ping_thread;
 
-  std::mutex change_lock;     // of the members below; changes are made one at a time
-  std::uint32_t objects = 0;  // that were added
+  std::mutex change_lock;     // guards the members below; changes are made one at a time
+  std::uint32_t objects = 0;  // number of objects that were added
   std::thread prepare_thread;
 };
 

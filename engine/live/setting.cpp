@@ -26,7 +26,7 @@ Json colours_of(Palette palette) {
   return colours;
 }
 
-/// As LineLayout: for each line its columns, and on which side of the vehicle it looks.
+/// For each line its columns, as in LineLayout, and to which side of the vehicle its sector looks.
 Json lines_of(const Sonar& sonar) {
   const LineLayout layout(sonar);
   Json lines = Json::array();
@@ -57,7 +57,7 @@ Display line_display(Display display) {
   display.beam_normalisation = display.flat_field = false;
   display.smoothing_px = display.track_smoothing_px = 0.0;
   if (display.mapping == Mapping::equalised) display.mapping = Mapping::gamma;
-  display.slant_range_correction = false;  // the page applies it, and the palette
+  display.slant_range_correction = false;  // the page applies this and the palette
   display.speed_correction = false;
   display.palette = Palette::grey;
   return display;

@@ -12,12 +12,12 @@ namespace ensonify::engine {
 /// smoothing), in slant range and grey.
 Display line_display(Display display);
 
-/// A warning of the keys of the display that line_display() switches off and the page does not
-/// apply; empty if the scene has none of them.
+/// A warning that names the display's keys that line_display() switches off and that the page does
+/// not apply. Empty if none of them is set.
 std::string keys_without_effect(const Display& display);
 
 /// The frame that describes the lines after it: sonars, names, palettes, the display and the
-/// seabed. `name` is the scene's.
+/// seabed. `name` is the scene's name.
 Bytes setting_frame(const LiveScene& live, const Display& display, const std::string& name);
 
 }  // namespace ensonify::engine
