@@ -29,10 +29,11 @@ std::string_view size_category(std::size_t pictures) {
                               : "1M<n<10M";
 }
 
-/// The configurations of a group for the Hub's ImageFolder. It takes the types of the columns from
-/// the first rows of each split's metadata.jsonl, and refuses a configuration whose splits differ
-/// (folder_based_builder.py; types that the card states do not help). The boxes of a split without
-/// any target are empty lists, which have no type: such splits have a separate configuration.
+/// The configurations of a group for the Hub's ImageFolder. ImageFolder finds the types of the
+/// columns in the first rows of each split's metadata.jsonl, and refuses a configuration whose
+/// splits have different types (folder_based_builder.py), also if the card states the types. In a
+/// split without any target the boxes are empty lists, which have no type. So such splits have a
+/// separate configuration.
 std::string configs_of(const std::string& group, const std::map<std::string, bool>& splits) {
   std::map<std::string, std::string> paths;  // by the name of the configuration
   const bool any_targets = std::ranges::any_of(splits, [](const auto& one) { return one.second; });
@@ -46,7 +47,8 @@ std::string configs_of(const std::string& group, const std::map<std::string, boo
   return text;
 }
 
-/// What the Hub reads of a card: with it, load_dataset(FOLDER, GROUP) finds pictures and splits.
+/// The part of a card that the Hub reads, so that load_dataset(FOLDER, GROUP) finds pictures and
+/// splits.
 std::string hub_metadata(const Card& card) {
   std::string text;
   const auto out = std::back_inserter(text);
@@ -64,7 +66,7 @@ std::string hub_metadata(const Card& card) {
   return text + "---\n\n";
 }
 
-/// A text as one printable line: for a cell of a table, an item of a list or a heading.
+/// A text as one printable line of Markdown: for a cell of a table, an item of a list or a heading.
 std::string one_line(std::string_view text) {
   std::string line;
   for (const char c : text) {

@@ -36,7 +36,7 @@ std::string first_difference(const std::string& written, const std::string& want
   }
 }
 
-/// What sets the dataset of a folder apart from the one that is asked for.
+/// The difference between the dataset of a folder and the wanted dataset, for a message.
 std::string what_differs(const Json& written, const Json& wanted) {
   const std::string old_recipe = written.value("recipe", ""), recipe = wanted.value("recipe", "");
   if (old_recipe != recipe) return first_difference(old_recipe, recipe);
@@ -51,7 +51,7 @@ std::string what_differs(const Json& written, const Json& wanted) {
   return "it was made by another version of the program";
 }
 
-/// Adds the hash of all keys.
+/// Adds the key "xxh128": the hash of all other keys.
 Json with_hash(Json json) {
   json["xxh128"] = xxh128(json_text(json));
   return json;

@@ -43,7 +43,7 @@ std::size_t tar_size(const Recipe& recipe) {
   return static_cast<std::size_t>(std::max(1, recipe.options().samples_per_tar));
 }
 
-/// The tars (or samples) of a shard.
+/// The tars of a shard, or the samples if there are no tars.
 Interval units_of(const Recipe& recipe, const Shard& shard) {
   const std::size_t units = (recipe.samples() + tar_size(recipe) - 1) / tar_size(recipe);
   return {shard.begin(units), shard.end(units)};
@@ -58,13 +58,13 @@ bool is_made(const SampleFolders& folders, std::size_t sample, const std::string
   try {
     if (fs::exists(folder)) return is_whole_sample(folder, sample, dataset_xxh128);
   } catch (const SceneError&) {
-    // Another process may have removed it for a tar meanwhile.
+    // Another process may have put the sample into a tar meanwhile, and removed its folder.
     if (fs::exists(folder)) throw;
   }
   return folders.finished(sample);
 }
 
-/// The same for each of some samples. Calls on_sample() before each, which may throw.
+/// For each of these samples, whether is_made(). Calls on_sample(), which may throw, before each.
 template <class OnSample>
 std::vector<char> are_made(const SampleFolders& folders, const Interval& samples,
                            const std::string& dataset_json, int threads, OnSample&& on_sample) {
@@ -91,9 +91,10 @@ void stage_copy(const fs::path& file, const fs::path& copy) {
   stage(copy, refine::read_file(file));
 }
 
-/// Throws SceneError unless these copies are the files behind the copy of a scene's file, so that
-/// it is read as the original. They are not if a mosaic names its sources by absolute paths, or if
-/// a link has another name than its file, and so than the files beside that.
+/// Throws SceneError unless `copies` are the files behind `copy`, the copy of a scene's file, so
+/// that reading the copy gives the same as reading the original. The copies differ if a mosaic
+/// names its sources by absolute paths, or if the scene names a link whose name is not that of its
+/// file, because the files next to it have the name of the file.
 void require_read_with(const std::vector<fs::path>& copies, const fs::path& copy,
                        std::string_view key, const InputFile& file) {
   try {
@@ -106,8 +107,8 @@ void require_read_with(const std::vector<fs::path>& copies, const fs::path& copy
       key, file.name));
 }
 
-/// Copies the files that a scene names by relative paths, and those behind them, so that it finds
-/// them in its own folder.
+/// Copies the files that a scene names by relative paths, and the files behind them, to a folder,
+/// so that the scene in this folder finds them.
 void stage_files(const Scene& scene, const fs::path& folder) {
   for_each_file(scene, [&](std::string_view key, const InputFile& file) {
     if (file.name.empty() || file.name.starts_with(data_prefix)) return;
@@ -123,9 +124,9 @@ void stage_files(const Scene& scene, const fs::path& folder) {
   });
 }
 
-/// Assigns samples to workers so that two workers rarely need the same seafloor at the same time: a
-/// worker finishes its seafloor, then takes a seafloor that no worker has begun, and only then
-/// helps with another's.
+/// Assigns samples to workers so that two workers rarely need the same seafloor at the same time. A
+/// worker first makes all samples of its seafloor, then takes a seafloor that no worker has begun.
+/// If there is none, it takes samples of another worker's seafloor.
 class Schedule {
  public:
   explicit Schedule(const std::map<std::size_t, std::vector<std::size_t>>& samples_by_seafloor) {
@@ -155,7 +156,7 @@ class Schedule {
   std::set<std::size_t> begun_;
 };
 
-/// Prepared seafloors; each is kept while a worker uses it.
+/// The prepared seafloors that workers use. A seafloor is freed when no worker uses it.
 class Seafloors {
  public:
   using Pointer = std::shared_ptr<const PreparedSeafloor>;
@@ -185,7 +186,7 @@ class Seafloors {
   std::map<std::size_t, std::shared_ptr<Place>> places_;
 };
 
-/// Sums the time spent in each stage of a run.
+/// Sums the time in each stage of making a sample.
 class StageClock {
  public:
   explicit StageClock(std::map<std::string, double>& stages_s) : stages_s_(stages_s) {}
@@ -280,7 +281,7 @@ class Generator {
     Schedule schedule(todo_);
     refine::parallel_for(workers, static_cast<int>(workers), [&](std::size_t, int) {
       std::optional<std::size_t> seafloor;
-      Seafloors::Pointer kept;  // for the next sample
+      Seafloors::Pointer kept;  // the seafloor of the last sample, perhaps also of the next one
       while (const auto sample = schedule.next(seafloor)) do_sample(*sample, kept);
     });
   }
@@ -339,8 +340,9 @@ class Generator {
     }
   }
 
-  /// Removes a sample's folder in one step, so that no process ever sees a part of it. What cannot
-  /// be removed is left to the next claim of `place`, which this process has claimed.
+  /// Removes a sample's folder in one step, so that no process ever sees a part of it. This process
+  /// must have claimed `place`. If something cannot be removed, the next process that claims
+  /// `place` removes it.
   static void discard(const fs::path& folder, const fs::path& place) {
     const StagingFolder staging(place);
     fs::rename(folder, staging.path() / folder.filename());
@@ -459,7 +461,7 @@ class Generator {
   Seafloors seafloors_;
   int threads_each_ = 1;
   MemoryLimit memory_each_;
-  std::mutex mutex_;  // of the members below, report_ and warned_
+  std::mutex mutex_;  // guards the members below, report_ and warned_
   std::vector<std::size_t> others_;
   std::size_t done_ = 0;
   bool stop_ = false;

@@ -57,7 +57,7 @@ void MergedFiles::remove_leftovers() const {
         fs::remove(entry.path(), ignored);
     }
   }
-  // Also of folders that this merge does not make.
+  // Also at folders that this merge does not make.
   for (const std::string name : {"hub", "webdataset", "yolo_segment/labels"}) {
     const fs::path place = folder_ / name;
     if (fs::exists(place.parent_path()) &&

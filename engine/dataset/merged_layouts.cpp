@@ -18,7 +18,7 @@ std::string stem_of(const std::string& picture) {
   return picture.substr(0, picture.size() - std::string(".png").size());
 }
 
-/// Calls f(group, split, picture) for each picture, and a step of the merge before it.
+/// Calls files.step() and then f(group, split, picture), for each picture.
 template <class F>
 void for_each_picture(const PictureIndexes& indexes, const MergedFiles& files,
                       std::string_view stage, const F& f) {
@@ -31,8 +31,8 @@ void for_each_picture(const PictureIndexes& indexes, const MergedFiles& files,
     }
 }
 
-/// Makes links in one of YOLO's folders to the samples. Returns false, with a warning, if the file
-/// system has none.
+/// Makes links to samples/ in one of YOLO's folders. If the file system has no links, adds a
+/// warning and returns false.
 bool link_samples(const fs::path& folder, const std::vector<std::string>& links,
                   std::vector<std::string>& warnings) {
   fs::create_directories(folder);
@@ -50,7 +50,7 @@ bool link_samples(const fs::path& folder, const std::vector<std::string>& links,
   return true;
 }
 
-/// The lists in one of YOLO's folders.
+/// Writes the lists of one of YOLO's folders.
 void write_lists(const std::string& folder, const PictureIndexes& indexes,
                  const std::vector<std::string>& classes, MergedFiles& files) {
   std::string names;

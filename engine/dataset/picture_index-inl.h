@@ -18,21 +18,22 @@ struct IndexClasses {
 struct IndexedPicture {
   std::size_t sample = 0;
   std::string name;      ///< in the sample's folder
-  std::string segments;  ///< its outlines, rows of YOLO's segmentation format
+  std::string segments;  ///< the outlines in it, as rows of YOLO's segmentation format
 };
 
-/// Where a picture and the masks that belong to it lie, relative to the dataset's folder.
+/// The paths of a picture and its masks, relative to the dataset's folder.
 struct PicturePaths {
   std::string picture;
   nlohmann::ordered_json masks;  ///< by kind of mask
 };
 
-/// The pictures of one geometry, kind and split, and what the files about them contain. Boxes are
-/// [column, row, columns, rows]; category numbers begin with 1 in COCO and the Hub, with 0 in YOLO.
+/// The pictures of one geometry, kind and split, and the content of the files about them. Boxes are
+/// [column, row, columns, rows]. Category numbers begin with 1 in COCO and in the Hub's metadata,
+/// with 0 in YOLO.
 class PictureIndex {
  public:
-  /// `image` is the content of an image's JSON file. Throws nlohmann::json::exception and
-  /// std::runtime_error for one that is damaged.
+  /// Adds a picture. `image` is the content of the image's JSON file. Throws
+  /// nlohmann::json::exception and std::runtime_error if `image` is damaged.
   void add(std::size_t sample, const std::string& name, const PicturePaths& paths,
            const nlohmann::ordered_json& image, const IndexClasses& classes);
 

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The loops of an outline that a picture with these columns and rows has.
+/// The loops (loops_of()) of an outline in a picture with these columns and rows.
 std::vector<std::vector<Corner>> loops_of_outline(const Json& outline, std::size_t columns,
                                                   std::size_t rows) {
   if (outline.contains("rle")) {
@@ -46,7 +46,7 @@ std::string segment(std::size_t category, const Json& outline, const Json& image
   return yolo_segment(category - 1, loops_of_outline(outline, columns, rows), columns, rows);
 }
 
-/// The polygons, or the run lengths if there are holes.
+/// COCO's segmentation: the polygons, or the run lengths if the outline has holes.
 const Json& segmentation(const Json& outline) {
   return outline.contains("rle") ? outline.at("rle") : outline.at("polygons");
 }
@@ -84,7 +84,7 @@ void PictureIndex::add(std::size_t sample, const std::string& name, const Pictur
   pictures_.push_back(std::move(picture));
 }
 
-/// An annotation of the picture that was added last.
+/// Adds an annotation of the picture that was added last.
 Json& PictureIndex::add_outline(std::size_t category, const Json& outline) {
   return annotations_.emplace_back(Json{{"id", annotations_.size() + 1},
                                         {"image_id", images_.size()},
@@ -106,7 +106,7 @@ void PictureIndex::add_target(const Json& target) {
   annotation["shadow_segmentation"] = shadow.is_null() ? Json::array() : segmentation(shadow);
 }
 
-/// A target's shadow as a separate annotation.
+/// Adds a target's shadow as a separate annotation.
 void PictureIndex::add_shadow(const Json& target, std::size_t shadow_class) {
   Json& annotation = add_outline(shadow_class, target.at("shadow"));
   annotation["instance"] = target.at("instance");

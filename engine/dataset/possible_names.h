@@ -17,11 +17,12 @@ struct PossibleNames {
   std::set<std::string> materials;
 };
 
-/// The names of a scene that has every optional table of the recipe, and all that can be drawn.
-/// Reads the files in `seafloor.progressive`; throws refine::MeshError for one that is none.
+/// The names of labels in `scene`, which has every optional table of the recipe, and those that can
+/// be drawn. Reads the files in `seafloor.progressive`; throws refine::MeshError if one is not such
+/// a file.
 PossibleNames possible_names(const RecipeText& text, Scene& scene, const ScenePaths& paths);
 
-/// The value that a key has in one scene, and all that can be drawn.
+/// The values that can be drawn for a key, then `value`.
 std::vector<std::string> possible_values(const RecipeText& text, const std::string& key,
                                          const std::string& value);
 

@@ -24,7 +24,8 @@ constexpr std::size_t line_px = letter_height_px + 1;
 constexpr std::size_t panel_width = 380, max_height = 380, min_height = 60, border = 6, columns = 2;
 constexpr Rgb paper{250, 250, 248}, ink{30, 30, 30}, water{18, 24, 48}, dark{0, 0, 0},
     no_data{90, 90, 90};
-// Okabe & Ito's colours (Color Universal Design, 2008): colour-blind people can distinguish them.
+// Okabe and Ito's colours (Color Universal Design, 2008), which colour-blind people can
+// distinguish.
 constexpr std::array<Rgb, 7> bright{{{230, 159, 0},
                                      {86, 180, 233},
                                      {0, 158, 115},
@@ -61,8 +62,8 @@ void paste(const Picture& from, Picture& to, std::size_t column, std::size_t row
         to.pixels.begin() + static_cast<std::ptrdiff_t>(3 * ((row + y) * to.width + column)));
 }
 
-/// A smaller picture; each pixel is the mean of those that it replaces. It keeps 32 levels, which
-/// are enough and compress much better.
+/// A smaller picture; each pixel is the mean of the pixels that it replaces. A channel has only 32
+/// levels, which are enough and compress much better than 256.
 Picture shrunk(const Picture& from, std::size_t width, std::size_t height) {
   Picture to{width, height, 3, {}};
   to.pixels.resize(3 * width * height);
@@ -122,7 +123,7 @@ void draw_box(Picture& picture, std::array<std::size_t, 4> box, const Rgb& colou
     set(picture, box[0], y, colour), set(picture, box[2], y, colour);
 }
 
-/// A fraction with four digits; any other value unchanged.
+/// A number with a decimal point is shortened to four digits; any other value stays unchanged.
 std::string short_text(const std::string& value) {
   const auto number = number_in<double>(value);
   return number && value.find('.') != std::string::npos ? fmt::format("{:.4g}", *number) : value;
@@ -161,7 +162,7 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
                       static_cast<std::size_t>(corner[1]) * height / line.rows()};
   };
   for (const TargetRecord& record : outputs.targets.front()) {
-    // Boxes around features of the bed, such as furrows, would hide them.
+    // Features of the bed, such as furrows, have no boxes, because boxes would hide them.
     if (!record.is_object()) continue;
     const Outline& shown = shown_part(record.target);
     const std::string& name = record.class_name;
@@ -219,7 +220,7 @@ ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewCon
       control.memory.bytes /
       static_cast<double>(std::clamp<std::size_t>(samples, 1, static_cast<std::size_t>(threads)))};
   const auto draw = [&](std::size_t k) {
-    // Evenly chosen, but not in step with stratified keys.
+    // Evenly chosen. "k % step" is added because values of stratified keys repeat at even steps.
     const std::size_t step = recipe.samples() / samples, number = k * step + k % step;
     SampleScene sample = recipe.sample(number);
     sample.scene.output = {.exr = false};

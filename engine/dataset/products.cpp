@@ -53,7 +53,8 @@ class Products {
       list->insert(list->begin(), "none");
   }
 
-  /// The line of a sonar of the run. Its picture has the scene's display, the first of the sample.
+  /// Writes the products of one sonar's line. The run's picture of it has the scene's display,
+  /// which is the first of the sample's displays.
   void add_line(const RunOutputs& run, std::size_t sonar) {
     const Waterfall& line = run.lines[sonar];
     std::vector<Picture> pictures{run.pictures[sonar]};
@@ -88,7 +89,7 @@ class Products {
     disk_s_ += seconds_since(start);
   }
 
-  /// Adds all images of a line in one geometry: 0 is slant range, 1 is ground range.
+  /// Writes all images of a line in one geometry: 0 is slant range, 1 is ground range.
   void add_geometry(const LabelledImage& line, std::span<const TargetRecord> targets,
                     std::size_t sonar, std::size_t geometry) {
     line_targets_.clear();
@@ -114,7 +115,8 @@ class Products {
       }
   }
 
-  /// The first pixels of the tiles. The last tile ends with the line, unless tiles have gaps.
+  /// The first pixel of each tile on one axis. If tiles have no gaps, the last tile ends at the end
+  /// of the line.
   std::vector<std::size_t> starts(std::size_t whole, std::size_t tile) const {
     const auto stride = static_cast<std::size_t>(
         std::max(1.0, std::round(options_.tiles.stride * static_cast<double>(tile))));
@@ -139,8 +141,8 @@ class Products {
     }
   }
 
-  /// Writes the pictures and labels of a part of a line; with edge_px, resampled to a square with
-  /// edges of edge_px pixels.
+  /// Writes the pictures and labels of a part of a line. With edge_px > 0 they are resampled to a
+  /// square of edge_px x edge_px pixels.
   void add_image(const LabelledImage& line, const Rectangle& part, const std::string& stem,
                  std::string_view kind, std::size_t edge_px = 0, const Chip& chip = {}) {
     const bool whole = kind == "line";
@@ -204,7 +206,7 @@ class Products {
       write_text(picture.substr(0, picture.size() - std::string(".png").size()) + ".txt", yolo);
   }
 
-  /// Where the sonar was, and which part of its swath a part of a line shows.
+  /// The place of the sonar, and the part of its swath that a part of a line shows.
   static ImageGeometry geometry_of(const LabelledImage& line, const Rectangle& part) {
     const Waterfall& labels = line.labels;
     const std::size_t lowest = labels.rows() - part.row - part.rows;  // oldest ping
@@ -236,8 +238,8 @@ class Products {
             .middle = labels.pings[lowest + part.rows / 2].pose};
   }
 
-  /// The label of a target in a part of the line. Position and contrast are measured in the whole
-  /// line; the outlines are those in the part.
+  /// The label of a target in a part of the line. Position and contrast are of the whole line;
+  /// `shown` are the outlines in the part.
   TargetLabel label_of(std::uint32_t instance, TargetOutlines shown) const {
     const TargetRecord& whole = line_targets_.at(instance);
     TargetLabel label{.record = whole, .category_id = category(whole.class_name)};
@@ -257,7 +259,7 @@ class Products {
     write(name, std::as_bytes(std::span(text)));
   }
 
-  /// The labels of the targets that resampled pixels show, with their outlines there.
+  /// The labels of those targets that the resampled image shows, with their outlines in it.
   std::map<std::uint32_t, TargetLabel> with_outlines_in(
       const Waterfall& resampled, std::map<std::uint32_t, TargetLabel> labels) const {
     std::map<std::uint32_t, TargetLabel> seen;
@@ -273,8 +275,8 @@ class Products {
     return static_cast<std::size_t>(std::ranges::find(classes_, name) - classes_.begin()) + 1;
   }
 
-  /// A row of YOLO: class number from 0, then middle and size of the box over the image's size.
-  /// Empty for an outline without pixels.
+  /// A row of YOLO's box format: class number from 0, then middle and size of the box, divided by
+  /// the image's size. Empty for an outline without pixels.
   static std::string yolo_line(std::size_t category, const Outline& shown,
                                const ImageLabels& image) {
     if (shown.area_px == 0) return "";
@@ -291,13 +293,13 @@ class Products {
   const DatasetOptions& options_;
   const SampleScene& sample_;
   const std::vector<std::string>& classes_;  // class number n is classes_[n - 1]
-  LabelNames names_;                         // the same, and of sediments, with "none" first
+  LabelNames names_;                         // names of classes and sediments, with "none" first
   const std::size_t shadow_class_;           // number of the class of shadows; 0: none
   const Seafloor& seafloor_;
   const std::filesystem::path& folder_;
   const ProductsControl& control_;
-  std::map<std::uint32_t, TargetRecord> line_targets_;  // in this geometry, by instance
-  std::set<std::uint32_t> cut_;                         // of the line: instances that its edges cut
+  std::map<std::uint32_t, TargetRecord> line_targets_;  // of the line in this geometry, by instance
+  std::set<std::uint32_t> cut_;                         // targets_at_edges() of the line
   double disk_s_ = 0.0;
 };
 

@@ -17,10 +17,10 @@ struct RecipeText {
   std::uint64_t seed = 1;
   bool has_seafloor_seed = false;
   std::map<std::string, Distribution, std::less<>> distributions;  ///< by the key's whole name
-  /// Values of the other keys: numbers, words, true and false.
+  /// The values of keys without a distribution: numbers, words, true and false.
   std::map<std::string, std::string, std::less<>> values;
   std::map<std::string, std::size_t, std::less<>> lists;  ///< length of each list of tables
-  std::set<std::string, std::less<>> overridden;          ///< keys of scenes among the overrides
+  std::set<std::string, std::less<>> overridden;          ///< keys of the scene that overrides set
 };
 
 /// Finds a recipe's distributions. An override key=value becomes a distribution of one value, or
@@ -31,7 +31,7 @@ RecipeText parse_recipe_text(std::string_view text, std::string_view name,
                              const std::filesystem::path& data_folder,
                              std::span<const std::string> overrides);
 
-/// The text that a string of TOML stands for; other values unchanged.
+/// The text that a TOML string stands for; other values stay unchanged.
 std::string plain_text(const std::string& value);
 
 /// Whether a key is a table, or lies in it.

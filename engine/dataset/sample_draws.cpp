@@ -72,7 +72,8 @@ double SampleDraws::number(const std::string& key, const Distribution& d) {
   return *number;
 }
 
-/// A draw of a key. `stream_name` is its name, and the entries of the tables that led to d.
+/// Draws a key's value from d. `stream_name` is the key's name, followed by the names of the
+/// entries of tables that lead to d.
 std::string SampleDraws::draw(const std::string& stream_name, const Distribution& d,
                               const std::string& key) {
   if (d.kind == Distribution::Kind::table) {
@@ -96,7 +97,7 @@ std::string SampleDraws::draw(const std::string& stream_name, const Distribution
     u[0] = stratified(seeds, each_render ? number * text_.renders + render : number);
   }
   std::string drawn = d.value(u[0], u[1]);
-  // The reader refuses a range in which hardly any draw lies.
+  // This ends soon, because the reader refuses a range in which hardly any draw lies.
   for (std::uint64_t again = 1; d.between && !within(drawn, *d.between); ++again) {
     stream.uniform(u, 2 * again);
     drawn = d.value(u[0], u[1]);
@@ -104,7 +105,7 @@ std::string SampleDraws::draw(const std::string& stream_name, const Distribution
   return adjusted(std::move(drawn), d);
 }
 
-/// Multiplied by the keys of `times`, then added to those of `plus`.
+/// The drawn value times the values of the keys in `times`, plus those of the keys in `plus`.
 std::string SampleDraws::adjusted(std::string drawn, const Distribution& d) {
   if ((d.times.empty() && d.plus.empty()) || drawn.empty()) return drawn;
   const std::optional number_drawn = number_in<double>(drawn);

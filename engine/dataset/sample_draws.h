@@ -14,28 +14,28 @@
 
 namespace ensonify::engine {
 
-/// A recipe's text, and which of its keys are drawn how often.
+/// A recipe's text, and how often its keys are drawn.
 struct DrawnKeys : RecipeText {
   std::set<std::string, std::less<>> of_seafloor;  ///< keys that are drawn once per seafloor
   std::size_t renders = 1;                         ///< per sample
 };
 
-/// Selects the random numbers of a key.
+/// A number that selects the random stream of a key.
 std::uint64_t key_number(std::string_view key);
-/// A number in (0, 1] for each index of a sequence, which the stream seeds.
+/// The number in (0, 1] at an index of a stratified_number() sequence, whose seeds come from the
+/// stream.
 double stratified(const RandomStream& stream, std::uint64_t index);
 
-/// The values of one sample's keys. A draw depends only on the recipe's seed, the key's name and
-/// the number of the sample, or of its seafloor.
+/// The values of one sample's keys, drawn as described at Recipe.
 class SampleDraws {
  public:
-  /// `text` must outlive it.
+  /// `text` must outlive this object.
   SampleDraws(const DrawnKeys& text, std::size_t sample, std::size_t seafloor, std::size_t render)
       : text_(text), sample_(sample), seafloor_(seafloor), render_(render) {}
 
-  /// A key's value as in TOML; empty: left out. Throws SceneError for a key without a value, for
-  /// one that depends on itself, and for more than `most_levels` keys in a chain; `asked_by` is the
-  /// place for messages.
+  /// A key's value as in TOML; empty: the key is left out. Throws SceneError for a key without a
+  /// value, for a key that depends on itself, and for more than `most_levels` keys that depend on
+  /// each other one after the other. `asked_by` is the place for messages.
   const std::string& value(const std::string& key, const std::string& asked_by);
 
  private:

@@ -9,7 +9,7 @@ namespace ensonify::engine {
 /// The files of a dataset's samples.
 ///
 ///     samples/000003          a finished sample; it appears complete, in one step
-///     samples/.000003.0.tmp   a sample in the making
+///     samples/.000003.0.tmp   the same while it is made
 ///     samples/.000003.lock    locked (flock) by the process that makes it, until it ends
 ///     tars/000001.tar         samples M to 2M-1, instead of their folders (M: samples per tar)
 class SampleFolders {
@@ -22,9 +22,8 @@ class SampleFolders {
   const std::filesystem::path& dataset() const { return dataset_; }
 
   static std::string name_of(std::size_t sample);  ///< 000003
-  /// The name of a sample's file in a tar: `000003.scene.toml`; a file in a subfolder becomes
-  /// `000003-tiles-NAME_0000.png`, so that WebDataset reads each image and its labels as one
-  /// record.
+  /// The name of a sample's file in a tar: `000003.scene.toml`. For a file in a subfolder it is
+  /// `000003-tiles-NAME_0000.png`, so that WebDataset reads an image and its labels as one record.
   static std::string name_in_tar(std::size_t sample, const std::string& file);
 
  private:

@@ -11,14 +11,16 @@
 
 namespace ensonify::engine {
 
-/// Tars for WebDataset, FOLDER/GROUP-000000.tar and so on, each with 1000 records of one group
-/// of pictures. The files of a record follow each other and have its key before the first dot.
+/// Writes tars for WebDataset: FOLDER/GROUP-000000.tar and so on, each with 1000 records of one
+/// group of pictures. The files of a record are consecutive; their names are the record's key, a
+/// dot and an extension.
 class WebDatasetWriter {
  public:
   static constexpr std::size_t records_per_tar = 1000;
 
   explicit WebDatasetWriter(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  /// Adds KEY.EXTENSION; the files of a record one after another. Throws as TarFile.
+  /// Adds the file KEY.EXTENSION. The files of a record must be added one after another. Throws as
+  /// TarFile.
   void add(const std::string& group_name, const std::string& key, const std::string& extension,
            std::span<const std::byte> content);
   void finish();

@@ -9,11 +9,12 @@
 namespace ensonify::engine {
 namespace {
 
-/// From a corner to those at the ends of the edges that leave it; at a corner where pixels touch
-/// there are two.
+/// By corner: the ends of the edges that begin at it. There are two where pixels touch only in this
+/// corner.
 using Edges = std::map<Corner, std::vector<Corner>>;
 
-/// The edges of a set of pixels, with the set on their right. `has(column, row)`.
+/// The border edges of a set of pixels, with the set on their right. has(column, row): whether a
+/// pixel is in the set.
 Edges edges_of(std::size_t columns, std::size_t rows, const auto& has) {
   Edges edges;
   for (int row = 0; row < static_cast<int>(rows); ++row)
