@@ -3,7 +3,6 @@
 #include <exception>
 #include <stdexcept>
 #include <system_error>
-#include <utility>
 
 #include <fmt/format.h>
 

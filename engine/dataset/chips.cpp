@@ -8,8 +8,6 @@
 #include <limits>
 #include <optional>
 
-#include <fmt/format.h>
-
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
 

@@ -18,7 +18,6 @@
 #include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/output/tar.h>
-#include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/scene_paths.h>

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <functional>
-#include <map>
-#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -15,7 +13,6 @@
 #include <ensonify/engine/dataset/sample_draws.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/scene_paths.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/seafloor.h>

@@ -1,6 +1,5 @@
 #include <ensonify/engine/dataset/yolo_segments.h>
 
-#include <algorithm>
 #include <iterator>
 #include <map>
 

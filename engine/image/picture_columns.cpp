@@ -1,10 +1,7 @@
 #include <ensonify/engine/image/picture_columns.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <utility>
-#include <vector>
 
 #include <ensonify/engine/image/truth.h>
 

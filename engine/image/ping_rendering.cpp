@@ -7,7 +7,6 @@
 #include <memory>
 #include <mutex>
 #include <numbers>
-#include <span>
 #include <stdexcept>
 #include <vector>
 

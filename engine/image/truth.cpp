@@ -1,10 +1,7 @@
 #include <ensonify/engine/image/truth.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <span>
-#include <string>
 #include <utility>
 
 #include <ensonify/engine/sonar/instrument/mounting.h>

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
-#include <numeric>
 #include <stdexcept>
-#include <vector>
 
 namespace ensonify::engine {
 namespace {

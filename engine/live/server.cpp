@@ -12,7 +12,6 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <limits>
 #include <random>
 #include <string_view>
 #include <thread>

@@ -1,7 +1,6 @@
 #include <ensonify/engine/live/setting.h>
 
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>

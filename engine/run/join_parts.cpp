@@ -1,8 +1,5 @@
 #include <algorithm>
-#include <cmath>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run/joined_files.h>

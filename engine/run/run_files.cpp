@@ -5,17 +5,13 @@
 #include <functional>
 #include <future>
 #include <optional>
-#include <span>
 #include <string_view>
 #include <variant>
-#include <vector>
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/label_names.h>
 #include <ensonify/engine/image/picture_columns.h>
-#include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/output/pings_csv.h>
 #include <ensonify/engine/output/png.h>

@@ -1,6 +1,5 @@
 #include <ensonify/engine/run/run_plan.h>
 
-#include <map>
 #include <optional>
 #include <utility>
 
