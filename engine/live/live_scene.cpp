@@ -7,7 +7,6 @@
 #include <utility>
 
 #include <ensonify/engine/live/frames.h>
-#include <ensonify/engine/live/setting.h>
 #include <ensonify/engine/simulator/internals.h>
 
 namespace ensonify::engine {

@@ -34,4 +34,16 @@ struct LiveScene {
   Pose pose_at(double along) const;
 };
 
+/// The scene's display without what needs more than one line (normalisations, equalisation,
+/// smoothing), in slant range and grey.
+Display line_display(Display display);
+
+/// A warning that names the display's keys that line_display() switches off and that the page does
+/// not apply. Empty if none of them is set.
+std::string keys_without_effect(const Display& display);
+
+/// The setting frame, which describes the lines after it: sonars, names, palettes, the display and
+/// the seabed. `name` is the scene's name.
+Bytes setting_frame(const LiveScene& live, const Display& display, const std::string& name);
+
 }  // namespace ensonify::engine

@@ -13,7 +13,6 @@
 
 #include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/live/frames.h>
-#include <ensonify/engine/live/setting.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 

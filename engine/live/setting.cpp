@@ -1,4 +1,4 @@
-#include <ensonify/engine/live/setting.h>
+#include <ensonify/engine/live/live_scene.h>
 
 #include <cmath>
 #include <vector>
@@ -29,12 +29,11 @@ Json colours_of(Palette palette) {
 Json lines_of(const Sonar& sonar) {
   const LineLayout layout(sonar);
   Json lines = Json::array();
-  for (std::size_t sector = 0; sector < layout.sectors(); ++sector) {
+  for (std::size_t sector = 0; sector < layout.sectors(); ++sector)
     lines.push_back({{"name", sonar.sectors()[sector].name},
                      {"first", layout.first_column(sector)},
                      {"mirrored", layout.mirrored(sector)},
                      {"to_starboard", sonar.sectors()[sector].out}});
-  }
   return lines;
 }
 
