@@ -5,11 +5,6 @@
 #include <ensonify/engine/live/frames.h>
 
 namespace ensonify::engine {
-namespace {
-
-constexpr std::size_t max_bytes_at_once = 256 * 1024;
-
-}  // namespace
 
 void LineRing::push(std::shared_ptr<LiveLine> line) {
   std::vector<std::shared_ptr<const LiveLine>> old;  // freed after the lock is released
@@ -56,11 +51,6 @@ std::shared_ptr<const LiveLine> LineRing::line(std::uint64_t number) const {
   return lines_[number - first];
 }
 
-std::uint64_t LineRing::next_number() const {
-  const std::lock_guard held(lock_);
-  return next_;
-}
-
 bool LineReader::has_news() const {
   if (next_ < ring_.next_) return true;
   for (std::size_t kind = 0; kind < news_kinds; ++kind)
@@ -70,6 +60,7 @@ bool LineReader::has_news() const {
 }
 
 std::vector<Bytes> LineReader::next(std::chrono::milliseconds wait) {
+  constexpr std::size_t max_bytes_at_once = 256 * 1024;
   std::vector<Bytes> frames;
   std::unique_lock held(ring_.lock_);
   ring_.changed_.wait_for(held, wait, [&] { return ring_.closed_ || has_news(); });

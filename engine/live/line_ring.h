@@ -29,7 +29,6 @@ struct LiveLine {
   std::uint64_t number = 0;  ///< counts the lines of all sonars from 0
   Bytes setting;             ///< the setting frame that was valid when the line was made
   Bytes frame;
-  float bin_m = 0.0f;
   std::vector<BinTruth> truth;  ///< by column
   std::shared_ptr<const std::vector<std::string>> classes,
       materials;  ///< names, by the numbers in `truth`
@@ -57,7 +56,6 @@ class LineRing {
 
   /// The line with this number; null if it does not exist or was dropped.
   std::shared_ptr<const LiveLine> line(std::uint64_t number) const;
-  std::uint64_t next_number() const;
 
  private:
   friend class LineReader;
