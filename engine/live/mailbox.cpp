@@ -22,8 +22,7 @@ void add_to(std::optional<SceneChange>& all, const SceneChange& change) {
   }
   all->keys.insert(all->keys.end(), change.keys.begin(), change.keys.end());
   for (const auto& changed : change.sonars) {
-    const auto same = [&](const auto& kept) { return kept.first == changed.first; };
-    std::erase_if(all->sonars, same);
+    std::erase_if(all->sonars, [&](const auto& kept) { return kept.first == changed.first; });
     all->sonars.push_back(changed);
   }
 }
@@ -76,16 +75,10 @@ void Mailbox::accept(const LiveChange& change) {
   woken_.notify_all();
 }
 
-void Mailbox::page_opened(bool mesh) {
+void Mailbox::count_page(int more, bool mesh) {
   const std::lock_guard lock(lock_);
-  ++status_.control.pages;
-  if (mesh) ++status_.control.mesh_pages;
-}
-
-void Mailbox::page_closed(bool mesh) {
-  const std::lock_guard lock(lock_);
-  --status_.control.pages;
-  if (mesh) --status_.control.mesh_pages;
+  status_.control.pages += more;
+  if (mesh) status_.control.mesh_pages += more;
 }
 
 void Mailbox::deliver(std::shared_ptr<LiveScene> live_scene, const SceneChange& change) {

@@ -59,8 +59,8 @@ class Mailbox {
   /// ends with deliver() or give_up(). Throws std::invalid_argument, and changes nothing, if a
   /// preparation has already begun, or if too many objects wait to be added.
   void accept(const LiveChange& change);
-  void page_opened(bool mesh);
-  void page_closed(bool mesh);
+  /// Adds `more` (1 or -1) to the number of open pages, and of pages that show the mesh if `mesh`.
+  void count_page(int more, bool mesh);
 
   // The preparation of a changed scene.
 

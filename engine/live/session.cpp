@@ -26,16 +26,14 @@ struct LiveSession::Inner {
                                                  its_options.data_folder)) {}
 
   Inner(const LiveOptions& its_options, const SessionScene& source)
-      : Inner(its_options, source, with_session_surface(source.with())) {}
-
-  Inner(const LiveOptions& its_options, const SessionScene& source, const Scene& scene)
       : memory(its_options.memory),
         ring(its_options.ring_bytes),
         mailbox(source, its_options.pings_per_s, its_options.hold),
-        loop(std::make_shared<LiveScene>(scene, Preparation{.cache = its_options.cache,
-                                                            .progress = its_options.progress,
-                                                            .stop_check = [this] { stop_check(); },
-                                                            .memory = memory}),
+        loop(std::make_shared<LiveScene>(with_session_surface(source.with()),
+                                         Preparation{.cache = its_options.cache,
+                                                     .progress = its_options.progress,
+                                                     .stop_check = [this] { stop_check(); },
+                                                     .memory = memory}),
              its_options.scene.stem().string(), mailbox, ring) {}
 
   void stop_check() const {
@@ -130,8 +128,8 @@ std::string LiveSession::truth(std::uint64_t number, std::size_t column) const {
 }
 
 LiveSession::Watch::Watch(LiveSession& session, bool mesh) : session_(session), mesh_(mesh) {
-  session_.inner_->mailbox.page_opened(mesh_);
+  session_.inner_->mailbox.count_page(1, mesh_);
 }
-LiveSession::Watch::~Watch() { session_.inner_->mailbox.page_closed(mesh_); }
+LiveSession::Watch::~Watch() { session_.inner_->mailbox.count_page(-1, mesh_); }
 
 }  // namespace ensonify::engine
