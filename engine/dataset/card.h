@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,5 +45,17 @@ struct Card {
   /// The content of README.md. It begins with the YAML that the Hugging Face Hub reads.
   std::string markdown() const;
 };
+
+/// A file of a dataset's index.
+struct IndexFile {
+  std::string name;  ///< its path in the dataset's folder
+  std::uint64_t size_bytes = 0;
+  std::string sha256;
+};
+
+/// The dataset as JSON-LD by Croissant 1.0 (http://mlcommons.org/croissant/1.0): the index files
+/// with their hashes, the pictures of each group, the classes. What Croissant requires and the card
+/// does not have, such as a licence, is left out.
+std::string croissant_json(const Card& card, std::span<const IndexFile> files);
 
 }  // namespace ensonify::engine

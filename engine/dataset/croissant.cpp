@@ -1,4 +1,4 @@
-#include <ensonify/engine/dataset/croissant.h>
+#include <ensonify/engine/dataset/card.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -12,15 +12,8 @@
 
 #include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/base/untrusted.h>
-#include <ensonify/engine/dataset/card.h>
-#include <ensonify/engine/dataset/checked_samples-inl.h>
-#include <ensonify/engine/dataset/croissant.h>
-#include <ensonify/engine/dataset/merged_files.h>
-#include <ensonify/engine/dataset/merged_layouts-inl.h>
 #include <ensonify/engine/dataset/picture_index-inl.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
-#include <ensonify/engine/dataset/sample_folder.h>
-#include <ensonify/engine/dataset/webdataset.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run.h>

@@ -1,11 +1,10 @@
-#include <ensonify/engine/dataset/merged_layouts-inl.h>
+#include <ensonify/engine/dataset/picture_index-inl.h>
 
+#include <set>
 #include <system_error>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/scene/keys/dataset_options.h>
 
 namespace ensonify::engine {

@@ -1,10 +1,15 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
+
+#include <ensonify/engine/dataset/checked_samples-inl.h>
+#include <ensonify/engine/dataset/merged_files.h>
 
 namespace ensonify::engine {
 
@@ -55,5 +60,18 @@ class PictureIndex {
   nlohmann::ordered_json annotations_ = nlohmann::ordered_json::array();
   std::string yolo_list_, hub_metadata_;
 };
+
+/// The pictures of a dataset by group and split.
+using PictureIndexes = std::map<std::pair<std::string, std::string>, PictureIndex>;
+
+/// Writes yolo/ (boxes) and yolo_segment/ (outlines) for the splits that have pictures. classes[k]
+/// is class k. On a file system without links, leaves out the lists and adds a warning.
+void write_yolo(const PictureIndexes& indexes, const std::vector<std::string>& classes,
+                MergedFiles& files, std::vector<std::string>& warnings);
+
+/// Writes hub/GROUP/SPLIT/ for the Hub's ImageFolder: pictures, and metadata.jsonl next to them.
+/// The pictures are hard links, or copies on a file system without hard links.
+HubGroups write_hub(const PictureIndexes& indexes, const CheckedSamples& samples,
+                    MergedFiles& files);
 
 }  // namespace ensonify::engine

@@ -2,13 +2,11 @@
 
 #include <limits>
 #include <stdexcept>
-#include <utility>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/base/untrusted.h>
-#include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/dataset/yolo_segments.h>
 
 namespace ensonify::engine {

@@ -1,8 +1,7 @@
-#include <ensonify/engine/dataset/possible_names.h>
+#include <ensonify/engine/dataset/recipe_reader.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <span>
 #include <stdexcept>
 #include <type_traits>
 

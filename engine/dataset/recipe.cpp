@@ -9,11 +9,9 @@
 
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
-#include <ensonify/engine/dataset/possible_names.h>
 #include <ensonify/engine/dataset/sample_draws.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene/scene_paths.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 

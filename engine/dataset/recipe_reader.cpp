@@ -11,7 +11,6 @@
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/toml_value.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/scene/scene_paths.h>
 #include <ensonify/refine/printable.h>
 #include <ensonify/scatter/nearest_names.h>
 

@@ -7,8 +7,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <ensonify/engine/dataset/distribution.h>
+#include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/scene/scene_paths.h>
 
 namespace ensonify::engine {
 
@@ -36,5 +39,21 @@ std::string plain_text(const std::string& value);
 
 /// Whether a key is a table, or lies in it.
 bool in_table(std::string_view key, std::string_view table);
+
+/// The names that labels can have in the samples of a recipe.
+struct PossibleNames {
+  std::set<std::string> targets;            ///< classes of objects and of features of the bed
+  std::set<std::string> grounds{"seabed"};  ///< the other classes
+  std::set<std::string> materials;
+};
+
+/// The names of labels in `scene`, which has every optional table of the recipe, and those that can
+/// be drawn. Reads the files in `seafloor.progressive`; throws refine::MeshError if one is not such
+/// a file.
+PossibleNames possible_names(const RecipeText& text, Scene& scene, const ScenePaths& paths);
+
+/// The values that can be drawn for a key, then `value`.
+std::vector<std::string> possible_values(const RecipeText& text, const std::string& key,
+                                         const std::string& value);
 
 }  // namespace ensonify::engine
