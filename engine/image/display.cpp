@@ -35,8 +35,12 @@ class Levels {
         layout_(renderer.layout_),
         columns_(waterfall.columns()),
         height_m_(heights_m(waterfall)) {
-    if (renderer.display_.beam_normalisation) normalise_beams();
-    if (renderer.display_.flat_field) flatten();
+    if (renderer.display_.beam_normalisation)
+      beam_ = inverse_medians(
+          layout_.sectors() * depressions,
+          [&](std::size_t row, std::size_t column) { return beam_cell(row, column); });
+    if (renderer.display_.flat_field)
+      column_ = inverse_medians(columns_, [](std::size_t, std::size_t column) { return column; });
   }
   /// The levels of other rows of the sonar, with the factors of `normalised`.
   Levels(const Levels& normalised, const Waterfall& waterfall)
@@ -99,14 +103,6 @@ class Levels {
       if (*middle > 0.0f) inverse[i] = 1.0 / static_cast<double>(*middle);
     }
     return inverse;
-  }
-  void normalise_beams() {
-    beam_ = inverse_medians(
-        layout_.sectors() * depressions,
-        [&](std::size_t row, std::size_t column) { return beam_cell(row, column); });
-  }
-  void flatten() {
-    column_ = inverse_medians(columns_, [](std::size_t, std::size_t column) { return column; });
   }
 
   const Renderer& renderer_;

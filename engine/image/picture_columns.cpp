@@ -1,6 +1,5 @@
 #include <ensonify/engine/image/picture_columns.h>
 
-#include <cmath>
 #include <utility>
 
 #include <ensonify/engine/image/truth.h>
@@ -29,8 +28,6 @@ double height_over_bed_m(const Waterfall& waterfall, std::size_t row) {
     first_return = std::max(first_return, line.first_return);
   return first_return * waterfall.sonar.bin_m();
 }
-
-std::size_t ShownColumns::end() const { return static_cast<std::size_t>(std::ceil(until)); }
 
 std::vector<ShownColumns> shown_columns(const Waterfall& waterfall, std::size_t row,
                                         PictureColumns columns) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -36,7 +37,7 @@ struct ShownColumns {
   double from, until;
 
   std::size_t first() const { return static_cast<std::size_t>(from); }
-  std::size_t end() const;
+  std::size_t end() const { return static_cast<std::size_t>(std::ceil(until)); }
   /// The waterfall's column in the middle. Only if something is shown.
   std::size_t middle() const { return static_cast<std::size_t>(0.5 * (from + until)); }
 };

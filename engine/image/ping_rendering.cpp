@@ -276,7 +276,6 @@ class Painter {
   Array3d solid_colour(const Spot& at, Finish finish, bool in_shadow) const;
   double edge_share(const Spot& at) const;
   double ring_share(const Spot& at) const;
-  double lit(const Vector3d& normal) const;
   void place_light();
   void lay_over(const std::vector<Ray>& rays, const std::vector<Hit>& solids,
                 std::vector<Array3d>& colours) const;
@@ -386,14 +385,10 @@ double Painter::ring_share(const Spot& at) const {
   return range_m < 0.5 * ring_m_ ? 0.0 : std::clamp(1.0 - off_px, 0.0, 1.0);
 }
 
-/// Direct light on a surface with this normal, relative to a level bed.
-double Painter::lit(const Vector3d& normal) const {
-  return std::max(0.0, normal.dot(to_light_)) / to_light_.z();
-}
-
 Array3d Painter::solid_colour(const Spot& at, Finish finish, bool in_shadow) const {
   const double sky = 0.5 + 0.5 * at.normal.z();
-  const double direct = in_shadow ? 0.0 : std::min(lit(at.normal), 2.2);
+  const double lit = std::max(0.0, at.normal.dot(to_light_)) / to_light_.z();  // a level bed: 1
+  const double direct = in_shadow ? 0.0 : std::min(lit, 2.2);
   Array3d colour = look_of(finish).colour;
   const double height = (at.point.z() - lowest_m_) / std::max(highest_m_ - lowest_m_, 1e-6);
   colour *= 0.75 + 0.5 * std::clamp(height, 0.0, 1.0);
