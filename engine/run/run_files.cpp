@@ -84,13 +84,10 @@ void count(const ScenePings& pings, PartRecord& record) {
   record.pings_over_hole = static_cast<std::uint64_t>(rows_over_hole / first.sonar.beams);
   for (std::size_t i = 0; i < pings.images.size(); ++i)
     record.object_visibility[pings.images[i].sonar.name] = pings.object_visibility[i];
-}
-
-std::map<std::string, std::uint64_t> verification_of(const ScenePings& pings) {
-  std::map<std::string, std::uint64_t> counts = {{"pings", pings.verified_pings}};
+  if (pings.verified_pings == 0) return;
+  record.verification["pings"] = pings.verified_pings;
   for_each_count(pings.verified,
-                 [&](const char* name, std::uint64_t count) { counts[name] = count; });
-  return counts;
+                 [&](const char* name, std::uint64_t count) { record.verification[name] = count; });
 }
 
 /// The record of the pings, without files. Renumbers the labels of the images to the names that the
@@ -108,7 +105,6 @@ PartRecord part_record_of(const RunState& run, ScenePings& pings, const Simulato
                                  {"repairs", seafloor.repairs}},
                     .warnings = run.report.extrapolation.appended_to(run.warnings)};
   count(pings, record);
-  if (pings.verified_pings > 0) record.verification = verification_of(pings);
   return record;
 }
 
