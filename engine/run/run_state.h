@@ -53,22 +53,6 @@ class RunProgress {
   std::atomic<Clock::time_point> called_{};
 };
 
-/// Decides when the pictures of an unfinished run are written: 1 s after it began, and then so
-/// rarely that writing takes at most 1/20 of the time.
-class PictureTimer {
- public:
-  bool is_due() const { return seconds_since(written_) >= std::max(1.0, 20.0 * took_s_); }
-  /// Call this when the pictures are written. `start` is when their writing began.
-  void written(Clock::time_point start) {
-    took_s_ = seconds_since(start);
-    written_ = Clock::now();
-  }
-
- private:
-  Clock::time_point written_ = Clock::now();  // not 0, so that a short run writes no picture
-  double took_s_ = 0.0;
-};
-
 /// A scene's run whose seafloor and track are ready. The referenced objects must outlive it.
 struct RunState {
   const Scene& scene;
@@ -80,9 +64,20 @@ struct RunState {
   std::optional<GeographicPlace> middle;  ///< as in TrackPoses
   std::vector<std::string> warnings;      ///< about the scene and its track
   RunReport report;
-  PictureTimer picture = {};
+  Clock::time_point pictures_written = Clock::now();  ///< at first the start of the run
+  double pictures_took_s = 0.0;
 
-  bool picture_is_due() const { return control.growing_picture && picture.is_due(); }
+  /// Pictures of an unfinished run are due 1 s after its start, and then so rarely that writing
+  /// them takes at most 1/20 of the time.
+  bool pictures_are_due() const {
+    return control.growing_picture &&
+           seconds_since(pictures_written) >= std::max(1.0, 20.0 * pictures_took_s);
+  }
+  /// Call this when the pictures are written. `start` is when their writing began.
+  void wrote_pictures(Clock::time_point start) {
+    pictures_took_s = seconds_since(start);
+    pictures_written = Clock::now();
+  }
 };
 
 /// Makes a run of one part: all images stay in memory until their files are written. Returns the

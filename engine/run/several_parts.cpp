@@ -234,7 +234,7 @@ class SeveralParts {
 
   /// Joins the pictures of the parts before the first unfinished part.
   void grow_joined_pictures(std::span<const Sonar> sonars) {
-    if (!run_.picture_is_due() || share_.count > 1) return;
+    if (!run_.pictures_are_due() || share_.count > 1) return;
     std::size_t from_first = 0;
     while (finished_.contains(from_first)) ++from_first;
     if (from_first == 0 || from_first == parts_.count()) return;
@@ -243,7 +243,7 @@ class SeveralParts {
       if (const std::optional<Claim> claim =
               StagingFolder::try_claim(run_.folder / (sonar.name + ".png")))
         join_pictures(run_.folder, parts_, from_first, sonar.name);
-    run_.picture.written(start);
+    run_.wrote_pictures(start);
   }
 
   RunState& run_;
