@@ -77,15 +77,7 @@ class Chooser {
   Chooser(const LabelledImage& line, const std::map<std::uint32_t, TargetRecord>& targets,
           const std::vector<std::string>& classes, const DatasetOptions& dataset,
           const ImageNumber& image)
-      : line_(line),
-        targets_(targets),
-        classes_(classes),
-        dataset_(dataset),
-        options_(dataset.chips),
-        image_(image),
-        columns_(line.labels.columns()),
-        rows_(line.labels.rows()),
-        fixed_(chip_size(options_, line.size())) {}
+      : line_(line), targets_(targets), classes_(classes), dataset_(dataset), image_(image) {}
 
   std::vector<Chip> choose() {
     for (const auto& [instance, record] : targets_) add_target(instance, record);
@@ -341,11 +333,11 @@ class Chooser {
   const std::map<std::uint32_t, TargetRecord>& targets_;
   const std::vector<std::string>& classes_;
   const DatasetOptions& dataset_;
-  const ChipOptions& options_;
+  const ChipOptions& options_ = dataset_.chips;
   const ImageNumber image_;
-  const std::size_t columns_, rows_;
-  const std::optional<PieceSize>
-      fixed_;  // the size of all chips; none: sizes are relative to boxes
+  const std::size_t columns_ = line_.labels.columns(), rows_ = line_.labels.rows();
+  // The size of all chips; none: sizes are relative to boxes.
+  const std::optional<PieceSize> fixed_ = chip_size(options_, line_.size());
   std::vector<Chip> chips_;
 };
 

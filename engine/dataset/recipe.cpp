@@ -440,8 +440,6 @@ std::vector<std::string> Recipe::class_names() const {
   names.insert(names.end(), grounds_.begin(), grounds_.end());
   return names;
 }
-std::size_t Recipe::target_classes() const { return targets_.size(); }
-std::vector<std::string> Recipe::material_names() const { return materials_; }
 std::vector<std::string> Recipe::assets() const {
   std::set<std::string> assets = files_;
   for (const std::string& name : files_) {

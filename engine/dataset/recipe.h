@@ -66,8 +66,9 @@ class Recipe {
   /// Every name that the class of a label can have: sorted names of targets, then of ground. The
   /// name at index k has the number k + 1 in labels.
   std::vector<std::string> class_names() const;
-  std::size_t target_classes() const;  ///< the number of names of targets, which are first
-  std::vector<std::string> material_names() const;
+  /// The number of names of targets, which are first.
+  std::size_t target_classes() const { return targets_.size(); }
+  std::vector<std::string> material_names() const { return materials_; }
   /// The files that the recipe can use and the files behind them (files_behind()), sorted:
   /// `data:PATH` in the data folder, other paths relative to the recipe's folder. Throws as
   /// files_behind().
