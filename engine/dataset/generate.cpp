@@ -354,7 +354,7 @@ class Generator {
     const SampleScene sample = recipe_.sample(number);
     StagingFolder staging(place);
     const auto on_stage = [&](std::string_view stage) {
-      clock.enter(stage == "pings" ? "ping" : stage == "files" ? "encode" : stage);
+      clock.enter(stage);
       report_progress();
     };
     clock.enter("wait");
@@ -368,30 +368,27 @@ class Generator {
     before.reset();
     clock.enter("tree");
 
-    double products_disk_s = 0.0;
     std::string_view running;
+    const auto on_progress = [&](std::string_view now, std::size_t, std::size_t) {
+      if (now != running)
+        clock.enter((running = now) == "pings" ? "ping" : now == "files" ? "encode" : "tree");
+      report_progress();
+      return true;
+    };
+    double products_disk_s = 0.0;
+    const auto on_outputs = [&](const RunOutputs& outputs) {
+      products_disk_s = write_products(recipe_.options(), sample, outputs, staging.path(),
+                                       {control_.memory, [this] { report_progress(); }});
+    };
     const RunReport run_report = run(sample.scene, staging.path(),
                                      {.threads = threads_each_,
-                                      .progress =
-                                          [&](std::string_view now, std::size_t, std::size_t) {
-                                            if (now != running)
-                                              clock.enter((running = now) == "pings" ? "ping"
-                                                          : now == "files"           ? "encode"
-                                                                                     : "tree");
-                                            report_progress();
-                                            return true;
-                                          },
+                                      .progress = on_progress,
                                       .cache = control_.cache,
                                       .seafloor = kept,
                                       .memory = memory_each_,
                                       .growing_picture = false,
                                       .staged = true,
-                                      .on_outputs =
-                                          [&](const RunOutputs& outputs) {
-                                            products_disk_s = write_products(
-                                                recipe_.options(), sample, outputs, staging.path(),
-                                                {control_.memory, [this] { report_progress(); }});
-                                          }});
+                                      .on_outputs = on_outputs});
     clock.enter("disk");
     stage(staging.path() / "scene.toml", dump_scene(sample.scene, false));
     stage_files(sample.scene, staging.path());
