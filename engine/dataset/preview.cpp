@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include <fmt/format.h>
@@ -86,14 +87,18 @@ Picture shrunk(const Picture& from, std::size_t width, std::size_t height) {
   return to;
 }
 
+/// The colour of one of the names: the colours are used in the order of the names, again and again.
+const Rgb& colour_for(std::span<const Rgb> colours, const std::vector<std::string>& names,
+                      const std::string& name) {
+  return colours[static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()) %
+                 colours.size()];
+}
+
 /// The labels as colours: objects by class; the bed by class, or by sediment if its class is
 /// "seabed".
 Picture label_picture(const Waterfall& line, const Seafloor& seafloor, const Recipe& recipe) {
   const std::vector<std::string> classes = recipe.class_names(),
                                  materials = recipe.material_names();
-  const auto place = [](const std::vector<std::string>& names, const std::string& name) {
-    return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
-  };
   Picture picture = blank(line.columns(), line.rows(), no_data);
   for (std::size_t i = 0; i < line.pixels.region.size(); ++i) {
     const std::size_t row = line.rows() - 1 - i / line.columns(), column = i % line.columns();
@@ -102,14 +107,12 @@ Picture label_picture(const Waterfall& line, const Seafloor& seafloor, const Rec
       case Region::no_data: break;
       case Region::water_column: set(picture, column, row, water); break;
       case Region::shadow: set(picture, column, row, dark); break;
-      case Region::object:
-        set(picture, column, row, bright[place(classes, name) % bright.size()]);
-        break;
+      case Region::object: set(picture, column, row, colour_for(bright, classes, name)); break;
       case Region::seabed:
         set(picture, column, row,
-            name == "seabed" ? muted[place(materials, seafloor.materials[line.pixels.sediment[i]]) %
-                                     muted.size()]
-                             : bright[place(classes, name) % bright.size()]);
+            name == "seabed"
+                ? colour_for(muted, materials, seafloor.materials[line.pixels.sediment[i]])
+                : colour_for(bright, classes, name));
         break;
     }
   }
@@ -166,9 +169,7 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
     if (!record.is_object()) continue;
     const Outline& shown = shown_part(record.target);
     const std::string& name = record.class_name;
-    const Rgb& colour =
-        bright[static_cast<std::size_t>(std::ranges::find(classes, name) - classes.begin()) %
-               bright.size()];
+    const Rgb& colour = colour_for(bright, classes, name);
     const auto low = to_panel(shown.low), high = to_panel(shown.high);
     draw_box(left,
              {low[0] - std::min<std::size_t>(low[0], 2), low[1] - std::min<std::size_t>(low[1], 2),
@@ -200,9 +201,9 @@ Picture legend(const Recipe& recipe, std::size_t width) {
   };
   const std::vector<std::string> classes = recipe.class_names(),
                                  materials = recipe.material_names();
-  for (std::size_t i = 0; i < classes.size(); ++i)
-    if (classes[i] != "seabed") add(classes[i], bright[i % bright.size()]);
-  for (std::size_t i = 0; i < materials.size(); ++i) add(materials[i], muted[i % muted.size()]);
+  for (const std::string& name : classes)
+    if (name != "seabed") add(name, colour_for(bright, classes, name));
+  for (const std::string& name : materials) add(name, colour_for(muted, materials, name));
   add("water", water);
   add("shadow", dark);
   return strip;
@@ -250,25 +251,22 @@ ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewCon
   }
   const std::size_t cell_width = cells.front().width;
   const std::size_t width = columns * cell_width + (columns + 1) * border;
-  std::size_t height = border;
-  for (std::size_t k = 0; k < samples; k += columns) {
+  const auto height_of_row = [&](std::size_t first) {
     std::size_t tallest = 0;
-    for (std::size_t j = k; j < std::min(samples, k + columns); ++j)
-      tallest = std::max(tallest, cells[j].height);
-    height += tallest + border;
-  }
+    for (std::size_t k = first; k < std::min(samples, first + columns); ++k)
+      tallest = std::max(tallest, cells[k].height);
+    return tallest + border;
+  };
+  std::size_t height = border;
+  for (std::size_t k = 0; k < samples; k += columns) height += height_of_row(k);
   const Picture names = legend(recipe, width - 2 * border);
   Picture sheet = blank(width, height + names.height + border, paper);
   std::size_t row = border;
   paste(names, sheet, border, row);
   row += names.height + border;
-  for (std::size_t k = 0; k < samples; k += columns) {
-    std::size_t tallest = 0;
-    for (std::size_t j = k; j < std::min(samples, k + columns); ++j) {
-      paste(cells[j], sheet, border + (j - k) * (cell_width + border), row);
-      tallest = std::max(tallest, cells[j].height);
-    }
-    row += tallest + border;
+  for (std::size_t k = 0; k < samples; ++k) {
+    paste(cells[k], sheet, border + (k % columns) * (cell_width + border), row);
+    if (k % columns == columns - 1) row += height_of_row(k + 1 - columns);
   }
   return {std::move(sheet), samples};
 }
