@@ -325,16 +325,14 @@ struct LiveServer::Inner {
       ~Page() { --readers; }
     };
     const auto page = std::make_shared<Page>(*this, request.get_param_value("mesh") == "1");
-    response.set_chunked_content_provider("application/octet-stream",
-                                          [this, page](std::size_t, httplib::DataSink& sink) {
-                                            for (const Bytes& frame : page->reader.next(250ms))
-                                              if (!sink.write(frame->data(), frame->size()))
-                                                return false;
-                                            if (!stopping && !session.ring().closed())
-                                              return sink.is_writable();
-                                            sink.done();
-                                            return true;
-                                          });
+    const auto send = [this, page](std::size_t, httplib::DataSink& sink) {
+      for (const Bytes& frame : page->reader.next(250ms))
+        if (!sink.write(frame->data(), frame->size())) return false;
+      if (!stopping && !session.ring().closed()) return sink.is_writable();
+      sink.done();
+      return true;
+    };
+    response.set_chunked_content_provider("application/octet-stream", send);
   }
 
   void report_truth(const httplib::Request& request, httplib::Response& response) {
