@@ -27,19 +27,9 @@ constexpr Rgb paper{250, 250, 248}, ink{30, 30, 30}, water{18, 24, 48}, dark{0, 
     no_data{90, 90, 90};
 // Okabe and Ito's colours (Color Universal Design, 2008), which colour-blind people can
 // distinguish.
-constexpr std::array<Rgb, 7> bright{{{230, 159, 0},
-                                     {86, 180, 233},
-                                     {0, 158, 115},
-                                     {240, 228, 66},
-                                     {213, 94, 0},
-                                     {204, 121, 167},
-                                     {0, 114, 178}}};
-constexpr std::array<Rgb, 6> muted{{{196, 178, 138},
-                                    {150, 141, 116},
-                                    {118, 134, 128},
-                                    {168, 150, 160},
-                                    {134, 120, 96},
-                                    {176, 186, 172}}};
+constexpr auto bright =
+    rgb_colours({0xe69f00, 0x56b4e9, 0x009e73, 0xf0e442, 0xd55e00, 0xcc79a7, 0x0072b2});
+constexpr auto muted = rgb_colours({0xc4b28a, 0x968d74, 0x768680, 0xa896a0, 0x867860, 0xb0baac});
 
 Picture blank(std::size_t width, std::size_t height, const Rgb& colour) {
   Picture picture{width, height, 3, {}};
