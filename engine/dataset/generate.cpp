@@ -162,9 +162,9 @@ class Seafloors {
 
   /// Prepares seafloor `number`, or waits while another worker prepares it.
   Pointer get(std::size_t number, const Scene& scene, const Preparation& how) {
-    const std::shared_ptr<Place> place = place_of(number);
-    const std::lock_guard lock(place->mutex);
-    std::weak_ptr<const PreparedSeafloor>& known = place->prepared[preparation_key(scene)];
+    Place& place = place_of(number);
+    const std::lock_guard lock(place.mutex);
+    std::weak_ptr<const PreparedSeafloor>& known = place.prepared[preparation_key(scene)];
     Pointer prepared = known.lock();
     if (!prepared) known = prepared = prepare_seafloor(scene, how);
     return prepared;
@@ -175,14 +175,12 @@ class Seafloors {
     std::mutex mutex;
     std::map<PreparationKey, std::weak_ptr<const PreparedSeafloor>> prepared;
   };
-  std::shared_ptr<Place> place_of(std::size_t number) {
+  Place& place_of(std::size_t number) {
     const std::lock_guard lock(mutex_);
-    std::shared_ptr<Place>& place = places_[number];
-    if (!place) place = std::make_shared<Place>();
-    return place;
+    return places_[number];
   }
   std::mutex mutex_;
-  std::map<std::size_t, std::shared_ptr<Place>> places_;
+  std::map<std::size_t, Place> places_;  // a place stays where it is when others are added
 };
 
 /// Sums the time in each stage of making a sample.

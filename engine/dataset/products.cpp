@@ -41,9 +41,6 @@ class Products {
            const std::filesystem::path& folder, const ProductsControl& control)
       : options_(options),
         sample_(sample),
-        classes_(sample.scene.output.class_names),
-        names_{sample.scene.output.class_names, sample.scene.output.sediment_names},
-        shadow_class_(options.shadow_class ? category(std::string(shadow_name)) : 0),
         seafloor_(seafloor),
         folder_(folder),
         control_(control) {
@@ -151,12 +148,6 @@ class Products {
     const LabelledImage& shown = whole ? line : cut_out;
     const LabelledImage other_pixels = edge_px > 0 ? resampled(shown, edge_px, edge_px) : nothing;
     const LabelledImage& image = edge_px > 0 ? other_pixels : shown;
-    // The run and add_line() have already written the pictures of whole lines in slant range.
-    if (!whole || line.geometry != "slant")
-      for (std::size_t r = 0; r < image.pictures.size(); ++r)
-        write(r == 0 ? stem + ".png" : fmt::format("{}.r{}.png", stem, r),
-              encode_png(image.pictures[r]));
-
     ImageLabels labels{.image = stem,
                        .pictures = {stem + ".png"},
                        .kind = std::string(kind),
@@ -176,6 +167,10 @@ class Products {
                        .split = sample_.split};
     for (std::size_t r = 1; r < image.pictures.size(); ++r)
       labels.pictures.push_back(fmt::format("{}.r{}.png", stem, r));
+    // The run and add_line() have already written the pictures of whole lines in slant range.
+    if (!whole || line.geometry != "slant")
+      for (std::size_t r = 0; r < image.pictures.size(); ++r)
+        write(labels.pictures[r], encode_png(image.pictures[r]));
     std::map<std::uint32_t, TargetLabel> labels_shown;
     if (whole)
       for (const auto& [instance, record] : line_targets_)
@@ -292,9 +287,12 @@ class Products {
 
   const DatasetOptions& options_;
   const SampleScene& sample_;
-  const std::vector<std::string>& classes_;  // class number n is classes_[n - 1]
-  LabelNames names_;                         // names of classes and sediments, with "none" first
-  const std::size_t shadow_class_;           // number of the class of shadows; 0: none
+  // Class number n is classes_[n - 1].
+  const std::vector<std::string>& classes_ = sample_.scene.output.class_names;
+  LabelNames names_{classes_,
+                    sample_.scene.output.sediment_names};  // later "none" is added in front
+  // Number of the class of shadows; 0: none.
+  const std::size_t shadow_class_ = options_.shadow_class ? category(std::string(shadow_name)) : 0;
   const Seafloor& seafloor_;
   const std::filesystem::path& folder_;
   const ProductsControl& control_;
