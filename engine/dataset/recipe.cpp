@@ -9,7 +9,7 @@
 
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
-#include <ensonify/engine/dataset/sample_draws.h>
+#include <ensonify/engine/dataset/recipe_text.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/bed/survey.h>

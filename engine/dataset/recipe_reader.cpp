@@ -1,4 +1,4 @@
-#include <ensonify/engine/dataset/recipe_reader.h>
+#include <ensonify/engine/dataset/recipe_text.h>
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include <ensonify/engine/dataset/sample_draws.h>
+#include <ensonify/engine/dataset/recipe_text.h>
 
 #include <array>
 #include <charconv>
