@@ -34,11 +34,6 @@ Mailbox::Mailbox(SessionScene source, std::optional<double> pings_per_s, bool ho
   status_.control = {.vehicle = {}, .pings_per_s = pings_per_s, .hold = hold};
 }
 
-SessionScene Mailbox::present() const {
-  const std::lock_guard lock(lock_);
-  return source_;
-}
-
 void Mailbox::accept(const LiveChange& change) {
   const std::lock_guard lock(lock_);
   if (change.add && pending_.objects.size() + pending_.objects_after_again.size() >= max_waiting)
@@ -122,16 +117,6 @@ std::optional<PendingChanges> Mailbox::take() {
   return std::exchange(pending_, {});
 }
 
-Control Mailbox::control() const {
-  const std::lock_guard lock(lock_);
-  return status_.control;
-}
-
-SessionStatus Mailbox::status() const {
-  const std::lock_guard lock(lock_);
-  return status_;
-}
-
 void Mailbox::set_vehicle(const Vehicle& vehicle) {
   const std::lock_guard lock(lock_);
   status_.control.vehicle = vehicle;
@@ -172,16 +157,6 @@ void Mailbox::stop() {
   const std::lock_guard lock(lock_);
   stopping_ = true;
   woken_.notify_all();
-}
-
-bool Mailbox::stopping() const {
-  const std::lock_guard lock(lock_);
-  return stopping_;
-}
-
-std::exception_ptr Mailbox::fault() const {
-  const std::lock_guard lock(lock_);
-  return fault_;
 }
 
 }  // namespace ensonify::engine

@@ -54,7 +54,7 @@ class Mailbox {
   // Pages.
 
   /// The session's scene with all changes so far, except of a seabed that is being prepared.
-  SessionScene present() const;
+  SessionScene present() const { return copy_of(source_); }
   /// Passes a change to the ping loop. A change of the seabed instead begins a preparation, which
   /// ends with deliver() or give_up(). Throws std::invalid_argument, and changes nothing, if a
   /// preparation has already begun, or if too many objects wait to be added.
@@ -74,8 +74,8 @@ class Mailbox {
 
   /// All pending changes; none when the session stops.
   std::optional<PendingChanges> take();
-  Control control() const;
-  SessionStatus status() const;
+  Control control() const { return copy_of(status_.control); }
+  SessionStatus status() const { return copy_of(status_); }
   /// Sets how the vehicle moves until a change.
   void set_vehicle(const Vehicle& vehicle);
   /// Waits until there are changes to take, at most this long.
@@ -91,11 +91,16 @@ class Mailbox {
 
   void report_trouble(const std::string& what);
   void stop();
-  bool stopping() const;
+  bool stopping() const { return copy_of(stopping_); }
   /// The exception that fail() has stored, if any.
-  std::exception_ptr fault() const;
+  std::exception_ptr fault() const { return copy_of(fault_); }
 
  private:
+  template <class Member>
+  Member copy_of(const Member& member) const {
+    const std::lock_guard lock(lock_);
+    return member;
+  }
   void note_trouble(const std::string& what);
 
   mutable std::mutex lock_;  // guards all members

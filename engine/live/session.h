@@ -17,7 +17,6 @@
 
 namespace ensonify::engine {
 
-/// A scene and how to show it.
 struct LiveOptions {
   std::filesystem::path scene;
   std::vector<std::string> overrides;  ///< as in read_scene()
