@@ -49,20 +49,6 @@ Recording recording_of(const RunState& run, const Waterfall& image, const Simula
   return make_recording(image, SimulatorInternals::full_scale_by_beam(simulator, sonar), frame);
 }
 
-PictureColumns columns_of_picture(const Scene& scene, const Simulator& simulator,
-                                  std::size_t sonar) {
-  return picture_columns(simulator.sonars()[sonar], scene.display,
-                         simulator.calibration(sonar).row_spacing_m);
-}
-
-std::vector<std::byte> encode_truth(const Scene& scene, const Waterfall& image,
-                                    const Simulator& simulator, std::size_t sonar,
-                                    const NeighbourRows& neighbours, const LabelNames& names) {
-  return encode_png(with_legend(
-      lay_truth(image, render(image, scene.display, simulator.calibration(sonar), 8, &neighbours),
-                names.classes, names.materials, columns_of_picture(scene, simulator, sonar))));
-}
-
 void count(const ScenePings& pings, PartRecord& record) {
   std::map<std::string, std::uint64_t>& counts = record.counts;
   counts["pings"] = pings.pings.count;
@@ -215,15 +201,17 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
     add_recordings(0, pings.images.size(), std::string(common_recording) + ending);
   for (std::size_t i = 0; i < pings.images.size(); ++i) {
     const Waterfall& image = pings.images[i];
-    const PictureColumns columns = columns_of_picture(scene, simulator, i);
+    const Calibration& calibration = simulator.calibration(i);
+    const PictureColumns columns =
+        picture_columns(simulator.sonars()[i], scene.display, calibration.row_spacing_m);
     const bool picture_is_of_preview =
         output.exr && output.png_bits == 8 && columns == columns_of_bins(image.sonar);
     const NeighbourRows& neighbours = pings.neighbours[i];
     const std::string name = image.sonar.name + ending;
     const std::shared_future<Picture> preview =
-        std::async(std::launch::deferred, preview_of, std::cref(scene), std::cref(image),
-                   std::cref(simulator), i, std::cref(neighbours))
-            .share();
+        std::async(std::launch::deferred, [&, i] {
+          return preview_of(scene, image, simulator, i, neighbours);
+        }).share();
     for (const OutputFormat& format : output_formats())
       if (const auto* layers = std::get_if<EncodeLayers>(&format.encode);
           layers && output.*format.wanted)
@@ -255,9 +243,11 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
         folder.write(name + "_targets.json", targets_json(written.targets[i], shown, seafloor));
       });
     if (output.truth)
-      tasks.emplace_back([&, name, i] {
-        folder.write(name + "_truth.png",
-                     encode_truth(scene, image, simulator, i, neighbours, record.names));
+      tasks.emplace_back([&, name, columns] {
+        const TruthPicture truth =
+            lay_truth(image, render(image, scene.display, calibration, 8, &neighbours),
+                      record.names.classes, record.names.materials, columns);
+        folder.write(name + "_truth.png", encode_png(with_legend(truth)));
       });
   }
   refine::parallel_for(tasks.size(), threads, [&](std::size_t task, int) { tasks[task](); });
