@@ -118,7 +118,6 @@ Json pictures_of(const std::string& group) {
           {"field", {image, name, split}}};
 }
 
-/// The numbers and names of the classes.
 Json classes_of(const Card& card) {
   Json data = Json::array();
   for (std::size_t i = 0; i < card.classes.size(); ++i)

@@ -61,7 +61,6 @@ void for_each_label(F&& f) {
   f(&BinLayers::class_id);
 }
 
-/// Copies labels.
 void gather_labels(const LabelledImage& from, const PixelMap& map, LabelledImage& to) {
   // In blocks of runs, so that the runs of a block are in the processor's cache for every layer.
   constexpr std::size_t block = 1024;

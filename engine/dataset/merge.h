@@ -10,7 +10,6 @@
 
 namespace ensonify::engine {
 
-/// The result of a merge.
 struct MergeReport {
   std::size_t samples = 0;           ///< complete and undamaged
   std::vector<std::size_t> missing;  ///< numbers of the samples that are not finished

@@ -362,10 +362,6 @@ std::size_t Recipe::seafloors() const {
   return options_.seafloors > 0 ? static_cast<std::size_t>(options_.seafloors) : samples();
 }
 
-std::size_t Recipe::seafloor_of(std::size_t sample) const {
-  return sample * seafloors() / samples();
-}
-
 SampleScene Recipe::sample(std::size_t number) const {
   const DrawnKeys& d = *drawn_keys_;
   SampleScene result;

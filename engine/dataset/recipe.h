@@ -53,7 +53,7 @@ class Recipe {
   std::size_t samples() const { return static_cast<std::size_t>(options_.samples); }
   std::size_t seafloors() const;
   /// The number of the sample's seafloor. Consecutive samples share a seafloor.
-  std::size_t seafloor_of(std::size_t sample) const;
+  std::size_t seafloor_of(std::size_t sample) const { return sample * seafloors() / samples(); }
 
   /// Throws SceneError if the drawn values do not make a valid scene, or if the lines of the scene
   /// are smaller than the tiles or chips that are cut from them.

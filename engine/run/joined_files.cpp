@@ -109,10 +109,8 @@ PartRecord finish_run(const fs::path& folder, const RunPlan& plan,
   const RunParts& parts = plan.parts;
   PartRecord whole = sum_of_parts(folder, parts, 0, parts.count());
   std::vector<FileRecord> files;
-  for (std::size_t part = 0; part < parts.count(); ++part) {
-    const std::string its = parts.folder(part);
-    files.push_back(record_of(folder, its + "/" + part_json_name));
-  }
+  for (std::size_t part = 0; part < parts.count(); ++part)
+    files.push_back(record_of(folder, parts.folder(part) + "/" + part_json_name));
   for (const auto& [sonar, visibility] : whole.object_visibility) {
     const std::string picture = sonar + ".png", targets = sonar + "_targets.json";
     {
