@@ -104,14 +104,6 @@ void add_override(const std::string& key, const std::string& value, DrawnValues&
   if (!value.empty()) values.overrides.push_back(key + "=" + value);
 }
 
-/// Collects the names of all files that the samples can use. `scene` has every optional table.
-void collect_files(const RecipeText& text, Scene& scene, std::set<std::string>& names) {
-  for_each_file(scene, [&](const std::string& key, const InputFile& file) {
-    for (const std::string& name : possible_values(text, key, file.name))
-      if (!name.empty()) names.insert(name);
-  });
-}
-
 /// Checks that the dataset's options fit each other; refuse(message) makes the exception.
 void check_options(const DatasetOptions& options, const auto& refuse) {
   if (options.seafloors > options.samples)
@@ -317,7 +309,10 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
        {std::pair{"output.pings_per_file", "0"}, std::pair{"output.file_per_leg", "false"}})
     allow_only(d, scene.places, key, off,
                "a sample has one part: leave it out; 'dataset.tiles' cuts images into pieces");
-  collect_files(d, scene, files_);
+  for_each_file(scene, [&](const std::string& key, const InputFile& file) {
+    for (const std::string& name : possible_values(d, key, file.name))
+      if (!name.empty()) files_.insert(name);
+  });
   auto [targets, grounds, materials] = possible_names(d, scene, paths());
   for (const std::string& chosen : options_.chips.classes)
     if (!targets.contains(chosen))

@@ -108,16 +108,15 @@ PartRecord finish_run(const fs::path& folder, const RunPlan& plan,
                       const std::function<void()>& waiting) {
   const RunParts& parts = plan.parts;
   PartRecord whole = sum_of_parts(folder, parts, 0, parts.count());
-  std::vector<FileRecord> files;
   for (std::size_t part = 0; part < parts.count(); ++part)
-    files.push_back(record_of(folder, parts.folder(part) + "/" + part_json_name));
+    whole.files.push_back(record_of(folder, parts.folder(part) + "/" + part_json_name));
   for (const auto& [sonar, visibility] : whole.object_visibility) {
     const std::string picture = sonar + ".png", targets = sonar + "_targets.json";
     {
       const Claim claim = StagingFolder::wait_for(folder / picture, waiting);
       join_pictures(folder, parts, parts.count(), sonar);
     }
-    files.push_back(record_of(folder, picture));
+    whole.files.push_back(record_of(folder, picture));
     if (std::ranges::none_of(whole.files, [](const FileRecord& file) {
           return file.name.ends_with("_targets.json");
         }))
@@ -125,10 +124,9 @@ PartRecord finish_run(const fs::path& folder, const RunPlan& plan,
     const Claim claim = StagingFolder::wait_for(folder / targets, waiting);
     refine::write_file(folder / targets,
                        join_targets(folder, parts, sonar, visibility, whole.target_sights[sonar]));
-    files.push_back(record_of(folder, targets));
+    whole.files.push_back(record_of(folder, targets));
   }
-  files.push_back(record_of(folder, plan_file(folder).filename().string()));
-  whole.files.insert(whole.files.end(), files.begin(), files.end());
+  whole.files.push_back(record_of(folder, plan_file(folder).filename().string()));
   std::ranges::sort(whole.files, {}, &FileRecord::name);
   const std::vector<std::string> more = warnings_of(whole, plan.intersector);
   whole.warnings.insert(whole.warnings.end(), more.begin(), more.end());
