@@ -50,7 +50,7 @@ std::string configs_of(const std::string& group, const std::map<std::string, boo
   return text;
 }
 
-/// The part of a card that the Hub reads, so that load_dataset(FOLDER, GROUP) finds pictures and
+/// The part of a card that the Hub reads, for load_dataset(FOLDER, GROUP) to find pictures and
 /// splits.
 std::string hub_metadata(const Card& card) {
   std::string text;
@@ -99,8 +99,7 @@ Json field(const std::string& id, const std::string& type) {
   return {{"@type", "cr:Field"}, {"@id", id}, {"name", id}, {"dataType", type}};
 }
 
-/// The records of a group of pictures: each picture, its file and its split, which is the name of
-/// its folder.
+/// The records of a group of pictures: each picture, its file, and its split (the folder's name).
 Json pictures_of(const std::string& group) {
   const Json set = {{"@id", group + "_pictures"}};
   Json image = field(group + "/image", "sc:ImageObject");

@@ -42,8 +42,7 @@ class CheckedSamples {
   /// Reads and checks every file of a sample. None if a file is damaged; `damage` then names the
   /// file and the damage. Throws std::system_error if the disk cannot read a file.
   std::optional<SampleRecord> read(std::size_t sample, std::string& damage);
-  /// The size of a file of the sample that read() was called with last; none if the sample does not
-  /// have the file.
+  /// The size of a file of the sample last given to read(); none if it has no such file.
   std::optional<std::uint64_t> size_bytes(std::size_t sample, const std::string& name) const;
   /// The path of a sample's file relative to the dataset's folder. For a file in a tar: the tar's
   /// path, then the name in the tar.

@@ -33,8 +33,7 @@ struct Box {
   std::size_t rows() const { return high[1] - low[1]; }
 };
 
-/// Something that resembles a target: a target of a class that is not chosen, or connected pixels
-/// of the bed.
+/// What resembles a target: a target of a class that is not chosen, or connected pixels of the bed.
 struct Lookalike {
   const Target* target = nullptr;
   Box box;
@@ -63,8 +62,7 @@ enum StreamUse : std::size_t { for_backgrounds = 0, for_margins = 2, for_hard_ne
 constexpr std::uint64_t margin_draw = 1000;
 
 constexpr std::size_t smallest_lookalike_px = 8;
-/// The candidates of each class are its largest lookalikes: this many for each wanted hard
-/// negative.
+/// Candidates are the largest lookalikes of each class: this many for each hard negative.
 constexpr std::size_t lookalikes_per_chip = 4;
 
 /// The index from 0 to count - 1 that a number in (0, 1] chooses.
@@ -208,8 +206,8 @@ class Chooser {
     return true;
   }
 
-  /// Adds a chip at a random place. Its size is the fixed one, or that of one of the first
-  /// `targets` chips.
+  /// Adds a chip at a random place, with the fixed size or that of one of the first `targets`
+  /// chips.
   void add_background(std::size_t targets, int number) {
     constexpr int tries = 200;
     const RandomStream places = stream(for_backgrounds, static_cast<std::uint64_t>(number));

@@ -14,16 +14,14 @@ std::string dataset_json(const Recipe& recipe);
 /// The hash in the content of dataset.json.
 std::string hash_in(const std::string& dataset_json);
 
-/// Throws SceneError, with the first difference, if `file`, the dataset.json of a folder, does not
-/// have this content.
+/// Throws SceneError, with the first difference, if `file` (dataset.json) has another content.
 void require_same_dataset(const std::filesystem::path& file, const std::string& content);
 
 /// The splits that samples can be in.
 std::vector<std::string> splits_of(const SplitOptions& split);
 
 /// The content of sample.json, the last file that is written to a sample's folder: the hash in
-/// `dataset_json` (the content of dataset.json), the drawn values, and each file of the folder with
-/// its hash.
+/// `dataset_json` (the content of dataset.json), the drawn values, and its files with hashes.
 std::string sample_json(std::size_t number, const SampleScene& sample,
                         const std::string& dataset_json, const std::filesystem::path& folder);
 

@@ -62,8 +62,7 @@ bool matches(std::string_view text, std::string_view pattern) {
   constexpr std::size_t none = std::string_view::npos;
   std::size_t in_text = 0, in_pattern = 0;
   // The last * of the pattern so far, and the place in the text from which on the rest of the
-  // pattern is tried. An earlier * need not be tried again, because the last * can skip the same
-  // characters.
+  // pattern is tried. An earlier * need not be tried again, because the last * can skip the same.
   std::size_t star = none, tried = 0;
   while (in_text < text.size()) {
     if (in_pattern < pattern.size() && pattern[in_pattern] == '*') {

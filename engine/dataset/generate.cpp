@@ -283,8 +283,7 @@ class Generator {
     });
   }
 
-  /// Waits for the samples that other processes have claimed, and makes those that they do not
-  /// finish.
+  /// Waits for the samples that other processes have claimed, and makes those that they leave.
   void wait_for_others() {
     using namespace std::chrono_literals;
     while (!others_.empty()) {
@@ -338,8 +337,7 @@ class Generator {
   }
 
   /// Removes a sample's folder in one step, so that no process ever sees a part of it. This process
-  /// must have claimed `place`. If something cannot be removed, the next process that claims
-  /// `place` removes it.
+  /// must have claimed `place`. The next process that claims it removes what is left.
   static void discard(const fs::path& folder, const fs::path& place) {
     const StagingFolder staging(place);
     fs::rename(folder, staging.path() / folder.filename());

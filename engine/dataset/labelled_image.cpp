@@ -19,8 +19,7 @@ struct Run {
   std::size_t to, from, count;
 };
 
-/// Which pixels of a source image become which pixels of a target image. Indices count from the
-/// oldest ping.
+/// Which pixels of a source become which pixels of a target. Indices count from the oldest ping.
 class PixelMap {
  public:
   void start_row() { in_row_ = false; }
@@ -42,8 +41,7 @@ class PixelMap {
   bool in_row_ = false;
 };
 
-/// std::copy_n(), but a few numbers are copied without a call, which would take longer than
-/// copying.
+/// std::copy_n(), but without its call for a few numbers, for which the call takes longer.
 template <class Value>
 void copy_run(const Value* from, std::size_t count, Value* to) {
   constexpr std::size_t few = 8;
@@ -131,8 +129,7 @@ Picture averaged(const Picture& from, std::size_t columns, std::size_t rows) {
   return to;
 }
 
-/// The bytes that a pixel takes while it is gathered: its labels, at most one Run, and the
-/// pictures.
+/// The bytes of a pixel while it is gathered: its labels, at most one Run, and the pictures.
 double bytes_per_pixel(std::span<const Picture> pictures) {
   double bytes = sizeof(Run);
   const BinLayers layers;

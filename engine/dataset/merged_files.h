@@ -19,8 +19,7 @@ namespace ensonify::engine {
 /// Called often while a merge works. What it throws ends the merge.
 using MergeStep = std::function<void(std::string_view stage, std::size_t done, std::size_t of)>;
 
-/// Writes the files that a merge adds to a dataset's folder, and lists them. The functions throw
-/// std::system_error.
+/// Writes and lists the files that a merge adds to a dataset. Functions throw std::system_error.
 class MergedFiles {
  public:
   MergedFiles(std::filesystem::path folder, MergeStep step)
@@ -55,15 +54,13 @@ class MergedFiles {
 };
 
 /// Writes tars for WebDataset: FOLDER/GROUP-000000.tar and so on, each with 1000 records of one
-/// group of pictures. The files of a record are consecutive; their names are the record's key, a
-/// dot and an extension.
+/// group of pictures. The files of a record are consecutive; their names are KEY.EXTENSION.
 class WebDatasetWriter {
  public:
   static constexpr std::size_t records_per_tar = 1000;
 
   explicit WebDatasetWriter(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  /// Adds the file KEY.EXTENSION. The files of a record must be added one after another. Throws as
-  /// TarFile.
+  /// Adds KEY.EXTENSION. Files of a record must be added one after another. Throws as TarFile.
   void add(const std::string& group_name, const std::string& key, const std::string& extension,
            std::span<const std::byte> content);
   void finish();

@@ -33,8 +33,7 @@ struct PicturePaths {
 };
 
 /// The pictures of one geometry, kind and split, and the content of the files about them. Boxes are
-/// [column, row, columns, rows]. Category numbers begin with 1 in COCO and in the Hub's metadata,
-/// with 0 in YOLO.
+/// [column, row, columns, rows]. Category numbers begin with 1 in COCO and the Hub, with 0 in YOLO.
 class PictureIndex {
  public:
   /// Adds a picture. `image` is the content of the image's JSON file. Throws

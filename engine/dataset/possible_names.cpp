@@ -15,8 +15,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Whether the items of a list have instances, so that they are targets: objects and features of
-/// the bed.
+/// Whether the items of a list have instances and so are targets: objects, features of the bed.
 template <class Item>
 bool has_instances() {
   if constexpr (requires(Item item) { kind_of(item.relief); })
@@ -94,8 +93,7 @@ void collect_analysed_labels(const RecipeText& text, const Scene& scene, const S
     };
     add_targets(seafloor.objects);
     add_targets(seafloor.features);
-    // The name of number 0 is left out. possible_names() removes the classes of targets from
-    // `grounds`.
+    // Without the name of number 0. possible_names() removes classes of targets from `grounds`.
     names.grounds.insert(seafloor.classes.begin() + 1, seafloor.classes.end());
     names.materials.insert(seafloor.materials.begin() + 1, seafloor.materials.end());
   }

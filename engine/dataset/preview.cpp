@@ -25,8 +25,7 @@ constexpr std::size_t line_px = letter_height_px + 1;
 constexpr std::size_t panel_width = 380, max_height = 380, min_height = 60, border = 6, columns = 2;
 constexpr Rgb paper{250, 250, 248}, ink{30, 30, 30}, water{18, 24, 48}, dark{0, 0, 0},
     no_data{90, 90, 90};
-// Okabe and Ito's colours (Color Universal Design, 2008), which colour-blind people can
-// distinguish.
+// Okabe & Ito's colours (Color Universal Design, 2008): colour-blind people can distinguish them.
 constexpr auto bright =
     rgb_colours({0xe69f00, 0x56b4e9, 0x009e73, 0xf0e442, 0xd55e00, 0xcc79a7, 0x0072b2});
 constexpr auto muted = rgb_colours({0xc4b28a, 0x968d74, 0x768680, 0xa896a0, 0x867860, 0xb0baac});

@@ -112,8 +112,7 @@ class Products {
       }
   }
 
-  /// The first pixel of each tile on one axis. If tiles have no gaps, the last tile ends at the end
-  /// of the line.
+  /// The first pixel of each tile on one axis. Without gaps the last tile ends with the line.
   std::vector<std::size_t> starts(std::size_t whole, std::size_t tile) const {
     const auto stride = static_cast<std::size_t>(
         std::max(1.0, std::round(options_.tiles.stride * static_cast<double>(tile))));

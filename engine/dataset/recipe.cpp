@@ -43,8 +43,7 @@ std::string split_of(std::uint64_t seed, const SplitOptions& split,
   const double test = split.held_out_test.empty() ? split.test : 0.0;
   const RandomStream stream(seed, Purpose::dataset_split, {counted ? 0 : number, 0, 0});
   std::array<double, 1> u{};
-  // Counted groups have stratified numbers, so that the shares of the sets are close to the given
-  // ones.
+  // Counted groups have stratified numbers, so that the sets' shares are close to the given ones.
   if (counted)
     u[0] = stratified(stream, number);
   else
@@ -53,8 +52,7 @@ std::string split_of(std::uint64_t seed, const SplitOptions& split,
   return at < test ? "test" : at < test + val ? "val" : "train";
 }
 
-/// The name of a key when the absent tables are left out, so that the tables after them have lower
-/// numbers.
+/// The name of a key without the absent tables: the tables after them have lower numbers.
 std::string renumbered(const std::string& key, const auto& lists, const auto& absent) {
   for (const auto& [list, size] : lists) {
     if (!key.starts_with(list + ".")) continue;

@@ -51,8 +51,7 @@ struct PossibleNames {
 };
 
 /// The names of labels in `scene`, which has every optional table of the recipe, and those that can
-/// be drawn. Reads the files in `seafloor.progressive`; throws refine::MeshError if one is not such
-/// a file.
+/// be drawn. Reads the files in `seafloor.progressive`; throws refine::MeshError for another file.
 PossibleNames possible_names(const RecipeText& text, Scene& scene, const ScenePaths& paths);
 
 /// The values that can be drawn for a key, then `value`.
@@ -67,8 +66,7 @@ struct DrawnKeys : RecipeText {
 
 /// A number that selects the random stream of a key.
 std::uint64_t key_number(std::string_view key);
-/// The number in (0, 1] at an index of a stratified_number() sequence, whose seeds come from the
-/// stream.
+/// The number in (0, 1] at an index of a stratified_number() sequence with seeds of the stream.
 double stratified(const RandomStream& stream, std::uint64_t index);
 
 /// The values of one sample's keys, drawn as described at Recipe.

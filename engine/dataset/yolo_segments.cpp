@@ -8,12 +8,10 @@
 namespace ensonify::engine {
 namespace {
 
-/// By corner: the ends of the edges that begin at it. There are two where pixels touch only in this
-/// corner.
+/// By corner: the ends of the edges that begin there; two where pixels touch in a corner only.
 using Edges = std::map<Corner, std::vector<Corner>>;
 
-/// The border edges of a set of pixels, with the set on their right. has(column, row): whether a
-/// pixel is in the set.
+/// The border edges of a set of pixels, with the set on their right. has(c, r): is a pixel in it?
 Edges edges_of(std::size_t columns, std::size_t rows, const auto& has) {
   Edges edges;
   for (int row = 0; row < static_cast<int>(rows); ++row)

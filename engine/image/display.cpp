@@ -85,8 +85,7 @@ class Levels {
     return sector * depressions + cell;
   }
   /// The inverse of the median level of the bed in each cell; 1 for a cell without bed. Single
-  /// strong echoes do not change a median. In an image with very many pixels only every n-th row is
-  /// used.
+  /// strong echoes do not change a median. With very many pixels only every n-th row is used.
   template <class Cell>
   std::vector<double> inverse_medians(std::size_t cells, Cell&& cell) const {
     std::vector<std::vector<float>> levels(cells);
@@ -116,8 +115,7 @@ class Levels {
 
 namespace {
 
-/// The levels of the pixels with seabed or an object, ascending; of every n-th if there are very
-/// many.
+/// The levels of pixels with seabed or an object, ascending; of very many only every n-th.
 std::vector<float> seabed_levels(const Waterfall& waterfall, const Levels& levels) {
   const std::size_t pixels = waterfall.rows() * waterfall.columns();
   const std::size_t step = 1 + pixels / equalised_pixels;
@@ -195,8 +193,7 @@ double sigma_along_track_px(const Display& display) {
   return std::hypot(display.smoothing_px, display.track_smoothing_px);
 }
 
-/// Smooths a grey picture by a Gaussian. Beyond its border the picture continues with the outermost
-/// pixels.
+/// Smooths a grey picture by a Gaussian. Beyond its border the outermost pixels are repeated.
 void smooth(Picture& grey, double track_sigma_px, double range_sigma_px) {
   const std::vector<float> over_rows = gaussian(track_sigma_px),
                            over_columns = gaussian(range_sigma_px);

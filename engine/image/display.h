@@ -26,8 +26,7 @@ struct Calibration {
   double absorption_db_per_m = 0.0;
   /// The recorder that made the samples. Null: the display shows the intensity.
   const Recorder* recorder = nullptr;
-  /// Mean intensity, uPa^2, in each column of the waterfall, if the scene's bed were level; 0: no
-  /// echo.
+  /// Mean intensity, uPa^2, in each column of the waterfall if the bed were level; 0: no echo.
   std::vector<double> level_bed;
   /// Mean noise power, uPa^2. The gain is limited so that the noise has at most mid-brightness.
   double noise = 0.0;

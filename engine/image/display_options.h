@@ -41,8 +41,8 @@ struct Display {
   /// to scale; but not narrower than a bin.
   bool speed_correction = false;
   ColumnValue column_value = ColumnValue::mean;
-  /// Divide by the median level of the bed at the same side and depression angle. The water column
-  /// does not change.
+  /// Divide by the bed's median level at the same side and depression angle. The water column does
+  /// not change.
   bool beam_normalisation = false;
   bool flat_field = false;  ///< divide by the median level of the bed in the same column
   /// Added to the automatic gain, with which a level bed would have its median at mid-brightness.

@@ -15,8 +15,7 @@ struct LabelNames {
   std::vector<std::string> classes, materials;
 };
 
-/// "none", then the `wanted` names (which do not contain "none") in their order, then the other
-/// names of `own`.
+/// "none", then the `wanted` names (without "none") in their order, then the other names of `own`.
 std::vector<std::string> joined_names(const std::vector<std::string>& own,
                                       std::span<const std::string> wanted);
 /// The number in `to` of each name in `from`. `to` must have all these names. 0 stays 0.

@@ -78,8 +78,7 @@ double greatest_over(ShownColumns shown, At&& at) {
 /// feature, otherwise from all. -1 if the picture's column shows nothing.
 std::ptrdiff_t labelled_column(const Waterfall& waterfall, std::size_t row, ShownColumns shown);
 
-/// A waterfall with other columns and with only the layers that find_targets() reads; 0 where a
-/// column shows nothing.
+/// The layers that find_targets() reads, in other columns; 0 where a column shows nothing.
 Waterfall truth_in_columns(PictureColumns columns, const Waterfall& waterfall);
 
 }  // namespace ensonify::engine

@@ -15,8 +15,7 @@
 
 namespace ensonify::engine {
 
-/// A target together with data of the object or feature of the bed (such as a trawl mark) that it
-/// shows.
+/// A target, with data of the object or feature of the bed (such as a trawl mark) that it shows.
 struct TargetRecord {
   /// What only an object has.
   struct Object {

@@ -47,8 +47,7 @@ struct Sight {
 
   Sight& operator+=(const Sight& more);
   std::size_t pixels() const;
-  /// The name of the sector with the most pixels; of two with equal numbers the alphabetically
-  /// later.
+  /// The name of the sector with the most pixels; of two with equal numbers the later name.
   std::string sector() const;
   /// Mean direction, clockwise from north.
   double direction_rad() const { return std::atan2(directions.y(), directions.x()); }
@@ -77,8 +76,7 @@ void for_each_truth_layer(F&& f) {
   f(&BinLayers::shadow_instance);
 }
 
-/// The outlines, by instance, of all objects and features with a pixel of their body or shadow in
-/// the waterfall.
+/// By instance: all objects and features with a pixel of their body or shadow in the waterfall.
 std::map<std::uint32_t, TargetOutlines> find_outlines(const Waterfall& waterfall);
 std::vector<Target> find_targets(const Waterfall& waterfall);
 

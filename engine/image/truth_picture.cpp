@@ -51,8 +51,7 @@ class TruthPainter {
     return several_ ? Paint{sediment, layers_.sediment[i]} : Paint{};
   }
 
-  /// A number for what a pixel belongs to: an object or feature (odd), the shadow of one (even),
-  /// none (0).
+  /// A number for what a pixel shows: an object or feature (odd), a shadow of one (even), 0: none.
   std::uint64_t thing(std::size_t i) const {
     if (is(i, Region::shadow)) return 2 * std::uint64_t{layers_.shadow_instance[i]};
     const bool lit = is(i, Region::seabed) || is(i, Region::object);

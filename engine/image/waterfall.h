@@ -35,8 +35,7 @@ struct PingRow {
 PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam);
 
 /// Stacked echo lines of one sonar: one row per ping and beam, the oldest ping first, and within a
-/// ping the rear beam first. Files number the rows as pings. LineLayout defines which bin is in
-/// which column.
+/// ping the rear beam first. Files number rows as pings. LineLayout has the order of columns.
 struct Waterfall {
   Sonar sonar;
   BinLayers pixels;            ///< rows() * columns() values per layer
@@ -52,8 +51,7 @@ struct Waterfall {
   /// vehicle's altitude minus the distance by which the sonar, with its mounting and the vehicle's
   /// attitude, is below the vehicle. NaN over a hole.
   double sonar_altitude_m(std::size_t row) const;
-  /// A row's data of the line of the sector with this name; LineRecord{} if the sonar has no such
-  /// sector.
+  /// A row's data of the line of a sector, by its name; LineRecord{} if the sonar does not have it.
   LineRecord line_of(const PingRow& row, std::string_view sector) const;
   /// Sets a row. Its pixels come from the echo lines of its sectors; a lost ping has no lines. The
   /// row keeps its number. All other values come from `record`; those of the lines (LineRecord) and

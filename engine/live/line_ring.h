@@ -77,8 +77,7 @@ class LineReader {
 
   LineReader(LineRing& ring, bool with_mesh) : ring_(ring), with_mesh_(with_mesh) {}
 
-  /// The next frames. Waits for them, at most as long as `wait`. Empty after that time, or if the
-  /// ring is closed.
+  /// The next frames; waits for them at most `wait`. Empty after that, or if the ring is closed.
   std::vector<Bytes> next(std::chrono::milliseconds wait);
 
  private:

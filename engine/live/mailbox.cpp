@@ -13,8 +13,7 @@ namespace {
 constexpr std::size_t max_waiting = 64;  // objects that wait to be added
 
 /// Adds a change to the waiting changes. Of each sonar only the latest settings are kept, because
-/// they include all earlier ones. So a page that sends changes faster than they are applied makes
-/// no queue.
+/// they include all earlier ones. So a page that sends changes too fast makes no queue.
 void add_to(std::optional<SceneChange>& all, const SceneChange& change) {
   if (!all) {
     all = change;

@@ -46,7 +46,7 @@ class MeshPreview {
   MeshCounts counts_;
 };
 
-/// A thread that refines a mesh for the pages and posts it to the ring. The thread works at most a
+/// A thread that refines a mesh for pages and posts it to the ring. The thread works at most a
 /// quarter of the time.
 class MeshViewer {
  public:

@@ -137,8 +137,7 @@ void PingLoop::put(AddedObject& added) {
   set_down(std::move(added.object), place);
 }
 
-/// Adds an object at the height of the bed. It is kept in added_, to be set down on the next bed
-/// too.
+/// Adds an object at the height of the bed, and keeps it in added_, to set it down on the next bed.
 void PingLoop::set_down(MovingObject object, Pose place) {
   if (mailbox_.stopping()) return;
   place.position.z() = 0.0;

@@ -25,8 +25,7 @@ class PingLoop {
   PingLoop(std::shared_ptr<LiveScene> live_scene, std::string name, Mailbox& mailbox,
            LineRing& ring);
 
-  /// Pings until the mailbox stops. After an exception, passes it to the mailbox and closes the
-  /// ring.
+  /// Pings until the mailbox stops. Passes an exception to the mailbox, and closes the ring.
   void run();
 
   /// Must not be called during run().

@@ -213,8 +213,7 @@ struct LiveServer::Inner {
     server.set_socket_options([](socket_t socket) {
       const int yes = 1;
       ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-      // Accepted sockets inherit this limit. More lines in the kernel would be out of date when
-      // sent.
+      // Accepted sockets inherit this limit. Lines that wait longer in the kernel are too old.
       ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &max_unsent_bytes, sizeof max_unsent_bytes);
     });
     server.set_default_headers(

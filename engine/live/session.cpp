@@ -18,8 +18,7 @@
 
 namespace ensonify::engine {
 
-/// The threads share only the ring and the mailbox, each with its own lock, and what change_lock
-/// guards.
+/// The threads share the ring and the mailbox, each with its own lock, and what change_lock guards.
 struct LiveSession::Inner {
   explicit Inner(LiveOptions its_options)
       : Inner(its_options, SessionScene::of_file(its_options.scene, its_options.overrides,

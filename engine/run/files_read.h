@@ -8,8 +8,7 @@
 
 namespace ensonify::engine {
 
-/// The files that a scene names, and the files behind each (files_behind()). Throws what
-/// files_behind() throws.
+/// The files that a scene names, and those behind each. Throws as files_behind().
 std::vector<std::filesystem::path> files_read(const Scene& scene);
 
 /// Throws SceneError if the file `output`, which is to be written, is one of the files in `read`,

@@ -43,8 +43,7 @@ void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t fi
   std::size_t left = 0, added = 0;  // rows of the present group
   std::vector<std::uint64_t> sums;
   std::vector<std::uint8_t> mean;
-  // The newest ping is on top. Groups are counted from the oldest ping, so the group on top may
-  // have fewer rows.
+  // The newest ping is on top. Groups begin at the oldest ping; the top one may be smaller.
   for (std::size_t part = finished_parts; part-- > 0;) {
     const fs::path its_file = folder / parts.file(part, sonar, ".png");
     const Picture picture = read_picture(its_file);

@@ -35,8 +35,8 @@ class OutputFolder {
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  /// Begins a run of one part. Throws SceneError while another process makes a run in this folder,
-  /// and std::system_error.
+  /// Begins a run of one part. Throws SceneError while another process makes a run there,
+  /// std::system_error.
   void begin();
   /// Throws SceneError if the folder contains a file or folder with one of these names that no
   /// earlier run in this folder has made.

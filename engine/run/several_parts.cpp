@@ -106,8 +106,7 @@ class SeveralParts {
     require_none_of(run_.folder, names);
   }
 
-  /// Throws SceneError unless a part's place is a folder with no other files than those of the
-  /// part.
+  /// Throws SceneError unless a part's place is a folder with only files of that part.
   void require_own_files(std::size_t part) const {
     const fs::path place = place_of(part);
     std::vector<std::string> own = file_names(run_.scene, "_" + parts_.number(part));
