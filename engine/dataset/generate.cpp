@@ -183,26 +183,6 @@ class Seafloors {
   std::map<std::size_t, Place> places_;  // a place stays where it is when others are added
 };
 
-/// Sums the time in each stage of making a sample.
-class StageClock {
- public:
-  explicit StageClock(std::map<std::string, double>& stages_s) : stages_s_(stages_s) {}
-  void enter(std::string_view stage) {
-    leave();
-    stage_ = stage;
-  }
-  void leave() {
-    if (!stage_.empty()) stages_s_[stage_] += seconds_since(since_);
-    since_ = Clock::now();
-    stage_.clear();
-  }
-
- private:
-  std::map<std::string, double>& stages_s_;
-  std::string stage_;
-  Clock::time_point since_ = Clock::now();
-};
-
 class Generator {
  public:
   Generator(const Recipe& recipe, const fs::path& folder, const GenerateControl& control)
@@ -345,15 +325,22 @@ class Generator {
 
   void make_sample(std::size_t number, const fs::path& place, Seafloors::Pointer& kept,
                    std::map<std::string, double>& stages_s) {
-    StageClock clock(stages_s);
-    clock.enter("recipe");
+    std::string current;
+    Clock::time_point since = Clock::now();
+    // Adds the time since the last call to the current stage, then begins the next stage.
+    const auto enter = [&](std::string_view next) {
+      if (!current.empty()) stages_s[current] += seconds_since(since);
+      since = Clock::now();
+      current = next;
+    };
+    enter("recipe");
     const SampleScene sample = recipe_.sample(number);
     StagingFolder staging(place);
-    const auto on_stage = [&](std::string_view stage) {
-      clock.enter(stage);
+    const auto on_stage = [&](std::string_view name) {
+      enter(name);
       report_progress();
     };
-    clock.enter("wait");
+    enter("wait");
     Seafloors::Pointer before = std::exchange(kept, nullptr);
     kept = seafloors_.get(sample.seafloor, sample.scene,
                           {.cache = control_.cache,
@@ -362,12 +349,12 @@ class Generator {
                            .stop_check = [this] { report_progress(); },
                            .memory = memory_each_});
     before.reset();
-    clock.enter("tree");
+    enter("tree");
 
     std::string_view running;
     const auto on_progress = [&](std::string_view now, std::size_t, std::size_t) {
       if (now != running)
-        clock.enter((running = now) == "pings" ? "ping" : now == "files" ? "encode" : "tree");
+        enter((running = now) == "pings" ? "ping" : now == "files" ? "encode" : "tree");
       report_progress();
       return true;
     };
@@ -385,13 +372,13 @@ class Generator {
                                       .growing_picture = false,
                                       .staged = true,
                                       .on_outputs = on_outputs});
-    clock.enter("disk");
+    enter("disk");
     stage(staging.path() / "scene.toml", dump_scene(sample.scene, false));
     stage_files(sample.scene, staging.path());
     stage(staging.path() / "sample.json",
           sample_json(number, sample, dataset_json_, staging.path()));
     staging.put_in_place();
-    clock.leave();
+    enter("");
     const double disk_s = run_report.disk_s + products_disk_s;
     stages_s["encode"] -= disk_s;
     stages_s["disk"] += disk_s;
