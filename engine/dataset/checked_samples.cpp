@@ -12,10 +12,9 @@
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
+namespace {
 
 namespace fs = std::filesystem;
-
-namespace {
 
 nlohmann::ordered_json json_in(const std::string& name, const std::string& text) {
   try {

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 namespace ensonify::engine {
-
 namespace {
 
 std::uint32_t reversed(std::uint32_t bits) {

@@ -215,18 +215,20 @@ ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewCon
     SampleScene sample = recipe.sample(number);
     sample.scene.output = {.exr = false};
     const std::filesystem::path folder = control.scratch / fmt::format("{:06}", number);
+    const auto on_progress = [&](std::string_view, std::size_t, std::size_t) {
+      const std::lock_guard lock(mutex);
+      return !control.progress || control.progress(done, samples);
+    };
+    const auto on_outputs = [&](const RunOutputs& outputs) {
+      cells[k] = cell(recipe, number, sample, outputs);
+    };
     run(sample.scene, folder,
         {.threads = 1,
-         .progress =
-             [&](std::string_view, std::size_t, std::size_t) {
-               const std::lock_guard lock(mutex);
-               return !control.progress || control.progress(done, samples);
-             },
+         .progress = on_progress,
          .cache = control.cache,
          .memory = memory_each,
          .growing_picture = false,
-         .on_outputs =
-             [&](const RunOutputs& outputs) { cells[k] = cell(recipe, number, sample, outputs); }});
+         .on_outputs = on_outputs});
     std::filesystem::remove_all(folder);
     const std::lock_guard lock(mutex);
     ++done;

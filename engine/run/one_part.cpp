@@ -9,10 +9,9 @@
 #include <ensonify/engine/run/run_state.h>
 
 namespace ensonify::engine {
+namespace {
 
 namespace fs = std::filesystem;
-
-namespace {
 
 /// Writes the pictures of the finished pings if they are due, unless the pings end within 1 s.
 void grow_pictures(RunState& run, OutputFolder& output, const Simulator& simulator,

@@ -14,10 +14,9 @@
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
+namespace {
 
 namespace fs = std::filesystem;
-
-namespace {
 
 constexpr const char* manifest_name = "manifest.json";
 constexpr const char* earlier_name = "earlier";  // a folder in the staging folder

@@ -179,41 +179,39 @@ class SeveralParts {
     std::map<std::size_t, Claim> claims;  // by the first ping
     std::mutex mutex;                     // guards claims, finished_ and the pictures
     std::size_t next = 0, done_before = 0;
+    const auto next_part = [&]() -> std::optional<PingRange> {
+      while (next < todo_.size()) {
+        const std::size_t part = todo_[next++];
+        const fs::path place = place_of(part);
+        std::optional<Claim> claim = StagingFolder::try_claim(place);
+        const std::lock_guard lock(mutex);
+        if (!claim) {
+          elsewhere.push_back(part);
+        } else if (fs::exists(place)) {
+          finished_.insert(part);
+        } else {
+          claims.emplace(parts_.range(part).first, std::move(*claim));
+          return parts_.range(part);
+        }
+      }
+      return std::nullopt;
+    };
+    const auto finished = [&](const PingRange& range, ScenePings pings, const Simulator& its) {
+      const std::size_t part = parts_.part_of(range.first);
+      const Clock::time_point start = Clock::now();
+      with_memory_for("the files", [&] { write_part(its, pings, part); });
+      const std::lock_guard lock(mutex);
+      run_.report.stages += pings.stages;
+      run_.report.files_s += seconds_since(start);
+      claims.erase(range.first);
+      finished_.insert(part);
+      grow_joined_pictures(its.sonars());
+    };
+    const auto after_block = [&](std::span<const Waterfall>, std::size_t done) {
+      report_pings(done - std::exchange(done_before, done));
+    };
     ping_parts(run_.scene, simulator, track, run_.threads,
-               {.next_part = [&]() -> std::optional<PingRange> {
-                  while (next < todo_.size()) {
-                    const std::size_t part = todo_[next++];
-                    const fs::path place = place_of(part);
-                    std::optional<Claim> claim = StagingFolder::try_claim(place);
-                    const std::lock_guard lock(mutex);
-                    if (!claim) {
-                      elsewhere.push_back(part);
-                    } else if (fs::exists(place)) {
-                      finished_.insert(part);
-                    } else {
-                      claims.emplace(parts_.range(part).first, std::move(*claim));
-                      return parts_.range(part);
-                    }
-                  }
-                  return std::nullopt;
-                },
-                .finished =
-                    [&](const PingRange& range, ScenePings pings, const Simulator& its) {
-                      const std::size_t part = parts_.part_of(range.first);
-                      const Clock::time_point start = Clock::now();
-                      with_memory_for("the files", [&] { write_part(its, pings, part); });
-                      const std::lock_guard lock(mutex);
-                      run_.report.stages += pings.stages;
-                      run_.report.files_s += seconds_since(start);
-                      claims.erase(range.first);
-                      finished_.insert(part);
-                      grow_joined_pictures(its.sonars());
-                    },
-                .after_block =
-                    [&](std::span<const Waterfall>, std::size_t done) {
-                      report_pings(done - std::exchange(done_before, done));
-                    },
-                .verify_pings = run_.control.verify_pings});
+               {next_part, finished, after_block, run_.control.verify_pings});
     todo_ = std::move(elsewhere);
   }
 
