@@ -12,7 +12,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/dataset/sample_folder.h>
+#include <ensonify/engine/dataset/dataset_json.h>
 
 namespace ensonify::engine {
 

@@ -15,7 +15,6 @@
 #include <ensonify/engine/base/clock.h>
 #include <ensonify/engine/dataset/dataset_json.h>
 #include <ensonify/engine/dataset/products.h>
-#include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/output/tar.h>
 #include <ensonify/engine/scene/dump.h>
