@@ -88,7 +88,11 @@ void PingLoop::apply(PendingChanges changes) {
                            // Objects may add classes and materials.
                            !changes.objects.empty() || !changes.objects_after_again.empty();
   if (changes.live_scene) replace_scene(std::move(changes.live_scene));
-  if (changes.sonars) set_sonars(*changes.sonars);
+  if (changes.sonars) try {
+      live_scene_->simulator.set_sonars(changes.sonars->sonars);
+    } catch (const std::exception& error) {
+      mailbox_.refuse(*changes.sonars, error.what());
+    }
   if (changes.display) display_ = *changes.display;
   if (changes.clear)
     for (const ObjectOnBed& added : std::exchange(added_, {}))
@@ -117,14 +121,6 @@ void PingLoop::replace_scene(std::shared_ptr<LiveScene> live_scene) {
     set_down(std::move(added.object), added.place);
   stages_before_ = {};
   ring_.post(LatestFrame::bed, live_scene_->bed);
-}
-
-void PingLoop::set_sonars(const SceneChange& change) {
-  try {
-    live_scene_->simulator.set_sonars(change.sonars);
-  } catch (const std::exception& error) {
-    mailbox_.refuse(change, error.what());
-  }
 }
 
 void PingLoop::put(AddedObject& added) {

@@ -41,7 +41,6 @@ class PingLoop {
   bool at_end() const;
   void apply(PendingChanges changes);
   void replace_scene(std::shared_ptr<LiveScene> live_scene);
-  void set_sonars(const SceneChange& change);
   void put(AddedObject& added);
   void set_down(MovingObject object, Pose place);
   void take_setting();
