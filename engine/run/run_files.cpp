@@ -94,14 +94,6 @@ PartRecord part_record_of(const RunState& run, ScenePings& pings, const Simulato
   return record;
 }
 
-std::vector<const OutputFormat*> recording_formats(const OutputOptions& output) {
-  std::vector<const OutputFormat*> formats;
-  for (const OutputFormat& format : output_formats())
-    if (output.*format.wanted && std::holds_alternative<EncodeRecording>(format.encode))
-      formats.push_back(&format);
-  return formats;
-}
-
 /// The sonar's picture in grey, with one pixel per value of a layer.
 Picture preview_of(const Scene& scene, const Waterfall& image, const Simulator& simulator,
                    std::size_t sonar, const NeighbourRows& neighbours) {
@@ -182,7 +174,10 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
   const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(run.plan.scene_toml), record.names,
                            output.encoding};
 
-  const std::vector<const OutputFormat*> formats = recording_formats(output);
+  std::vector<const OutputFormat*> formats;  // of recordings
+  for (const OutputFormat& format : output_formats())
+    if (output.*format.wanted && std::holds_alternative<EncodeRecording>(format.encode))
+      formats.push_back(&format);
   std::vector<std::function<void()>> tasks;
   const auto add_recordings = [&](std::size_t first, std::size_t end, const std::string& name) {
     if (formats.empty()) return;
