@@ -397,7 +397,10 @@ class Generator {
       const fs::path place = folders_.tar(unit);
       const Claim claim = wait_for(place);
       if (!is_whole_tar(place)) make_tar(samples, place);
-      if (is_whole_tar(place)) remove_samples(samples, place);
+      if (!is_whole_tar(place)) continue;
+      for (std::size_t sample = samples.begin; sample < samples.end; ++sample)
+        if (const fs::path folder = folders_.sample(sample); fs::exists(folder))
+          discard(folder, place);
     }
     report_.stages_s["disk"] += seconds_since(start);
   }
@@ -420,11 +423,6 @@ class Generator {
       report_progress();
     }
     tar.finish();
-  }
-
-  void remove_samples(const Interval& samples, const fs::path& tar) {
-    for (std::size_t sample = samples.begin; sample < samples.end; ++sample)
-      if (const fs::path folder = folders_.sample(sample); fs::exists(folder)) discard(folder, tar);
   }
 
   const Recipe& recipe_;

@@ -12,14 +12,6 @@
 #include <ensonify/engine/output/manifest.h>
 
 namespace ensonify::engine {
-namespace {
-
-bool within(const std::string& text, const std::pair<double, double>& between) {
-  const std::optional number = number_in<double>(text);
-  return number && *number >= between.first && *number <= between.second;
-}
-
-}  // namespace
 
 std::uint64_t key_number(std::string_view key) {
   const std::string digits = xxh128(key);
@@ -97,8 +89,12 @@ std::string SampleDraws::draw(const std::string& stream_name, const Distribution
     u[0] = stratified(seeds, each_render ? number * text_.renders + render : number);
   }
   std::string drawn = d.value(u[0], u[1]);
+  const auto lies_between = [&] {
+    const std::optional value = number_in<double>(drawn);
+    return value && *value >= d.between->first && *value <= d.between->second;
+  };
   // This ends soon, because the reader refuses a range in which hardly any draw lies.
-  for (std::uint64_t again = 1; d.between && !within(drawn, *d.between); ++again) {
+  for (std::uint64_t again = 1; d.between && !lies_between(); ++again) {
     stream.uniform(u, 2 * again);
     drawn = d.value(u[0], u[1]);
   }
