@@ -94,15 +94,6 @@ PartRecord part_record_of(const RunState& run, ScenePings& pings, const Simulato
   return record;
 }
 
-/// The sonar's picture in grey, with one pixel per value of a layer.
-Picture preview_of(const Scene& scene, const Waterfall& image, const Simulator& simulator,
-                   std::size_t sonar, const NeighbourRows& neighbours) {
-  Display display = scene.display;
-  display.palette = Palette::grey;
-  display.slant_range_correction = display.speed_correction = false;
-  return render(image, display, simulator.calibration(sonar), 8, &neighbours);
-}
-
 }  // namespace
 
 Picture picture_of(const Scene& scene, const Waterfall& image, const Simulator& simulator,
@@ -203,10 +194,15 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
         output.exr && output.png_bits == 8 && columns == columns_of_bins(image.sonar);
     const NeighbourRows& neighbours = pings.neighbours[i];
     const std::string name = image.sonar.name + ending;
+    // The sonar's picture in grey, with one pixel per value of a layer.
+    const auto render_preview = [&] {
+      Display display = scene.display;
+      display.palette = Palette::grey;
+      display.slant_range_correction = display.speed_correction = false;
+      return render(image, display, calibration, 8, &neighbours);
+    };
     const std::shared_future<Picture> preview =
-        std::async(std::launch::deferred, [&, i] {
-          return preview_of(scene, image, simulator, i, neighbours);
-        }).share();
+        std::async(std::launch::deferred, render_preview).share();
     for (const OutputFormat& format : output_formats())
       if (const auto* layers = std::get_if<EncodeLayers>(&format.encode);
           layers && output.*format.wanted)
