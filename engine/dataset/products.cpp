@@ -288,8 +288,8 @@ class Products {
   const SampleScene& sample_;
   // Class number n is classes_[n - 1].
   const std::vector<std::string>& classes_ = sample_.scene.output.class_names;
-  LabelNames names_{classes_,
-                    sample_.scene.output.sediment_names};  // later "none" is added in front
+  // The constructor adds "none" in front of both lists.
+  LabelNames names_{classes_, sample_.scene.output.sediment_names};
   // Number of the class of shadows; 0: none.
   const std::size_t shadow_class_ = options_.shadow_class ? category(std::string(shadow_name)) : 0;
   const Seafloor& seafloor_;
