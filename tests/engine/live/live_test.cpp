@@ -18,7 +18,7 @@
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/live/live_scene.h>
 #include <ensonify/engine/live/mailbox.h>
-#include <ensonify/engine/live/mesh_preview.h>
+#include <ensonify/engine/live/mesh_viewer.h>
 #include <ensonify/engine/live/ping_loop.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/make_seafloor.h>
