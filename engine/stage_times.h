@@ -2,12 +2,13 @@
 
 namespace ensonify::engine {
 
-/// Seconds spent in a ping's stages, summed over pings.
+/// The seconds spent in the stages of pings, summed over pings.
 struct StageTimes {
-  double surface_s = 0.0;  ///< finding the faces that are there; in trace_s if only runs are found
+  /// preparing the faces; part of trace_s if the face source finds runs only
+  double surface_s = 0.0;
   double trace_s = 0.0;    ///< nearest hits, or runs
   double echo_s = 0.0;     ///< scattering and binning
-  double receive_s = 0.0;  ///< from the scatterers to the recorder's samples
+  double receive_s = 0.0;  ///< the receiver: from the scatterers to the recorder's samples
 
   StageTimes& operator+=(const StageTimes& other) {
     surface_s += other.surface_s;
