@@ -40,7 +40,7 @@ struct AnalyseArguments {
   bool quiet = false;
 };
 
-/// Reads the scene; for a mesh file, a scene whose seafloor is that mesh.
+/// Reads the scene. If the input is a mesh file, returns a scene whose seafloor is this mesh.
 Scene read_input(const SceneArguments& input) {
   constexpr std::array meshes{".ply", ".obj", ".stl", ".off"};
   if (std::ranges::count(meshes, lower_case(input.file.extension().string())) == 0)
@@ -53,17 +53,19 @@ Scene read_input(const SceneArguments& input) {
                      {.scene_folder = file.parent_path(), .data_folder = input.data_folder});
 }
 
-/// What make_tiles() made of something, and how much of it was there.
+/// The number of tiles or clusters, how many of them existed before, and the time that the others
+/// took.
 struct Made {
   std::size_t all = 0, before = 0;
   double seconds = 0.0;
 };
 
-/// All tiles of a bed.
+/// Makes all tiles of a bed.
 Made make_all(refine::HeightTiles& tiles, int threads, Progress& progress) {
   const Clock::time_point start = Clock::now();
   const std::size_t before = tiles.tiles_made();
-  // From the north-east, where each chunk finds the borders of its neighbours made.
+  // The last chunk first, in the north-east: each chunk then finds the borders of its neighbours
+  // made.
   std::mutex reporting;
   refine::parallel_for(tiles.chunks(), threads, [&](std::size_t item, int) {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; the same command continues");
@@ -74,7 +76,7 @@ Made make_all(refine::HeightTiles& tiles, int threads, Progress& progress) {
   return {tiles.tiles(), before, seconds_since(start)};
 }
 
-/// All clusters of a bed whose tiles are made.
+/// Analyses all clusters of a bed whose tiles are made.
 Made analyse_all(refine::MeshClusters& clusters, int threads, Progress& progress) {
   const Clock::time_point start = Clock::now();
   std::mutex reporting;
@@ -90,7 +92,7 @@ Made analyse_all(refine::MeshClusters& clusters, int threads, Progress& progress
   return {with_faces, with_faces - clusters.analysed(), seconds_since(start)};
 }
 
-/// Makes all tiles of a bed that is made in tiles, and, for a run with the surface `refined`,
+/// For a bed that is made in tiles: makes all tiles and, if the surface of runs is `refined`,
 /// analyses all clusters. After a stop or a kill, the same command continues.
 void make_tiles(const AnalyseArguments& arguments, const Scene& scene, int threads) {
   if (!arguments.file.empty())

@@ -30,8 +30,8 @@ namespace ensonify::engine::app {
 
 namespace {
 
-/// Replaces a size with a unit, such as 800MB or 1.5GiB, by its number of bytes. Returns the fault,
-/// if any.
+/// Replaces a size with a unit, such as 800MB or 1.5GiB, by its number of bytes. Returns what is
+/// wrong with the text; empty if nothing is.
 std::string size_in_bytes(std::string& text) {
   const char* const end = text.data() + text.size();
   double number = 0.0;
@@ -48,7 +48,7 @@ std::string size_in_bytes(std::string& text) {
   if (error != std::errc() || !(number > 0.0 && std::isfinite(number)) ||
       !(unit.empty() || unit == "B"))
     return fmt::format("{} is not a size, expected for example 800MB, 8GB or 8GiB", text);
-  if (number * factor < 1000.0)  // a unit was forgotten
+  if (number * factor < 1000.0)  // the user forgot the unit
     return fmt::format("{} is {} bytes, expected for example 800MB, 8GB or 8GiB", text,
                        number * factor);
   text = fmt::format("{:.0f}", number * factor);
@@ -163,7 +163,8 @@ Shard parse_shard(std::string_view option, const std::string& text) {
 void print(std::string_view text) {
   std::string shown;
   if (::isatty(STDOUT_FILENO)) text = shown = refine::printable(text, "\n\t");
-  // A pipe that can be written takes this much at once, so that no write waits for the reader.
+  // A pipe that can be written takes this many bytes at once, so that no write waits for the
+  // reader.
   constexpr std::size_t most = PIPE_BUF;
   while (!text.empty()) {
     if (!SignalWatch::wait_for_output(STDOUT_FILENO)) throw Stopped("stopped on request");
@@ -203,7 +204,8 @@ std::size_t terminal_columns(int descriptor) {
 
 namespace {
 
-/// A closed terminal, which nohup ignores, and what batch systems send before they end a job.
+/// SIGHUP reports a closed terminal; nohup makes the program ignore it. Batch systems send the
+/// others before they end a job.
 constexpr std::array ignorable_signals{SIGHUP, SIGXCPU, SIGUSR1, SIGUSR2};
 
 }  // namespace
@@ -222,7 +224,7 @@ SignalWatch::SignalWatch(bool interrupts) {
     if (caught_ == 0) {
       caught_at_ = Clock::now();
       caught_ = number;
-    } else if (number != SIGXCPU &&  // the system repeats it with each second of processor time
+    } else if (number != SIGXCPU &&  // the system sends it again for each second of processor time
                seconds_since(caught_at_) > 1.0) {  // `timeout` sends each signal twice at once
       std::signal(number, SIG_DFL);
       std::raise(number);
@@ -244,7 +246,7 @@ SignalWatch::~SignalWatch() {
 }
 
 bool SignalWatch::wait_for_input(int descriptor) {
-  // A signal between a look at caught() and a read would be missed: poll() sees it in any case.
+  // If a signal comes after caught_ was read and before a read begins, only poll() notices it.
   while (caught_ == 0) {
     std::array<pollfd, 2> wanted{{{descriptor, POLLIN, 0}, {wakes_, POLLIN, 0}}};
     if (::poll(wanted.data(), wanted.size(), -1) > 0 && wanted[0].revents != 0)

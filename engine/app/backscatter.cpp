@@ -38,7 +38,7 @@ constexpr std::array<Parameter, 6> parameters = {
      {"--strength-cm4", &Sediment::strength_cm4,
       "Strength of the roughness spectrum, cm^4, 0 to 1"}}};
 
-constexpr double min_angle_deg = 0.001;  // as the models; at 0 nothing returns
+constexpr double min_angle_deg = 0.001;  // the models' lowest angle; at 0 nothing returns
 
 struct BackscatterArguments {
   double frequency_hz = 0.0;
@@ -76,7 +76,8 @@ Sediment sediment_of(const BackscatterArguments& arguments) {
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (arguments.given[i]) {
       sediment.*parameters[i].member = *arguments.given[i];
-      sediment.lambert_mu_db.reset();  // measured on a bed with its own parameters
+      // measured on the named bed, whose parameters are now changed
+      sediment.lambert_mu_db.reset();
     }
   return sediment;
 }
@@ -88,14 +89,14 @@ std::string model_help() {
   return help;
 }
 
-/// What the command prints.
+/// The seabed whose strength the command prints.
 struct Seabed {
   std::unique_ptr<scatter::Backscatter> backscatter;
-  std::optional<Sediment> sediment;  ///< none for a solid, a cover or a measurement
+  std::optional<Sediment> sediment;  ///< none if the material is a solid, a cover or measured
   std::vector<std::string> warnings;
 };
 
-/// A material, with the warnings of a run.
+/// A material, with the warnings that a run would give.
 Seabed seabed_of_material(const BackscatterArguments& arguments) {
   std::vector<Material> own;
   if (!arguments.scene.empty())

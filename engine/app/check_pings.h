@@ -9,9 +9,9 @@
 
 namespace ensonify::engine::app {
 
-/// Blocks of pings as in a run, with at least `rays` rays, spread over the track. A block is long
-/// enough for a tree that serves several pings to be built, used and built again. If the track has
-/// too few pings, it is repeated with slightly turned sonars.
+/// Blocks of pings as in a run, spread over the track, with at least `rays` rays. A block has so
+/// many pings that a tree for several pings is built, used and built again. If the track has too
+/// few pings, it is repeated with sonars that are turned slightly.
 std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, std::uint64_t rays);
 
 std::size_t pings_of(const std::vector<PingBlock>& blocks);

@@ -46,7 +46,7 @@ void print_report(const GenerateReport& report, const fs::path& folder, int thre
   print_note("\n");
 }
 
-/// The recipe's warnings and those of the runs.
+/// The warnings of the recipe and of the runs.
 std::vector<std::string> all_warnings(const Recipe& recipe, const GenerateReport& report) {
   std::vector<std::string> all = recipe.warnings();
   all.insert(all.end(), report.warnings.begin(), report.warnings.end());
@@ -72,8 +72,8 @@ void print_json(const Recipe& recipe, const GenerateReport& report, const fs::pa
   print_object(json);
 }
 
-/// Whether the vehicle is above the sea surface over a bed at its mean depth. The bed itself is
-/// known only when it is made, which would take as long as the samples.
+/// Whether the vehicle would be above the sea surface if the bed were level, at its mean depth. The
+/// real bed is known only when it is made, which takes as long as making the samples.
 bool above_water(const Scene& scene) {
   return scene.seafloor.kind == SeafloorKind::fractal && scene.track.kind != TrackKind::file &&
          scene.track.altitude_m >= scene.seafloor.depth_m;
@@ -91,12 +91,12 @@ std::string why_empty(const Recipe& recipe, std::string_view split) {
                     "shares in [dataset.split]";
 }
 
-/// --dry-run: draws all samples without making any.
+/// --dry-run: draws all samples, but makes none.
 void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Shard& shard) {
   std::map<std::string, std::size_t> splits;
   std::size_t failed = 0;
   bool unnamed = false;
-  std::vector<std::size_t> shallow;  // samples
+  std::vector<std::size_t> shallow;  // their numbers
   ChipForecast chips;
   print_warnings(recipe.warnings());
   for (std::size_t i = 0; i < recipe.samples(); ++i) try {

@@ -46,7 +46,7 @@ RecordedLine chosen_line(const ImitateArguments& arguments) {
   return std::move(lines[number - 1]);
 }
 
-/// A field of CSV, in quotes if it needs them.
+/// A text as a field of CSV: in quotes if it needs them.
 std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\n") == text.npos) return text;
   std::string field = "\"";
@@ -64,7 +64,7 @@ std::string summary(const Imitation& made) {
   return text;
 }
 
-/// Folders that go away with this object where they are empty.
+/// Removes, at its end, those of these folders that are empty.
 struct NewFolders {
   std::vector<fs::path> made;
   ~NewFolders() { refine::remove_empty(made); }
@@ -102,7 +102,7 @@ void make_imitation(const ImitateArguments& arguments) {
   fs::path folder = fs::absolute(arguments.folder);
   if (folder.filename().empty()) folder = folder.parent_path();  // a slash at the end
   const NewFolders above{refine::make_folder(folder.parent_path())};
-  // Removes what a killed process has left of it.
+  // The claim also removes what a killed process has left of this folder.
   const std::optional<Claim> claim = StagingFolder::try_claim(folder);
   if (!claim)
     throw UsageError(

@@ -14,7 +14,7 @@
 namespace ensonify::engine::app {
 namespace {
 
-/// Prints the header and the table of a file with the tiles of a bed.
+/// Prints the header and a summary of the table of a file with the tiles of a bed.
 void print_tiles(const refine::HeightTiles& tiles) {
   const refine::HeightTiles::Shape& shape = tiles.shape();
   const Eigen::Vector3d& origin = shape.world_origin;
@@ -44,7 +44,7 @@ void print_tiles(const refine::HeightTiles& tiles) {
   print(out);
 }
 
-/// Prints the sizes of a file that `analyse` wrote.
+/// Prints the sizes of a progressive mesh, which `analyse` wrote.
 void print_progressive(const refine::ProgressiveMesh& mesh) {
   std::string out;
   const auto line = [&](std::string_view name, auto value) {

@@ -40,7 +40,7 @@ void make_preview(const PreviewArguments& arguments) {
   for (const std::string& asset : recipe.assets()) read.push_back(recipe.path_of(asset));
   require_not_read(arguments.file, read);
   const fs::path place = fs::absolute(arguments.file);
-  // Its samples' files. The claim removes those of a preview that was killed.
+  // The folder for the samples' files. The claim removes the files of a preview that was killed.
   const std::optional<Claim> claim = StagingFolder::try_claim(place);
   if (!claim)
     throw UsageError(

@@ -35,7 +35,7 @@ namespace {
 constexpr int run_failed = 1;
 constexpr int wrong_input = 2;  // wrong usage, scene or input file
 constexpr int some_failed = 3;
-constexpr int interrupted = 75;  // by a signal; the same command resumes
+constexpr int interrupted = 75;  // by a signal; the same command resumes the work
 constexpr int by_signal = 128;
 
 int failed(int code, std::string_view message) {
@@ -48,10 +48,10 @@ int out_of_memory() {
                 "out of memory; use larger cells, a smaller area, fewer pings or fewer threads");
 }
 
-/// If the memory runs out in a library's function that may not throw, the standard library calls
-/// this: in constructors of nlohmann::json, and in its own directory iterators (without an
-/// exception). Temporary files stay; the same command, run again, removes them. Other faults end as
-/// they do without this.
+/// The standard library calls this if the memory runs out in a library's function that may not
+/// throw: in constructors of nlohmann::json, and in the standard library's directory iterators
+/// (there without an exception). Temporary files stay; the same command, if it is run again,
+/// removes them. Other faults end the program as they do without this function.
 std::terminate_handler end_by_fault = nullptr;
 [[noreturn]] void end_without_memory() {
   try {
@@ -64,7 +64,7 @@ std::terminate_handler end_by_fault = nullptr;
 }
 
 /// Some libraries end the process themselves if the memory runs out: FFTW by abort(), libarchive by
-/// an invalid write. A sanitizer's own handlers stay.
+/// an invalid write. If a sanitizer has set its own handlers, these stay.
 extern "C" void end_by_library(int /*signal*/) {
   constexpr std::string_view message =
       "ensonify: stopped by a fault of ensonify or one of its libraries. If a line above names "
@@ -80,12 +80,13 @@ void catch_signals_of_libraries() {
   }
 }
 
-/// Opens stdin, stdout and stderr where the caller has closed them, so that no file gets their
-/// numbers. Writing to that stdout still fails.
+/// Opens those of stdin, stdout and stderr that the caller has closed, so that no other file gets
+/// their descriptors. A write to such a stdout still fails.
 void open_closed_streams() {
   for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor)
     if (::fcntl(descriptor, F_GETFD) < 0)
-      ::open("/dev/null", descriptor == STDOUT_FILENO ? O_RDONLY : O_RDWR);  // the lowest is free
+      // open() takes the lowest free descriptor
+      ::open("/dev/null", descriptor == STDOUT_FILENO ? O_RDONLY : O_RDWR);
 }
 
 int perform(const app::Action& action) {
@@ -170,8 +171,8 @@ class BrokenLines final : public CLI::Formatter {
   }
 };
 
-/// Why the command line is refused. Unexpected arguments are listed in the order given, which CLI11
-/// would reverse.
+/// Why the command line is refused. Unexpected arguments are listed in the order in which they were
+/// given; CLI11 reverses them.
 std::string fault_of(const CLI::App& program, const CLI::ParseError& error) {
   const std::vector<CLI::App*> parsed = program.get_subcommands();
   const std::string help = fmt::format("(see ensonify {}--help)",
@@ -232,7 +233,7 @@ int run_command_line(int argc, char** argv) {
       "`ensonify COMMAND --help` describes a command and its options. Begin with `ensonify run "
       "SCENE`.\n" +
       program.get_footer());
-  // `ensonify help`, and `ensonify help run`, as other programs have it.
+  // `ensonify help` and `ensonify help run` also print the help, as in other programs.
   std::vector<std::string> words(argv + std::min(1, argc), argv + argc);
   if (!words.empty() && words.front() == "help") {
     words.erase(words.begin());
@@ -240,7 +241,7 @@ int run_command_line(int argc, char** argv) {
         std::ranges::count(program.get_subcommands({}), words.front(), &CLI::App::get_name) > 0)
       words.emplace_back("--help");
   }
-  std::ranges::reverse(words);  // as CLI11 takes them
+  std::ranges::reverse(words);  // CLI11 takes the last word first
   try {
     program.parse(std::move(words));
   } catch (const CLI::Success& help) {
@@ -258,7 +259,8 @@ int run_command_line(int argc, char** argv) {
 
 int app::program_main(int argc, char** argv, bool optimised) {
   open_closed_streams();
-  // A write beyond the file size limit, or to a pipe without a reader, then fails with an error.
+  // With these signals ignored, a write beyond the file size limit, or to a pipe without a reader,
+  // fails with an error.
   for (const int number : {SIGXFSZ, SIGPIPE}) std::signal(number, SIG_IGN);
   end_by_fault = std::set_terminate(end_without_memory);
   catch_signals_of_libraries();

@@ -16,8 +16,9 @@ namespace ensonify::engine::app {
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
-constexpr double between_rows_m = 1e-4;  // largest distance of the ray from a line between rows
-constexpr int max_rows = 2000000;        // about 200 MB of text
+// largest distance of the ray from the straight lines between rows
+constexpr double between_rows_m = 1e-4;
+constexpr int max_rows = 2000000;  // about 200 MB of text
 
 struct RayArguments {
   std::filesystem::path profile;
@@ -45,7 +46,7 @@ scatter::SoundRay eigenray(const scatter::SoundSpeedProfile& profile, const RayA
   return *found;
 }
 
-/// Prints the ray as rows so close that it is straight between them (within between_rows_m).
+/// Prints the ray as rows. Between two rows it is straight (within between_rows_m).
 void print_path(scatter::SoundRay ray, double range_m, const RayArguments& arguments,
                 const scatter::SoundSpeedProfile& profile) {
   std::string out = "range_m,depth_m,time_s,path_m,angle_deg,loss_db\n";

@@ -57,7 +57,7 @@ void print_report(const RunReport& report, const std::string& intersector, const
     print_note("analysed seafloor: read from {}\n", origin.cache_file.string());
   else if (!origin.cache_file.empty() && origin.surface != static_surface)
     print_note("analysed seafloor: kept in {}\n", origin.cache_file.string());
-  // Parts that were found took no time in this run.
+  // Parts that existed before took no time in this run.
   const std::string rate = report.parts_found > 0
                                ? fmt::format(" for the missing ones of {} parts", report.parts)
                                : fmt::format(": {:.4g} pings/s", pings_per_s(report));
@@ -73,7 +73,7 @@ void print_report(const RunReport& report, const std::string& intersector, const
         "intersector: {}; the default, fan_scan, with --surface footprint makes 1.1 to 5 "
         "times as many pings per second: the gain is larger with fewer faces\n",
         intersector);
-  // A share in which no part was made has no counts.
+  // If no part was made in this share of the run, there are no counts.
   if (const auto rays = report.counts.find("rays"); rays != report.counts.end() && rays->second > 0)
     print_note(
         "sampling: {:.0f} rays per ping, of which {:.0f} % hit; {} bins starved\n",
@@ -121,7 +121,7 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
         {"trace", stages.trace_s},
         {"echo", stages.echo_s},
         {"receiver", stages.receive_s},
-        {"speckle", stages.receive_s}}},  // its name in earlier versions
+        {"speckle", stages.receive_s}}},  // the same value under the key that existing readers use
       {"threads", threads},
       {"host",
        {{"name", system.nodename},

@@ -37,7 +37,7 @@ void write_seafloor(const SeafloorArguments& arguments) {
                                  arguments.file.string(), kind));
   const Scene scene = arguments.scene.read();
   require_not_read(arguments.file, arguments.scene.files_read(scene));
-  const SignalWatch signals;  // a signal then leaves no temporary file
+  const SignalWatch signals;  // then a signal leaves no temporary file
   Progress progress(arguments.quiet);
   std::mutex reporting;
   const auto report = [&](std::string_view stage) {

@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-/// Version of the requests and answers: a client can check whether it fits.
+/// The version of requests and answers, with which a client checks whether it fits.
 constexpr int protocol = 1;
 
 struct StreamArguments {
@@ -46,7 +46,7 @@ struct StreamArguments {
   bool quiet = false;
 };
 
-/// A session that reads poses and writes echo lines.
+/// A session: it answers requests, and writes the echo lines of pings.
 class PoseSession {
  public:
   explicit PoseSession(const StreamArguments& arguments)
@@ -62,14 +62,14 @@ class PoseSession {
       if (known == known_layers_.end())
         throw UsageError(fmt::format("--layers: there is no layer '{}', expected {}", name,
                                      fmt::join(known_layers_, ", ")));
-      name = *known;  // answers have the usual spelling
+      name = *known;  // answers have the spelling of the layer's name
     }
     report_scene();
     print_warnings(warnings_for_single_pings(scene_));
   }
 
   /// Answers a request. Throws SceneError, refine::MeshError, MemoryError or std::invalid_argument
-  /// for a faulty one, which changes nothing.
+  /// for a faulty request; then nothing is changed.
   void answer(const std::string& line) {
     using Kind = StreamRequest::Kind;
     const StreamRequest request = read_stream_request(line);
@@ -184,7 +184,7 @@ class PoseSession {
     warned_ = simulator_.warnings().size();
   }
 
-  /// Prints a warning of extrapolated levels, unless the same was printed before.
+  /// Prints the warning about extrapolated levels, unless the same text was printed before.
   void report_extrapolation() {
     const auto warning =
         Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials).warning();
@@ -199,7 +199,7 @@ class PoseSession {
 
   StreamArguments arguments_;
   SessionScene source_;
-  const Scene scene_;  // without later changes
+  const Scene scene_;  // as it was read, without later changes
   Simulator simulator_;
   std::vector<std::string> known_layers_;
   std::vector<float> block_;
@@ -208,8 +208,8 @@ class PoseSession {
   std::set<std::string> extrapolations_;  // the warnings that were printed
 };
 
-/// The lines of stdin. They end with the input, or at a signal. A line that is too long for a
-/// request is returned at once, without its end.
+/// The lines of stdin, up to its end or up to a signal. A line that is too long for a request is
+/// returned at once, without its rest.
 class InputLines {
  public:
   bool next(std::string& line) {
@@ -231,7 +231,7 @@ class InputLines {
       if (count < 0)
         throw std::system_error(errno, std::generic_category(), "stdin: cannot be read");
       if (count == 0) {
-        line = std::exchange(read_, {});  // without its end
+        line = std::exchange(read_, {});  // the last line has no line end
         searched_ = 0;
         return !line.empty();
       }
@@ -240,9 +240,9 @@ class InputLines {
   }
 
  private:
-  std::string read_;          // what was read and is in no line yet
-  std::size_t searched_ = 0;  // the length of its beginning that has no end of a line
-  bool leaves_out_ = false;   // the rest of a line that is too long
+  std::string read_;          // bytes that were read and not returned yet
+  std::size_t searched_ = 0;  // the first bytes of read_, in which there is no line end
+  bool leaves_out_ = false;   // whether bytes up to the next line end are skipped
   std::array<char, 65536> buffer_;
 };
 

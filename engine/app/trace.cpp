@@ -29,7 +29,7 @@ constexpr CsvFormat ray_format{.row = "ray",
                                .may_have_no_rows = true,
                                .max_bytes = std::numeric_limits<std::uintmax_t>::max()};
 
-/// In the file's coordinates.
+/// The rays of a file, in the file's coordinates.
 std::vector<Ray> read_rays(const std::filesystem::path& file) {
   const CsvTable table = CsvTable::read(file, ray_format);
   if (!table.unknown().empty())

@@ -43,8 +43,8 @@ void view_scene(const ViewArguments& arguments) {
   Scene scene = arguments.scene.read();
   require_not_read(arguments.file, arguments.scene.files_read(scene));
   require_at_once(scene.seafloor);
-  refine::NewFile file(arguments.file);  // fails now, not after the drawing
-  // The simulator only makes the seafloor and aims the fans; this builds no tree to trace with.
+  refine::NewFile file(arguments.file);  // fails now, not after the picture is drawn
+  // The simulator only makes the seafloor and aims the fans; with these settings it builds no tree.
   scene.run.surface = static_surface;
   scene.run.intersector = "fan_scan";
 
