@@ -10,9 +10,9 @@
 namespace ensonify::engine {
 
 /// Corrects the model until its simulation has the statistics of the line: altitude, material,
-/// vertical beam or gain, gain over range, floor, relief, texture, pulse, length of the array. The
-/// model's path has the line's pings. Simulates them several times; `after_pings` counts all of
-/// these simulations. Returns nearest_sediments().
+/// vertical beam or gain, gain over range, noise floor, relief, texture, pulse, length of the
+/// array. The model's path has the line's pings. The pings are simulated 10 times; `after_pings`
+/// counts the pings of all simulations. Returns nearest_sediments().
 std::vector<NearSediment> fit_line(LineModel& model, const LineWithBed& line, int threads,
                                    bool beam_is_stated, const AfterPings& after_pings);
 
