@@ -22,7 +22,7 @@ json whole_number(const Range& range) {
           {"maximum", whole_limit(range.high)}};
 }
 
-/// Words as they are, and with - and _ exchanged, since the reader takes both.
+/// The words, and each word with - and _ exchanged, since the reader accepts both.
 json words(const std::vector<std::string_view>& choices) {
   json list = json::array();
   for (const std::string_view choice : choices) {
@@ -36,7 +36,7 @@ json words(const std::vector<std::string_view>& choices) {
   return {{"type", "string"}, {"enum", list}};
 }
 
-/// What the option of a key takes; expectation() has the same in words.
+/// The schema of the values that a key accepts; expectation() states the same in words.
 json value_schema(const ConstOption& option, const Range& range,
                   const std::vector<std::string_view>& choices) {
   return std::visit(
@@ -67,7 +67,8 @@ json value_schema(const ConstOption& option, const Range& range,
       option);
 }
 
-/// The schema of a scene, or of a recipe: there a table may stand for any value, its distribution.
+/// Writes the schema of a scene or of a recipe. In a recipe a table, the distribution, may replace
+/// any value.
 class SchemaWriter {
  public:
   explicit SchemaWriter(bool recipe) : recipe_(recipe) {}
@@ -104,7 +105,7 @@ class SchemaWriter {
   }
 
  private:
-  /// The schema of the table of a dotted name, made where it is missing.
+  /// The schema of the table with a dotted name. Tables that are missing are made.
   static json& table(json& schema, std::string_view name, std::string_view help) {
     json* at = &schema;
     while (!name.empty()) {
@@ -124,7 +125,7 @@ class SchemaWriter {
     for (const Key<Owner>& key : section.keys) {
       json value = value_schema(key.option(owner), key.range, key.choices);
       json& property = to["properties"][key.name];
-      if (drawn)  // a distribution
+      if (drawn)  // or a distribution
         property["anyOf"] = json::array({std::move(value), {{"type", "object"}}});
       else
         property = std::move(value);
@@ -139,7 +140,7 @@ class SchemaWriter {
     return schema;
   }
 
-  /// Tables [kind.NAME].
+  /// Adds the schema of tables [kind.NAME].
   template <class Owner>
   void add_named(json& schema, std::string_view kind, const Section<Owner>& section) const {
     schema["properties"][kind] = {{"type", "object"},

@@ -38,7 +38,7 @@ std::string joined(std::string_view section, std::string_view name) {
   return section.empty() ? std::string(name) : fmt::format("{}.{}", section, name);
 }
 
-/// The names of keys or owners.
+/// The names of keys or of owners.
 template <class Named>
 std::vector<std::string> names_of(const std::vector<Named>& all) {
   std::vector<std::string> names;
@@ -46,7 +46,7 @@ std::vector<std::string> names_of(const std::vector<Named>& all) {
   return names;
 }
 
-/// Fills a scene from TOML tables, and keeps the place of each key.
+/// Fills a scene from TOML tables, and stores the place of each key.
 class Reader {
  public:
   explicit Reader(std::string name, const DrawnValues* drawn = nullptr)
@@ -114,7 +114,8 @@ class Reader {
       }
     };
     take_defaults();
-    for (Material& material : scene_.materials) {  // their check needs what is in their tables
+    // the check of materials needs the content of their tables
+    for (Material& material : scene_.materials) {
       find_file(fmt::format("material.{}.table", material.name), material.table);
       if (!material.table.path.empty())
         material.measured = read_strength_table(material.table.path);
@@ -125,13 +126,13 @@ class Reader {
       for_each_file(scene_, find_file);
       check_seabed_files(scene_, place);
     } catch (const SceneError& error) {
-      // The key at this place of the file may be right, and only contradict the key of an override.
+      // The key at this place of the file may be right, but contradict the key of an override.
       const std::string_view message = error.what();
       if (message.starts_with("-D ")) throw;
       throw SceneError(fmt::format("{}{}", message, with_overrides(overrides_)));
     }
     Scene scene = taken();
-    if (!drawn_) scene.warnings = unused_keys(scene);  // a recipe's samples differ in what they use
+    if (!drawn_) scene.warnings = unused_keys(scene);  // samples of a recipe may use different keys
     return scene;
   }
 
@@ -158,7 +159,8 @@ class Reader {
     return SceneError(fmt::format("{}: {}", place(node.source()), message));
   }
 
-  /// Before any key is read: a recipe's distributions would be refused as values.
+  /// Throws SceneError for a recipe. Called before keys are read, because a distribution would be
+  /// refused as a wrong value.
   void require_no_recipe(const toml::table& table) const {
     if (drawn_) return;
     for (const auto& [key, node] : table)
@@ -170,11 +172,11 @@ class Reader {
   void read_table(const toml::table& table, const std::string& section_name) {
     for (const auto& [key, node] : table) {
       const std::string path = joined(section_name, key.str());
-      if (key.str().find('.') != std::string_view::npos) {  // a quoted name, not a path
+      if (key.str().find('.') != std::string_view::npos) {  // a name in quotes, not a path
         throw unknown(key, section_name, known_names(section_name));
       } else if (path == "version") {
         read_version(node);
-      } else if (path == "dataset" || path == "draw") {  // Recipe reads them
+      } else if (path == "dataset" || path == "draw") {  // Recipe reads these
       } else if (path == "sonar") {
         read_named(node, "sonar", sonar_section(), scene_.sonars);
       } else if (path == "material") {
@@ -218,7 +220,8 @@ class Reader {
                   fmt::format("'version' is {}, expected 1, the only version", description(node)));
   }
 
-  /// One owner for each table of `tables`, in the order of the file, which toml++ does not keep.
+  /// Makes one owner for each table of `tables`, in the order of the file, which toml++ does not
+  /// keep.
   template <class Owner>
   std::vector<Owner> named(const toml::table& tables, std::string_view kind) const {
     std::vector<std::pair<toml::source_position, std::string>> order;
@@ -245,7 +248,7 @@ class Reader {
                               (in_file_ ? fmt::format(", in a table [{}.NAME]", kind) : ""));
       }
       const auto owner = std::ranges::find(owners, name.str(), &Owner::name);
-      if (owner == owners.end()) {  // only an override can name one that the file does not have
+      if (owner == owners.end()) {  // only an override can name an owner that is not in the file
         const std::vector<std::string> names = names_of(owners);
         throw fault(
             name, fmt::format("the scene has no {} {}", kind, quoted_toml(name.str())) +
@@ -258,7 +261,7 @@ class Reader {
     }
   }
 
-  /// Sets the keys that were not given to the values of the scene's conditions and presets.
+  /// Sets the keys that were not given to the values that the scene's conditions and presets imply.
   void take_defaults() {
     Scene from;
     from.conditions = scene_.conditions;
@@ -284,7 +287,7 @@ class Reader {
     }
   }
 
-  /// Reads a list of tables, if the path is that of one.
+  /// Reads a list of tables, if `path` is the name of one. Returns whether it is.
   bool read_list(const toml::node& node, const std::string& path) {
     bool found = false;
     for_each_list(scene_, [&](const auto& section, auto& list) {
@@ -295,7 +298,8 @@ class Reader {
     return found;
   }
 
-  // The file has an array of tables; an override names one by its number, as in objects.0.height_m.
+  // A file has an array of tables. An override names one of these tables by its number:
+  // objects.0.height_m.
   template <class Owner>
   void read_list(const toml::node& node, const Section<Owner>& section, std::vector<Owner>& list) {
     if (const toml::array* array = node.as_array(); array && in_file_) {
@@ -368,7 +372,7 @@ class Reader {
     return nullptr;
   }
 
-  /// The keys and tables of a section.
+  /// The names of the keys and tables of a section.
   static std::vector<std::string> known_names(std::string_view section_name) {
     std::vector<std::string> names;
     if (section_name.empty()) names.insert(names.end(), {"sonar", "objects", "material"});
@@ -384,7 +388,8 @@ class Reader {
     return names;
   }
 
-  /// An unknown key: the nearest of its own section, else all of it and the nearest anywhere.
+  /// The error for an unknown key. It suggests the nearest key of the same section; if there is
+  /// none, it lists the section's keys and suggests the nearest key of all sections.
   SceneError unknown(const toml::key& key, std::string_view section_name,
                      std::vector<std::string> here) {
     std::string hint = scatter::suggestion(key.str(), here);
@@ -439,11 +444,11 @@ class Reader {
   }
 
   Scene scene_;
-  std::map<std::string, std::string, std::less<>> places_;  // of keys that were given
-  std::string source_;                                      // what is being read
-  const std::string name_;                                  // the file
-  std::vector<std::string> overrides_;                      // that were applied
-  const DrawnValues* drawn_;                                // of a recipe
+  std::map<std::string, std::string, std::less<>> places_;  // places of the keys that were given
+  std::string source_;                  // the file or the override that is being read
+  const std::string name_;              // the name of the file
+  std::vector<std::string> overrides_;  // the overrides that were applied
+  const DrawnValues* drawn_;            // values that were drawn for a recipe
   bool in_file_ = true;
 };
 

@@ -20,7 +20,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// A scene's track while it is being made.
+/// Builds the track of a scene.
 class TrackBuilder {
  public:
   TrackBuilder(const Scene& scene, const Ground& ground, double sound_speed_mps)
@@ -114,8 +114,8 @@ class TrackBuilder {
     warn_of_pauses(log.t_s, name);
   }
 
-  /// Warns of pings in pauses of the recorder, as between two lines. Rows that are often far apart
-  /// are not pauses: they may be the ends of straight legs.
+  /// Warns if pings lie in pauses of the recorder, as between two lines. If many rows are far
+  /// apart, these are not pauses: the rows may be the ends of straight legs.
   void warn_of_pauses(std::span<const double> rows_s, const std::string& name) {
     std::vector<double> steps_s;
     for (std::size_t row = 1; row < rows_s.size(); ++row)
@@ -189,8 +189,9 @@ class TrackBuilder {
     return recorded_ ? recorded_->altitude_m(flight_.poses[ping].t_s) : std::nullopt;
   }
 
-  /// A first-order servo on the altitude with a limited climb; straight lines between pings. Over a
-  /// hole it follows the last known bed, and before the first known bed that first one.
+  /// Sets heights by a first-order servo on the altitude with a limited climb; between pings the
+  /// vehicle moves straight. Over a hole it follows the last known bed; before the first known bed
+  /// it follows this one.
   void follow_bed() {
     std::vector<Pose>& poses = flight_.poses;
     double bed_m = *std::ranges::find_if(bed_m_, [](double z) { return !std::isnan(z); });
@@ -248,7 +249,7 @@ class TrackBuilder {
                                         : "change track.altitude_m";
     const double bed_m = ground_.bed_height_m(p.x(), p.y());
     const auto fault = out_of_water(p, bed_m);
-    if (fault && bed_m > 0.0)  // no altitude helps
+    if (fault && bed_m > 0.0)  // no other altitude helps
       throw SceneError(fmt::format(
           "track: at ping {} {} is {}; the bed there rises {:.1f} m above the sea surface: move the "
           "track to where there is water{}, or check seafloor.water_level_m",
@@ -263,7 +264,7 @@ class TrackBuilder {
           ping, what, *fault, remedy, or_else));
   }
 
-  /// A pose takes microseconds, the caller's check may take as long.
+  /// Checks rarely, since a pose takes microseconds, and the caller's check may take as long.
   void check_stop() {
     if (++poses_since_check_ < 1024 || !ground_.stop_check) return;
     poses_since_check_ = 0;
@@ -278,7 +279,7 @@ class TrackBuilder {
   Motion motion_;
   double interval_s_ = 0.0;  // 0: one ping per row
   std::optional<RecordedTrack> recorded_;
-  std::vector<double> bed_m_;  // heights below the pings; NaN over a hole
+  std::vector<double> bed_m_;  // heights of the bed below the pings; NaN over a hole
   TrackPoses flight_;
 };
 

@@ -20,12 +20,13 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double max_grid_points = 1073741824.0;  // 2^30: the numbers of faces have 32 bits
-constexpr double max_pixels = 1e9;                // 60 GB of layers
-constexpr double max_rays = 1e8;                  // per side of a ping
+constexpr double max_grid_points = 1073741824.0;  // 2^30, because the numbers of faces have 32 bits
+constexpr double max_pixels = 1e9;                // their layers take 60 GB
+constexpr double max_rays = 1e8;                  // per side of one ping
 constexpr double max_bins_in_pulse = 10000;
 constexpr int max_bins = 65536;  // per side
-// Over that width VerticalTable has nine values or more: a two-way level is within 0.07 dB.
+// Over this width VerticalTable has nine values or more: a two-way level then has an error of at
+// most 0.07 dB.
 constexpr double narrowest_vertical_deg = 0.5;
 constexpr double max_pings = 10e6;
 
@@ -55,7 +56,7 @@ void check_track(const Scene& scene, const auto& require) {
           });
 }
 
-constexpr std::size_t max_elements = 256;  // of an array with weights
+constexpr std::size_t max_elements = 256;  // elements of an array with weights
 
 std::string sonar_key(const Sonar& sonar, std::string_view name) {
   return fmt::format("sonar.{}.{}", sonar.name, name);
@@ -94,9 +95,9 @@ void check_shading(const Sonar& sonar, const auto& require) {
   });
 }
 
-constexpr std::size_t max_objects = max_labels - 1;  // 0 is no object
+constexpr std::size_t max_objects = max_labels - 1;  // the instance 0 is no object
 
-/// The files that the bed is made of.
+/// Checks the files that the bed is made from.
 void check_bed_files(const Scene& scene, const auto& require) {
   const SeafloorOptions& bed = scene.seafloor;
   const auto file_of_kind = [&](SeafloorKind kind, std::string_view name, const InputFile& file) {

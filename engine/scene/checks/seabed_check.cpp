@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// Calls f(layer, its name) for each patch and each layer of relief.
+/// Calls f(layer, name of the layer) for each patch and each layer of relief.
 template <class F>
 void for_each_layer(const Scene& scene, F f) {
   for_each_list(scene, [&](const auto& section, const auto& list) {
@@ -70,8 +70,8 @@ class Check {
     ordered(area.gentlest_rad, area.steepest_rad, name + ".steepest_deg", "gentlest_deg");
   }
 
-  /// Requires that a box around an area overlaps the seabed. The extent of a survey is not known
-  /// yet.
+  /// Requires that the box around an area overlaps the seabed. Only for a generated seabed, since
+  /// the extent of a survey is not known yet.
   void on_the_seabed(const Vector2d& low, const Vector2d& high, const std::string& key) const {
     if (bed_.kind != SeafloorKind::fractal) return;
     const Vector2d half = 0.5 * Vector2d(bed_.extent_east_m, bed_.extent_north_m);
@@ -95,7 +95,7 @@ class Check {
   const std::function<std::string(std::string_view)>& place_;
 };
 
-/// The materials that a map can have.
+/// The materials that the bed can have under a layer.
 std::vector<std::string> materials_of(const SeafloorOptions& bed) {
   std::vector<std::string> names = {bed.material};
   for (const Patch& patch : bed.seabed.patches) names.push_back(patch.material);
@@ -154,7 +154,8 @@ void check_seabed(const Scene& scene,
     }
   for_each_list(scene, [&](const auto& section, const auto& list) {
     if constexpr (requires { list.front().area.on; }) {
-      std::map<std::size_t, std::size_t> layer_of;  // by the number of its random numbers
+      // key: the number that selects its random numbers
+      std::map<std::size_t, std::size_t> layer_of;
       for (std::size_t i = 0; i < list.size(); ++i) {
         const Area& area = list[i].area;
         const std::size_t number = area.number_at(i);
@@ -184,7 +185,8 @@ void check_seabed(const Scene& scene,
 void check_seabed_files(const Scene& scene,
                         const std::function<std::string(std::string_view key)>& place) {
   const SeafloorOptions& bed = scene.seafloor;
-  if (bed.kind != SeafloorKind::fractal) return;  // a survey's extent is known when it is read
+  // the extent of a survey is known only after reading it
+  if (bed.kind != SeafloorKind::fractal) return;
   const Heightfield grid = base_grid(bed);
   const Check check(scene, place);
   for_each_layer(scene, [&](const auto& layer, const std::string& name) {

@@ -17,9 +17,9 @@ namespace {
 /// Keys of a table that have no effect for some owners.
 template <class Owner>
 struct Rule {
-  std::vector<std::string> keys;  ///< names within the owner's table
+  std::vector<std::string> keys;  ///< their names in the owner's table
   std::function<bool(const Owner&)> unused;
-  std::string_view why;  ///< follows "has no effect"
+  std::string_view why;  ///< the text after "has no effect"
 };
 
 std::vector<Rule<Scene>> scene_rules() {
@@ -137,7 +137,7 @@ std::vector<Rule<Scene>> scene_rules() {
   };
 }
 
-/// The keys of the vehicle's random movements.
+/// Rules for the vehicle's random movements.
 std::vector<Rule<Scene>> motion_rules() {
   struct Table {
     std::string_view name;
@@ -215,14 +215,14 @@ std::vector<Rule<Material>> material_rules() {
       {{"density_ratio", "loss", "volume", "exponent", "strength_cm4"},
        [](M m) { return !is_sediment(m); },
        "with a model that is not a sediment's"},
-      // Other models take the texture of that sediment.
+      // With other models, these keys choose the sediment whose texture is used.
       {{"mean_grain_size_phi", "sound_speed_ratio"},
        [](M m) { return m.model == "solid"; },
        "with model = \"solid\""},
   };
 }
 
-/// The keys of materials in a scene whose ground has no texture.
+/// Rules for materials if the scene's ground has no texture.
 std::vector<Rule<Material>> even_material_rules() {
   using M = const Material&;
   return {
@@ -270,7 +270,7 @@ std::vector<Rule<Layer>> area_rules() {
   };
 }
 
-/// Collects warnings of the keys that a scene gives.
+/// Collects warnings about keys that the scene gives.
 class UnusedKeys {
  public:
   explicit UnusedKeys(const Scene& scene) : scene_(scene) {}
@@ -299,7 +299,7 @@ class UnusedKeys {
   std::vector<std::string> warnings;
 
  private:
-  /// No warning for a default value: dumped scenes contain all keys.
+  /// There is no warning for a default value, because dumped scenes contain all keys.
   template <class Owner>
   void add_key(const Key<Owner>& key, const Owner& owner, const std::string& name,
                std::string_view why) {

@@ -4,8 +4,8 @@
 
 namespace ensonify::engine {
 
-/// Checks a scene that was made without a reader: that each value is in the range of its key, and
-/// that options fit each other. Throws SceneError, which names the key.
+/// Checks a scene that was not made by a reader: each value must be in the range of its key, and
+/// options must fit each other. Throws SceneError, which names the key.
 void check_values(const Scene& scene);
 
 }  // namespace ensonify::engine

@@ -13,7 +13,8 @@ namespace ensonify::engine {
 namespace {
 
 std::string number_text(double value) {
-  if (value == 0.0) return std::signbit(value) ? "-0.0" : "0";  // TOML's integer -0 has no sign
+  // the integer -0 of TOML has no sign
+  if (value == 0.0) return std::signbit(value) ? "-0.0" : "0";
   return fmt::format("{}", value);
 }
 
@@ -38,7 +39,7 @@ std::string strings_text(const std::vector<std::string>& strings) {
   return fmt::format("[{}]", text);
 }
 
-/// The shortest degrees that convert to the same radians.
+/// The shortest number of degrees that converts to the same radians.
 std::string degrees_text(double rad) {
   const double degrees = rad / degree;
   std::string text;

@@ -23,7 +23,7 @@ std::vector<std::string_view> surface_choices() {
   return names;
 }
 
-/// How one degree of freedom moves.
+/// The keys of the movement of one degree of freedom.
 std::vector<Key<Scene>> oscillation(Oscillation MotionOptions::*which, std::string_view rms,
                                     std::string_view wander, std::string_view unit,
                                     double largest) {
@@ -45,7 +45,7 @@ Section<Scene> shift(std::string_view name, std::string_view help,
 }
 
 // clang-format off
-/// A key for each format, then the others of [output].
+/// The keys of [output]: one key for each format, then the others.
 std::vector<Key<Scene>> output_keys() {
   std::vector<Key<Scene>> keys;
   for (const OutputFormat& format : output_formats())
