@@ -35,7 +35,7 @@ Triple rates_degps(const Pose& pose) {
           pose.heading_rate_radps / degree};
 }
 
-/// All numbers of a pose, to pickle and to compare it.
+/// All numbers of a pose, for pickling and comparing.
 using PoseNumbers = std::array<double, 13>;
 PoseNumbers numbers_of(const Pose& p) {
   return {p.t_s,
@@ -64,7 +64,8 @@ Pose pose_of(const PoseNumbers& n) {
           .heading_rate_radps = n[12]};
 }
 
-/// The shortest number of degrees that a Pose makes this angle of; the nearest, if there is none.
+/// The shortest number of degrees from which Pose makes this angle; if there is none, the nearest
+/// number.
 std::string degrees_text(double angle_rad) {
   const double nearest_deg = angle_rad / degree;
   for (int digits = 12; digits <= 17; ++digits)
@@ -77,7 +78,7 @@ std::string degrees_text(double angle_rad) {
   return fmt::format("{}", nearest_deg);
 }
 
-/// The Python expression of a pose, without the values that are 0.
+/// The Python expression of a pose, without arguments that are 0.
 std::string text_of(const Pose& pose) {
   const auto [x_m, y_m, z_m] = triple(pose.position);
   std::string text = fmt::format("Pose({}, {}, {}", x_m, y_m, z_m);
@@ -155,7 +156,7 @@ also an attribute that can be set. Poses compare by value, and pickle.)")
           "__eq__", [](const Pose& a, const Pose& b) { return numbers_of(a) == numbers_of(b); },
           py::is_operator(), py::arg("other"))
       .def(py::pickle(&numbers_of, &pose_of))
-      // Python's own works only for protocols from 2 on.
+      // Python's own method works only for protocols from 2 on.
       .def("__reduce_ex__", [](const py::object& self, int) {
         return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"),
                               py::make_tuple(py::type::of(self)),
