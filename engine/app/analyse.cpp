@@ -36,8 +36,7 @@ struct AnalyseArguments {
   fs::path file, cache;
   int threads = 0;
   MemoryLimit memory;
-  bool json = false;
-  bool quiet = false;
+  bool json = false, quiet = false;
 };
 
 /// Reads the scene. If the input is a mesh file, returns a scene whose seafloor is this mesh.
@@ -68,7 +67,7 @@ Made make_all(refine::HeightTiles& tiles, int threads, Progress& progress) {
   // made.
   std::mutex reporting;
   refine::parallel_for(tiles.chunks(), threads, [&](std::size_t item, int) {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; the same command continues");
+    stop_on_signal("stopped on request; the same command continues");
     tiles.require_chunk(tiles.chunks() - 1 - item);
     const std::lock_guard lock(reporting);
     progress.report("tiles", tiles.tiles_made(), tiles.tiles());
@@ -82,7 +81,7 @@ Made analyse_all(refine::MeshClusters& clusters, int threads, Progress& progress
   std::mutex reporting;
   std::size_t done = 0, with_faces = 0;
   refine::parallel_for(clusters.count(), threads, [&](std::size_t cluster, int) {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; the same command continues");
+    stop_on_signal("stopped on request; the same command continues");
     const bool has_faces = clusters.has_faces(cluster);
     if (has_faces) clusters.get(cluster);
     const std::lock_guard lock(reporting);
@@ -152,9 +151,7 @@ void analyse_scene(const AnalyseArguments& arguments) {
   if (arguments.file.empty()) throw UsageError("--output is missing: the file to write");
   require_not_read(arguments.file, arguments.scene.files_read(scene));
   std::optional<Progress> progress(std::in_place, arguments.quiet);
-  const auto stop_if_asked = [] {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-  };
+  const auto stop_if_asked = [] { stop_on_signal("stopped on request; nothing was written"); };
   const auto report = [&](std::string_view stage) {
     stop_if_asked();
     progress->report(stage, 0, 1);
@@ -185,8 +182,8 @@ void analyse_scene(const AnalyseArguments& arguments) {
         seafloor.vertices, seafloor.faces, seafloor_s, analysis_s, threads, threads == 1 ? "" : "s",
         file_s, static_cast<double>(bytes) / static_cast<double>(seafloor.vertices),
         arguments.file.string());
-  if (arguments.json) {
-    const nlohmann::ordered_json json = {
+  if (arguments.json)
+    print_object({
         {"file", arguments.file.string()},
         {"bytes", bytes},
         {"vertices", seafloor.vertices},
@@ -196,9 +193,7 @@ void analyse_scene(const AnalyseArguments& arguments) {
         {"warnings", seafloor.warnings},
         {"times_s", {{"seafloor", seafloor_s}, {"analysis", analysis_s}, {"file", file_s}}},
         {"threads", threads},
-    };
-    print_object(json);
-  }
+    });
 }
 
 }  // namespace
@@ -213,9 +208,7 @@ void add_analyse(CLI::App& app, Action& action) {
       "command makes all tiles, in the cache; with -D run.surface=refined it also makes the "
       "progressive meshes of all clusters");
   arguments->scene.add_to(command);
-  command.add_option("-o,--output", arguments->file, "The file to write; not for a bed in tiles")
-      ->type_name("FILE")
-      ->check(a_path());
+  add_output(command, arguments->file, "FILE", "The file to write; not for a bed in tiles");
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);

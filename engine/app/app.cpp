@@ -27,8 +27,11 @@
 #include <ensonify/refine/printable.h>
 
 namespace ensonify::engine::app {
-
 namespace {
+
+/// SIGHUP reports a closed terminal; nohup makes the program ignore it. Batch systems send the
+/// others before they end a job.
+constexpr std::array ignorable_signals{SIGHUP, SIGXCPU, SIGUSR1, SIGUSR2};
 
 /// Replaces a size with a unit, such as 800MB or 1.5GiB, by its number of bytes. Returns what is
 /// wrong with the text; empty if nothing is.
@@ -114,6 +117,11 @@ void add_quiet(CLI::App& command, bool& quiet, std::string_view silenced) {
   command.add_flag("--quiet", quiet, fmt::format("{}; warnings and errors remain", silenced));
 }
 
+CLI::Option* add_output(CLI::App& command, std::filesystem::path& path, const std::string& type,
+                        const std::string& help) {
+  return command.add_option("-o,--output", path, help)->type_name(type)->check(a_path());
+}
+
 CLI::Validator a_path() {
   return CLI::Validator(
       [](std::string& text) {
@@ -192,8 +200,13 @@ void write_note(std::string_view text) {
 
 void print_object(const nlohmann::ordered_json& json) { print(json_text(json, 2) + "\n"); }
 
+void print_warning(std::string_view warning) { print_note("ensonify: warning: {}\n", warning); }
 void print_warnings(std::span<const std::string> warnings) {
-  for (const std::string& warning : warnings) print_note("ensonify: warning: {}\n", warning);
+  for (const std::string& warning : warnings) print_warning(warning);
+}
+
+void stop_on_signal(const char* message) {
+  if (SignalWatch::caught() != 0) throw Stopped(message);
 }
 
 std::size_t terminal_columns(int descriptor) {
@@ -201,14 +214,6 @@ std::size_t terminal_columns(int descriptor) {
   if (::ioctl(descriptor, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return 80;
   return size.ws_col;
 }
-
-namespace {
-
-/// SIGHUP reports a closed terminal; nohup makes the program ignore it. Batch systems send the
-/// others before they end a job.
-constexpr std::array ignorable_signals{SIGHUP, SIGXCPU, SIGUSR1, SIGUSR2};
-
-}  // namespace
 
 std::atomic<int> SignalWatch::caught_ = 0;
 std::atomic<Clock::time_point> SignalWatch::caught_at_;

@@ -4,6 +4,7 @@
 // command line.
 
 #include <atomic>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <limits>
@@ -49,30 +50,12 @@ struct ReaderGone : std::runtime_error {
 /// The work of a subcommand, called after the command line has been read.
 using Action = std::function<void()>;
 
-void add_run(CLI::App& app, Action& action);
-void add_stream(CLI::App& app, Action& action);
-void add_live(CLI::App& app, Action& action);
-void add_generate(CLI::App& app, Action& action);
-void add_preview(CLI::App& app, Action& action);
-void add_merge(CLI::App& app, Action& action);
-void add_mosaic(CLI::App& app, Action& action);
-void add_analyse(CLI::App& app, Action& action);
-void add_check(CLI::App& app, Action& action);
-void add_seafloor(CLI::App& app, Action& action);
-void add_view(CLI::App& app, Action& action);
-void add_trace(CLI::App& app, Action& action);
-void add_mesh_info(CLI::App& app, Action& action);
-void add_compare(CLI::App& app, Action& action);
-void add_imitate(CLI::App& app, Action& action);
-void add_recording_info(CLI::App& app, Action& action);
-void add_dump_default(CLI::App& app, Action& action);
-void add_schema(CLI::App& app, Action& action);
-void add_intersectors(CLI::App& app, Action& action);
-void add_water(CLI::App& app, Action& action);
-void add_ray(CLI::App& app, Action& action);
-void add_backscatter(CLI::App& app, Action& action);
-void add_sediments(CLI::App& app, Action& action);
-void add_presets(CLI::App& app, Action& action);
+/// Adds a subcommand to the command line, which sets `action` if the user gives this subcommand.
+using AddCommand = void(CLI::App& app, Action& action);
+AddCommand add_run, add_stream, add_live, add_generate, add_preview, add_merge, add_mosaic,
+    add_analyse, add_check, add_seafloor, add_view, add_trace, add_mesh_info, add_compare,
+    add_imitate, add_recording_info, add_dump_default, add_schema, add_intersectors, add_water,
+    add_ray, add_backscatter, add_sediments, add_presets;
 
 /// The scene that the command line gives: SCENE, -D and --data.
 struct SceneArguments {
@@ -99,6 +82,10 @@ void add_threads(CLI::App& command, int& threads);
 /// --quiet: no progress and no summary. `silenced` begins the help text.
 void add_quiet(CLI::App& command, bool& quiet,
                std::string_view silenced = "No progress and no summary");
+
+/// -o, --output: the path of what the command writes. `type` is its placeholder in the help.
+CLI::Option* add_output(CLI::App& command, std::filesystem::path& path, const std::string& type,
+                        const std::string& help);
 
 /// The check of an option that takes a path. It refuses an empty path, which would mean the current
 /// folder or the default.
@@ -145,6 +132,7 @@ void print_note(fmt::format_string<const Values&...> format, const Values&... va
 /// Whether a descriptor can be written at once, without waiting for its reader.
 bool can_write_now(int descriptor);
 
+void print_warning(std::string_view warning);
 /// Writes warnings to stderr, one per line.
 void print_warnings(std::span<const std::string> warnings);
 
@@ -177,5 +165,14 @@ class SignalWatch {
                 std::atomic<Clock::time_point>::is_always_lock_free);
   static int wakes_;  // a descriptor that can be read after a signal was caught
 };
+
+/// Throws Stopped with this message after a signal.
+void stop_on_signal(const char* message = "stopped on request");
+
+/// Whether an exception is of one of these classes, or of a class derived from one.
+template <class... Errors>
+bool is_one_of(const std::exception& error) {
+  return (dynamic_cast<const Errors*>(&error) || ...);
+}
 
 }  // namespace ensonify::engine::app

@@ -45,8 +45,7 @@ struct CheckArguments {
   std::uint64_t rays = 1000000;
   int threads = 0;
   MemoryLimit memory;
-  bool json = false;
-  bool quiet = false;
+  bool json = false, quiet = false;
 };
 
 /// An intersector is compared on every n-th ray, which limits the time of a slow one. Returns n; 0
@@ -349,8 +348,7 @@ void check(const CheckArguments& arguments) {
                           .progress =
                               [&](std::string_view stage) {
                                 progress->report(stage, 0, 1);
-                                if (SignalWatch::caught() != 0)
-                                  throw Stopped("stopped on request, before a ray was compared");
+                                stop_on_signal("stopped on request, before a ray was compared");
                               },
                           .memory = arguments.memory});
   const double prepare_s = seconds_since(start);

@@ -34,9 +34,7 @@ void compare(const CompareArguments& arguments) {
     for (const std::filesystem::path& place : {arguments.a, arguments.b})
       require_not_read(arguments.html, files_of_line(place));
   const SignalWatch signals;
-  const auto stop_if_asked = [] {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-  };
+  const auto stop_if_asked = [] { stop_on_signal("stopped on request; nothing was written"); };
   const LineWithBed a(read_line(arguments.a, arguments.sonar_a));
   stop_if_asked();
   const LineWithBed b(read_line(arguments.b, arguments.sonar_b));

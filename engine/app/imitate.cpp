@@ -148,10 +148,7 @@ void add_imitate(CLI::App& app, Action& action) {
       "needs, and report.html. Prints each key, its value and the evidence");
   command.add_option("RECORDING", arguments->recordings, "The recording's files, in their order")
       ->required();
-  command.add_option("-o,--output", arguments->folder, "The folder to make")
-      ->required()
-      ->type_name("DIR")
-      ->check(a_path());
+  add_output(command, arguments->folder, "DIR", "The folder to make")->required();
   command
       .add_option("--line", arguments->line,
                   "Which line of a recording with several sonars, from 1")

@@ -21,8 +21,7 @@ struct LiveArguments {
   std::optional<double> pings_per_s;
   std::filesystem::path cache;
   MemoryLimit memory;
-  bool hold = false;
-  bool quiet = false;
+  bool hold = false, quiet = false;
 };
 
 void show(const LiveArguments& arguments) {
@@ -36,9 +35,6 @@ void show(const LiveArguments& arguments) {
                     "scene; use 127.0.0.1, or allow it with --remote",
                     arguments.server.bind));
   const SignalWatch signals;
-  const auto stop_on_signal = [] {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request");
-  };
   std::optional<LiveSession> session;
   {
     Progress progress(arguments.quiet);

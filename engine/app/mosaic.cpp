@@ -48,10 +48,7 @@ void add_mosaic(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand(
       "mosaic", "Lay one sonar of one or several runs on the ground, as a GeoTIFF");
   command.add_option("RUN", arguments->runs, "Folders that `ensonify run` wrote")->required();
-  command.add_option("-o,--output", arguments->file, "The file to write: .tif")
-      ->type_name("FILE")
-      ->check(a_path())
-      ->required();
+  add_output(command, arguments->file, "FILE", "The file to write: .tif")->required();
   command.add_option("--sonar", options.sonar, "The sonar (default: the only one)")
       ->type_name("NAME");
   command

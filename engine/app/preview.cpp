@@ -73,10 +73,7 @@ void add_preview(CLI::App& app, Action& action) {
       "Draw a contact sheet of a recipe's samples and their labels. Ctrl-C ends it, and the sheet "
       "then shows the samples that are finished");
   command.add_option("RECIPE", arguments->recipe, "A recipe, as for generate")->required();
-  command.add_option("-o,--output", arguments->file, "The picture")
-      ->required()
-      ->type_name("FILE.png")
-      ->check(a_path());
+  add_output(command, arguments->file, "FILE.png", "The picture")->required();
   command
       .add_option("-n", arguments->samples,
                   "Number of samples (default: 16; at most those of the recipe)")

@@ -103,16 +103,6 @@ int perform(const app::Action& action) {
     return failed(interrupted, error.what());
   } catch (const app::SomeFailed& error) {
     return failed(some_failed, error.what());
-  } catch (const app::UsageError& error) {
-    return failed(wrong_input, error.what());
-  } catch (const ensonify::engine::SceneError& error) {
-    return failed(wrong_input, error.what());
-  } catch (const ensonify::engine::RecordingError& error) {
-    return failed(wrong_input, error.what());
-  } catch (const ensonify::refine::MeshError& error) {
-    return failed(wrong_input, error.what());
-  } catch (const std::invalid_argument& error) {
-    return failed(wrong_input, error.what());
   } catch (const std::bad_alloc&) {
     return out_of_memory();
   } catch (const std::filesystem::filesystem_error& error) {
@@ -124,7 +114,10 @@ int perform(const app::Action& action) {
                     "the system allows no more threads; use fewer --threads, or raise `ulimit -u`");
     return failed(run_failed, error.what());
   } catch (const std::exception& error) {
-    return failed(run_failed, error.what());
+    const bool is_input = app::is_one_of<app::UsageError, ensonify::engine::SceneError,
+                                         ensonify::engine::RecordingError,
+                                         ensonify::refine::MeshError, std::invalid_argument>(error);
+    return failed(is_input ? wrong_input : run_failed, error.what());
   }
 }
 
@@ -205,30 +198,14 @@ int run_command_line(int argc, char** argv) {
       "2 wrong usage, scene or input file; 3 some samples failed; 75 interrupted, can be resumed; "
       "128+n ended by signal n.");
   app::Action action;
-  app::add_run(program, action);
-  app::add_stream(program, action);
-  app::add_live(program, action);
-  app::add_generate(program, action);
-  app::add_preview(program, action);
-  app::add_merge(program, action);
-  app::add_mosaic(program, action);
-  app::add_analyse(program, action);
-  app::add_check(program, action);
-  app::add_seafloor(program, action);
-  app::add_view(program, action);
-  app::add_trace(program, action);
-  app::add_mesh_info(program, action);
-  app::add_compare(program, action);
-  app::add_imitate(program, action);
-  app::add_recording_info(program, action);
-  app::add_dump_default(program, action);
-  app::add_schema(program, action);
-  app::add_intersectors(program, action);
-  app::add_water(program, action);
-  app::add_ray(program, action);
-  app::add_backscatter(program, action);
-  app::add_sediments(program, action);
-  app::add_presets(program, action);
+  for (app::AddCommand* const add :
+       {app::add_run,          app::add_stream,      app::add_live,         app::add_generate,
+        app::add_preview,      app::add_merge,       app::add_mosaic,       app::add_analyse,
+        app::add_check,        app::add_seafloor,    app::add_view,         app::add_trace,
+        app::add_mesh_info,    app::add_compare,     app::add_imitate,      app::add_recording_info,
+        app::add_dump_default, app::add_schema,      app::add_intersectors, app::add_water,
+        app::add_ray,          app::add_backscatter, app::add_sediments,    app::add_presets})
+    add(program, action);
   program.footer(
       "`ensonify COMMAND --help` describes a command and its options. Begin with `ensonify run "
       "SCENE`.\n" +

@@ -29,8 +29,7 @@ struct RunArguments {
   int threads = 0;
   MemoryLimit memory;
   fs::path cache;
-  bool json = false;
-  bool quiet = false;
+  bool json = false, quiet = false;
   std::size_t verify = 0;
   std::string part = "0/1";
 };
@@ -180,12 +179,9 @@ void add_run(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<RunArguments>();
   CLI::App& command = *app.add_subcommand("run", "Simulate a scene and write its sidescan images");
   arguments->scene.add_to(command);
-  command
-      .add_option("-o,--output", arguments->folder,
-                  "The folder for the files, created if missing (default: the scene's name with "
-                  "-run appended, in the current folder)")
-      ->type_name("DIR")
-      ->check(a_path());
+  add_output(command, arguments->folder, "DIR",
+             "The folder for the files, created if missing (default: the scene's name with "
+             "-run appended, in the current folder)");
   command
       .add_option("--surface", arguments->surface,
                   "The same as -D run.surface=NAME: auto, static, refined or footprint")

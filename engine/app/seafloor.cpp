@@ -41,7 +41,7 @@ void write_seafloor(const SeafloorArguments& arguments) {
   Progress progress(arguments.quiet);
   std::mutex reporting;
   const auto report = [&](std::string_view stage) {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
+    stop_on_signal("stopped on request; nothing was written");
     const std::lock_guard lock(reporting);
     progress.report(stage, 0, 1);
   };
@@ -82,10 +82,7 @@ void add_seafloor(CLI::App& app, Action& action) {
       "survey's coordinate reference system, or in one centred at track.origin_lat_deg and "
       "origin_lon_deg, if the scene has either");
   arguments->scene.add_to(command);
-  command.add_option("-o,--output", arguments->file, "The file to write: .ply, .npy or .tif")
-      ->type_name("FILE")
-      ->check(a_path())
-      ->required();
+  add_output(command, arguments->file, "FILE", "The file to write: .ply, .npy or .tif")->required();
   add_memory(command, arguments->memory);
   add_quiet(command, arguments->quiet, "No progress");
   command.callback([&action, arguments] { action = [arguments] { write_seafloor(*arguments); }; });

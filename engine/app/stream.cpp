@@ -41,9 +41,7 @@ struct StreamArguments {
   fs::path cache;
   MemoryLimit memory;
   std::vector<std::string> layers = {"intensity"};
-  bool json = false;
-  bool answer_all = false;
-  bool quiet = false;
+  bool json = false, answer_all = false, quiet = false;
 };
 
 /// A session: it answers requests, and writes the echo lines of pings.
@@ -55,13 +53,14 @@ class PoseSession {
                                       arguments.scene.data_folder)),
         scene_(with_session_surface(source_.with())),
         simulator_(make_simulator(scene_, arguments)) {
-    BinLayers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
+    std::vector<std::string_view> known_layers;
+    BinLayers::for_each([&](std::string_view name, auto) { known_layers.push_back(name); });
     for (std::string& name : arguments_.layers) {
       const auto known = std::ranges::find_if(
-          known_layers_, [&](std::string_view one) { return scatter::same_name(one, name); });
-      if (known == known_layers_.end())
+          known_layers, [&](std::string_view one) { return scatter::same_name(one, name); });
+      if (known == known_layers.end())
         throw UsageError(fmt::format("--layers: there is no layer '{}', expected {}", name,
-                                     fmt::join(known_layers_, ", ")));
+                                     fmt::join(known_layers, ", ")));
       name = *known;  // answers have the spelling of the layer's name
     }
     report_scene();
@@ -93,9 +92,7 @@ class PoseSession {
  private:
   static Simulator make_simulator(const Scene& scene, const StreamArguments& arguments) {
     Progress progress(arguments.quiet);
-    const auto stop_check = [] {
-      if (SignalWatch::caught() != 0) throw Stopped("stopped on request");
-    };
+    const auto stop_check = [] { stop_on_signal(); };
     return Simulator(scene, {.cache = arguments.cache,
                              .progress =
                                  [&](std::string_view stage) {
@@ -188,7 +185,7 @@ class PoseSession {
   void report_extrapolation() {
     const auto warning =
         Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials).warning();
-    if (warning && extrapolations_.insert(*warning).second) print_warnings({&*warning, 1});
+    if (warning && extrapolations_.insert(*warning).second) print_warning(*warning);
   }
 
   static std::vector<std::string> strings(std::span<const std::string> all) {
@@ -201,7 +198,6 @@ class PoseSession {
   SessionScene source_;
   const Scene scene_;  // as it was read, without later changes
   Simulator simulator_;
-  std::vector<std::string> known_layers_;
   std::vector<float> block_;
   std::uint64_t pings_ = 0;
   std::size_t warned_ = 0;
@@ -253,25 +249,17 @@ void stream(const StreamArguments& arguments) {
   std::string line;
   for (std::size_t number = 1; lines.next(line); ++number) {
     if (line.size() <= longest_request && line.find_first_not_of(" \t\r") == line.npos) continue;
-    const auto refuse = [&](const std::exception& error) {
+    try {
+      stream.answer(line);
+    } catch (const std::exception& error) {
+      const bool is_input = is_one_of<SceneError, refine::MeshError, std::invalid_argument>(error);
+      if (!is_input && !(arguments.answer_all && is_one_of<MemoryError>(error))) throw;
       const std::string message = fmt::format("stdin:{}: {}", number, error.what());
       if (!arguments.answer_all) throw UsageError(message);
       stream.answer_error(message);
-    };
-    try {
-      stream.answer(line);
-    } catch (const SceneError& error) {
-      refuse(error);
-    } catch (const refine::MeshError& error) {
-      refuse(error);
-    } catch (const std::invalid_argument& error) {
-      refuse(error);
-    } catch (const MemoryError& error) {
-      if (!arguments.answer_all) throw;
-      refuse(error);
     }
   }
-  if (SignalWatch::caught() != 0) throw Stopped("stopped on request");
+  stop_on_signal();
 }
 
 }  // namespace

@@ -50,9 +50,7 @@ void view_scene(const ViewArguments& arguments) {
 
   const SignalWatch signals;
   Progress progress(arguments.quiet);
-  const auto stop_if_asked = [] {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-  };
+  const auto stop_if_asked = [] { stop_on_signal("stopped on request; nothing was written"); };
   const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {
     stop_if_asked();
     progress.report(stage, done, of);
@@ -95,10 +93,7 @@ void add_view(CLI::App& app, Action& action) {
       "Draw one ping of a scene: the sonar above the seafloor, its fans, and the mesh refined for "
       "them, with exact faces in amber");
   arguments->scene.add_to(command);
-  command.add_option("-o,--output", arguments->file, "The picture")
-      ->type_name("FILE.png")
-      ->check(a_path())
-      ->required();
+  add_output(command, arguments->file, "FILE.png", "The picture")->required();
   command.add_option("--ping", arguments->ping, "The ping, from 0 (default: the middle one)")
       ->type_name("N")
       ->check(CLI::Range(std::size_t{0}, std::size_t{1000000000}));
