@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/clock.h>
-#include <ensonify/engine/scene/checks/value_check.h>
+#include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/water_check.h>
 #include <ensonify/engine/seafloor/memory_plan.h>
 #include <ensonify/engine/simulator/bed_abeam.h>

@@ -11,8 +11,6 @@
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/name_check.h>
-#include <ensonify/engine/scene/checks/seabed_check.h>
-#include <ensonify/engine/scene/checks/unused_keys.h>
 #include <ensonify/engine/scene/conditions.h>
 #include <ensonify/engine/scene/keys/dataset_options.h>
 #include <ensonify/engine/scene/keys/key_text.h>

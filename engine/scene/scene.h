@@ -91,7 +91,7 @@ struct Scene {
   /// The place of each key in the file, "file:line:column", for errors that are found later. Not an
   /// option.
   std::map<std::string, std::string, std::less<>> places;
-  /// Warnings about keys without effect (scene/checks/unused_keys.h). Not an option.
+  /// Warnings about keys without effect (scene/checks/check.h). Not an option.
   std::vector<std::string> warnings;
 
   std::uint64_t bed_seed() const { return seafloor_seed.value_or(seed); }

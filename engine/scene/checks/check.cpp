@@ -11,7 +11,6 @@
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/scene/checks/object_check.h>
 #include <ensonify/engine/scene/checks/require-inl.h>
-#include <ensonify/engine/scene/checks/seabed_check.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/seafloor/seafloor.h>

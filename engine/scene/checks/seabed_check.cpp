@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/checks/seabed_check.h>
+#include <ensonify/engine/scene/checks/check.h>
 
 #include <algorithm>
 #include <map>

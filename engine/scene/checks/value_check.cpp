@@ -1,11 +1,10 @@
-#include <ensonify/engine/scene/checks/value_check.h>
+#include <ensonify/engine/scene/checks/check.h>
 
 #include <algorithm>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/units.h>
-#include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/name_check.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
