@@ -59,6 +59,14 @@ auto at(Part Owner::*first, Rest... rest) {
   return [=](auto& owner) -> auto& { return ((owner.*first).*....*rest); };
 }
 
+/// The names of kinds, as the words of a key.
+template <class Kinds>
+std::vector<std::string_view> words_of(const Kinds& kinds) {
+  std::vector<std::string_view> words;
+  for (const auto& kind : kinds) words.push_back(kind.name);
+  return words;
+}
+
 /// The range of allowed values in the unit of the key, including both ends.
 struct Range {
   double low = 0.0;
