@@ -50,7 +50,8 @@ class Reader {
   explicit Reader(std::string name, const DrawnValues* drawn = nullptr)
       : source_(std::move(name)), name_(source_), drawn_(drawn) {}
 
-  void read_file(std::string_view text) {
+  /// Reads the text of a file, then applies overrides.
+  Reader& read(std::string_view text, std::span<const std::string> overrides) {
     const toml::table table = parse(text);
     require_no_recipe(table);
     const toml::node* version = table.get("version");
@@ -59,20 +60,20 @@ class Reader {
     if (const toml::table* sonars = table["sonar"].as_table()) {
       scene_.sonars = named<Sonar>(*sonars, "sonar");
       if (scene_.sonars.empty()) throw fault(*sonars, "'sonar' is empty, expected [sonar.NAME]");
-      check_file_names(*sonars);
+      for (const auto& [key, node] : *sonars)
+        if (const auto wrong = fault_of_file_names(key.str(), scene_.sonars))
+          throw fault(key, *wrong);
     }
     if (const toml::table* materials = table["material"].as_table())
       scene_.materials = named<Material>(*materials, "material");
     read_table(table, "");
-  }
-
-  void apply(const std::string& override_text) {
-    overrides_.push_back(override_text);
-    source_ = place_of_override(override_text);
-    in_file_ = false;
-    const toml::table table = parse(toml_override(override_text));
-    require_no_recipe(table);
-    read_table(table, "");
+    for (const std::string& override_text : overrides) {
+      overrides_.push_back(override_text);
+      const toml::table changed = parse_override(override_text);
+      require_no_recipe(changed);
+      read_table(changed, "");
+    }
+    return *this;
   }
 
   DatasetOptions read_dataset(std::string_view text, std::span<const std::string> overrides) {
@@ -84,9 +85,7 @@ class Reader {
     DatasetOptions options;
     read_dataset(expect_table(*node, "dataset"), "dataset", options);
     for (const std::string& override_text : overrides) {
-      source_ = place_of_override(override_text);
-      in_file_ = false;
-      const toml::table changed = parse(toml_override(override_text));
+      const toml::table changed = parse_override(override_text);
       if (const toml::node* changes = changed.get("dataset"))
         read_dataset(expect_table(*changes, "dataset"), "dataset", options);
     }
@@ -148,6 +147,13 @@ class Reader {
     }
   }
 
+  /// The tables of an override; faults found from now on are at this override.
+  toml::table parse_override(const std::string& override_text) {
+    source_ = place_of_override(override_text);
+    in_file_ = false;
+    return parse(toml_override(override_text));
+  }
+
   std::string place(const toml::source_region& region) const {
     return in_file_ ? fmt::format("{}:{}:{}", source_, region.begin.line, region.begin.column)
                     : source_;
@@ -173,7 +179,9 @@ class Reader {
       if (key.str().find('.') != std::string_view::npos) {  // a name in quotes, not a path
         throw unknown(key, section_name, known_names(section_name));
       } else if (path == "version") {
-        read_version(node);
+        if (!node.is_integer() || node.as_integer()->get() != 1)
+          throw fault(node, fmt::format("'version' is {}, expected 1, the only version",
+                                        description(node)));
       } else if (path == "dataset" || path == "draw") {  // Recipe reads these
       } else if (path == "sonar") {
         read_named(node, "sonar", sonar_section(), scene_.sonars);
@@ -212,12 +220,6 @@ class Reader {
     }
   }
 
-  void read_version(const toml::node& node) {
-    if (!node.is_integer() || node.as_integer()->get() != 1)
-      throw fault(node,
-                  fmt::format("'version' is {}, expected 1, the only version", description(node)));
-  }
-
   /// Makes one owner for each table of `tables`, in the order of the file, which toml++ does not
   /// keep.
   template <class Owner>
@@ -227,7 +229,8 @@ class Reader {
     std::ranges::stable_sort(order, [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<Owner> owners;
     for (auto& [position, name] : order) {
-      check_name(kind, name, tables.find(name)->first);
+      if (const auto wrong = fault_of_name(kind, name))
+        throw fault(tables.find(name)->first, *wrong);
       owners.emplace_back().name = std::move(name);
     }
     return owners;
@@ -346,16 +349,6 @@ class Reader {
     }
   }
 
-  void check_name(std::string_view kind, std::string_view name, const toml::key& key) const {
-    if (const auto wrong = fault_of_name(kind, name)) throw fault(key, *wrong);
-  }
-
-  void check_file_names(const toml::table& sonars) const {
-    for (const auto& [key, node] : sonars)
-      if (const auto wrong = fault_of_file_names(key.str(), scene_.sonars))
-        throw fault(key, *wrong);
-  }
-
   const toml::table& expect_table(const toml::node& node, std::string_view path) const {
     if (const toml::table* table = node.as_table()) return *table;
     throw fault(node,
@@ -393,18 +386,14 @@ class Reader {
     std::string hint = scatter::suggestion(key.str(), here);
     if (hint.empty()) {
       std::vector<std::string> all;
-      for (const auto& section : scene_sections())
+      const auto add = [&](const auto& section) {
         for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
-      for (const auto& k : sonar_section().keys)
-        all.push_back(joined(sonar_section().name, k.name));
-      for_each_list(scene_, [&](const auto& section, const auto&) {
-        for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
-      });
-      for (const auto& k : material_section().keys)
-        all.push_back(joined(material_section().name, k.name));
-      if (drawn_)
-        for (const auto& section : dataset_sections())
-          for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
+      };
+      std::ranges::for_each(scene_sections(), add);
+      add(sonar_section());
+      for_each_list(scene_, [&](const auto& section, const auto&) { add(section); });
+      add(material_section());
+      if (drawn_) std::ranges::for_each(dataset_sections(), add);
       hint = scatter::suggestion(key.str(), all);
       if (hint.empty() || !section_name.empty())
         hint = fmt::format("; expected one of {}{}", fmt::join(here, ", "), hint);
@@ -504,26 +493,17 @@ Scene parse_scene(std::string_view text, std::string_view name,
                   std::span<const std::string> overrides, const ScenePaths& paths,
                   std::span<const Material> known) {
   const refine::StandardFloats floats;
-  Reader reader{std::string(name)};
-  reader.read_file(text);
-  for (const std::string& text_of_override : overrides) reader.apply(text_of_override);
-  return reader.finish(paths, known);
+  return Reader(std::string(name)).read(text, overrides).finish(paths, known);
 }
 
 Scene parse_recipe(std::string_view text, std::string_view name, const DrawnValues& drawn,
                    const ScenePaths& paths) {
-  Reader reader(std::string(name), &drawn);
-  reader.read_file(text);
-  for (const std::string& override_text : drawn.overrides) reader.apply(override_text);
-  return reader.finish(paths);
+  return Reader(std::string(name), &drawn).read(text, drawn.overrides).finish(paths);
 }
 
 Scene parse_recipe_unchecked(std::string_view text, std::string_view name,
                              const DrawnValues& drawn) {
-  Reader reader(std::string(name), &drawn);
-  reader.read_file(text);
-  for (const std::string& override_text : drawn.overrides) reader.apply(override_text);
-  return reader.unchecked();
+  return Reader(std::string(name), &drawn).read(text, drawn.overrides).unchecked();
 }
 
 DatasetOptions parse_dataset_options(std::string_view text, std::string_view name,
