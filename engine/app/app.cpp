@@ -76,31 +76,26 @@ std::vector<std::filesystem::path> SceneArguments::files_read(const Scene& scene
 }
 
 void add_overrides(CLI::App& command, std::vector<std::string>& overrides) {
-  command
-      .add_option("-D", overrides,
-                  "Change a key, for example -D sonar.sidescan.range_m=50; can be repeated")
-      ->type_name("KEY=VALUE")
+  add_value(command, "-D", overrides, "KEY=VALUE",
+            "Change a key, for example -D sonar.sidescan.range_m=50; can be repeated")
       ->allow_extra_args(false);
 }
 
 void add_data(CLI::App& command, std::filesystem::path& folder) {
-  command.add_option("--data", folder, "The folder in which data:PATH of a scene or a recipe lies")
-      ->type_name("DIR")
+  add_value(command, "--data", folder, "DIR",
+            "The folder in which data:PATH of a scene or a recipe lies")
       ->envname("ENSONIFY_DATA");
 }
 
 void add_cache(CLI::App& command, std::filesystem::path& cache) {
   cache = default_cache();
-  command
-      .add_option("--cache", cache,
-                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
-      ->type_name("DIR")
+  add_value(command, "--cache", cache, "DIR",
+            "The folder for analysed seafloors (default: ~/.cache/ensonify)")
       ->envname("ENSONIFY_CACHE");
 }
 
 void add_threads(CLI::App& command, int& threads) {
-  command.add_option("--threads", threads, "Number of threads (default: all of the machine's)")
-      ->type_name("N")
+  add_value(command, "--threads", threads, "N", "Number of threads (default: all of the machine's)")
       ->check(CLI::Range(1, 1024));
 }
 
@@ -119,7 +114,7 @@ void add_quiet(CLI::App& command, bool& quiet, std::string_view silenced) {
 
 CLI::Option* add_output(CLI::App& command, std::filesystem::path& path, const std::string& type,
                         const std::string& help) {
-  return command.add_option("-o,--output", path, help)->type_name(type)->check(a_path());
+  return add_value(command, "-o,--output", path, type, help)->check(a_path());
 }
 
 CLI::Validator a_path() {

@@ -83,6 +83,13 @@ void add_threads(CLI::App& command, int& threads);
 void add_quiet(CLI::App& command, bool& quiet,
                std::string_view silenced = "No progress and no summary");
 
+/// Adds an option with a value; `type` is the placeholder of the value in the help.
+template <class Value>
+CLI::Option* add_value(CLI::App& command, const std::string& name, Value& value,
+                       const std::string& type, const std::string& help) {
+  return command.add_option(name, value, help)->type_name(type);
+}
+
 /// -o, --output: the path of what the command writes. `type` is its placeholder in the help.
 CLI::Option* add_output(CLI::App& command, std::filesystem::path& path, const std::string& type,
                         const std::string& help);

@@ -178,26 +178,18 @@ void add_backscatter(CLI::App& app, Action& action) {
                   "Sound speed in the water at the bed, m/s")
       ->required()
       ->check(number(1000.0, 2000.0));
-  CLI::Option* const name = command
-                                .add_option("--sediment", arguments->sediment,
-                                            "A named seabed (`ensonify sediments` lists them)")
-                                ->type_name("NAME");
+  CLI::Option* const name = add_value(command, "--sediment", arguments->sediment, "NAME",
+                                      "A named seabed (`ensonify sediments` lists them)");
   CLI::Option* const grain_size =
-      command
-          .add_option("--mean-grain-size-phi", arguments->mean_grain_size_phi,
-                      "The seabed by its mean grain size, -1 to 9")
-          ->type_name("PHI")
+      add_value(command, "--mean-grain-size-phi", arguments->mean_grain_size_phi, "PHI",
+                "The seabed by its mean grain size, -1 to 9")
           ->check(number())
           ->excludes(name);
   CLI::Option* const material =
-      command
-          .add_option("--material", arguments->material,
-                      "A material: one of --scene, or a named seabed, cover or solid")
-          ->type_name("NAME");
-  command
-      .add_option("--scene", arguments->scene,
-                  "The scene file that has [material.NAME], of any model: gsab and table too")
-      ->type_name("SCENE")
+      add_value(command, "--material", arguments->material, "NAME",
+                "A material: one of --scene, or a named seabed, cover or solid");
+  add_value(command, "--scene", arguments->scene, "SCENE",
+            "The scene file that has [material.NAME], of any model: gsab and table too")
       ->needs(material);
   add_data(command, arguments->data_folder);
   std::vector<CLI::Option*> of_sediment = {name, grain_size};
@@ -206,15 +198,12 @@ void add_backscatter(CLI::App& app, Action& action) {
         command.add_option(parameters[i].option, arguments->given[i], parameters[i].help)
             ->check(number())
             ->group("A seabed's six parameters: all, or only those to change"));
-  of_sediment.push_back(command.add_option("--model", arguments->model, model_help())
-                            ->capture_default_str()
-                            ->type_name("NAME"));
+  of_sediment.push_back(
+      add_value(command, "--model", arguments->model, "NAME", model_help())->capture_default_str());
   for (CLI::Option* const other : of_sediment) material->excludes(other);
-  command
-      .add_option("--angles-deg", arguments->angles_deg,
-                  "Grazing angles, 0 to 90 (default: each degree from 1 to 90)")
+  add_value(command, "--angles-deg", arguments->angles_deg, "A,B,..",
+            "Grazing angles, 0 to 90 (default: each degree from 1 to 90)")
       ->delimiter(',')
-      ->type_name("A,B,..")
       ->check(number());
   command.callback(
       [&action, arguments] { action = [arguments] { print_backscatter(*arguments); }; });

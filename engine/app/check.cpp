@@ -396,21 +396,17 @@ void add_check(CLI::App& app, Action& action) {
       "has them only where it traces every ray. Ctrl-C ends the comparison and prints the table so "
       "far");
   arguments->scene.add_to(command);
-  command
-      .add_option(
-          "--rays", arguments->rays,
-          "Least number of rays per surface and intersector, about half of them the scene's: whole "
-          "pings are traced, so there may be many more (default: a million; brute_force "
-          "gets as many as it can trace in half a minute)")
-      ->type_name("N")
+  add_value(
+      command, "--rays", arguments->rays, "N",
+      "Least number of rays per surface and intersector, about half of them the scene's: whole "
+      "pings are traced, so there may be many more (default: a million; brute_force "
+      "gets as many as it can trace in half a minute)")
       ->transform(CLI::Validator(count_of_rays, "in [1 - 1e12]"));
-  command
-      .add_option(
-          "--intersector", arguments->intersectors,
-          "Compare only these intersectors (default: all; also the bed heights and the face lists)")
+  add_value(
+      command, "--intersector", arguments->intersectors, "NAME,NAME",
+      "Compare only these intersectors (default: all; also the bed heights and the face lists)")
       ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("NAME,NAME");
+      ->allow_extra_args(false);
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);

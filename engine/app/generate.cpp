@@ -182,10 +182,8 @@ void add_generate(CLI::App& app, Action& action) {
       ->required();
   add_output(command, arguments->folder, "DIR", "The dataset's folder, created if missing")
       ->required();
-  command
-      .add_option("--shard", arguments->shard,
-                  "Make only shard I of N, counting from 0: to divide the samples among machines")
-      ->type_name("I/N");
+  add_value(command, "--shard", arguments->shard, "I/N",
+            "Make only shard I of N, counting from 0: to divide the samples among machines");
   add_overrides(command, arguments->overrides);
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);

@@ -149,10 +149,8 @@ void add_imitate(CLI::App& app, Action& action) {
   command.add_option("RECORDING", arguments->recordings, "The recording's files, in their order")
       ->required();
   add_output(command, arguments->folder, "DIR", "The folder to make")->required();
-  command
-      .add_option("--line", arguments->line,
-                  "Which line of a recording with several sonars, from 1")
-      ->type_name("N")
+  add_value(command, "--line", arguments->line, "N",
+            "Which line of a recording with several sonars, from 1")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1000000000}));
   command.add_flag("--recipe", arguments->recipe,
                    "Also write recipe.toml: a dataset with distributions about what was found");

@@ -38,10 +38,8 @@ struct MeshFile {
 
 /// --survey-cell-m: the edge of the cells, for a grid whose file does not have it.
 inline void add_cell(CLI::App& command, double& cell_m) {
-  command
-      .add_option("--survey-cell-m", cell_m,
-                  "Edge of the cells of an .npy grid or of soundings, as seafloor.survey_cell_m")
-      ->type_name("M")
+  add_value(command, "--survey-cell-m", cell_m, "M",
+            "Edge of the cells of an .npy grid or of soundings, as seafloor.survey_cell_m")
       ->check(number(1e-3, 1000.0));
 }
 

@@ -74,10 +74,8 @@ void add_preview(CLI::App& app, Action& action) {
       "then shows the samples that are finished");
   command.add_option("RECIPE", arguments->recipe, "A recipe, as for generate")->required();
   add_output(command, arguments->file, "FILE.png", "The picture")->required();
-  command
-      .add_option("-n", arguments->samples,
-                  "Number of samples (default: 16; at most those of the recipe)")
-      ->type_name("N")
+  add_value(command, "-n", arguments->samples, "N",
+            "Number of samples (default: 16; at most those of the recipe)")
       ->check(CLI::Range(1, 1000));
   add_overrides(command, arguments->overrides);
   add_threads(command, arguments->threads);

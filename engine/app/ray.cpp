@@ -109,11 +109,9 @@ void add_ray(CLI::App& app, Action& action) {
       "range_m,depth_m,time_s,path_m,angle_deg,loss_db along the path; angles are positive "
       "downwards from the horizontal, the loss is spreading loss re 1 m. Straight lines between "
       "the rows stay within 0.1 mm of the ray");
-  command
-      .add_option("--profile", arguments->profile,
-                  "The cast: CSV with columns depth_m and soundspeed_mps, or a CastAway file")
-      ->required()
-      ->type_name("FILE");
+  add_value(command, "--profile", arguments->profile, "FILE",
+            "The cast: CSV with columns depth_m and soundspeed_mps, or a CastAway file")
+      ->required();
   const CLI::Validator depth = number(0.0, 12000.0), range = number(1e-6, 1e7);
   command.add_option("--source-depth-m", arguments->source_depth_m, "Depth of the source, m")
       ->required()

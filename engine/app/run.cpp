@@ -182,25 +182,17 @@ void add_run(CLI::App& app, Action& action) {
   add_output(command, arguments->folder, "DIR",
              "The folder for the files, created if missing (default: the scene's name with "
              "-run appended, in the current folder)");
-  command
-      .add_option("--surface", arguments->surface,
-                  "The same as -D run.surface=NAME: auto, static, refined or footprint")
-      ->type_name("NAME");
-  command
-      .add_option("--intersector", arguments->intersector,
-                  "The same as -D run.intersector=NAME; `ensonify intersectors` lists them")
-      ->type_name("NAME");
-  command.add_option("--seed", arguments->seed, "The same as -D seed=S")->type_name("S");
-  command
-      .add_option("--part", arguments->part,
-                  "Make share I of N of the parts of a run in several parts, counting from 0; "
-                  "`ensonify merge DIR` completes the run")
-      ->type_name("I/N");
-  command
-      .add_option("--verify", arguments->verify,
-                  "Compare N pings, spread over the track, with the exact reference; the manifest "
-                  "counts the differences by class; exit code 1 if one is unexplained")
-      ->type_name("N")
+  add_value(command, "--surface", arguments->surface, "NAME",
+            "The same as -D run.surface=NAME: auto, static, refined or footprint");
+  add_value(command, "--intersector", arguments->intersector, "NAME",
+            "The same as -D run.intersector=NAME; `ensonify intersectors` lists them");
+  add_value(command, "--seed", arguments->seed, "S", "The same as -D seed=S");
+  add_value(command, "--part", arguments->part, "I/N",
+            "Make share I of N of the parts of a run in several parts, counting from 0; "
+            "`ensonify merge DIR` completes the run");
+  add_value(command, "--verify", arguments->verify, "N",
+            "Compare N pings, spread over the track, with the exact reference; the manifest "
+            "counts the differences by class; exit code 1 if one is unexplained")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1000000000}));
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);

@@ -269,11 +269,9 @@ void add_stream(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand(
       "stream", "Read poses from stdin as JSON lines, ping at each, and write the echo lines");
   arguments->scene.add_to(command);
-  command
-      .add_option("--layers", arguments->layers,
-                  "The layers to write, by name (default: intensity)")
-      ->delimiter(',')
-      ->type_name("NAME,NAME");
+  add_value(command, "--layers", arguments->layers, "NAME,NAME",
+            "The layers to write, by name (default: intensity)")
+      ->delimiter(',');
   command.add_flag("--json", arguments->json,
                    "Write the values in the JSON line, not as a block of float32 after it");
   command.add_flag(

@@ -94,13 +94,10 @@ void add_view(CLI::App& app, Action& action) {
       "them, with exact faces in amber");
   arguments->scene.add_to(command);
   add_output(command, arguments->file, "FILE.png", "The picture")->required();
-  command.add_option("--ping", arguments->ping, "The ping, from 0 (default: the middle one)")
-      ->type_name("N")
+  add_value(command, "--ping", arguments->ping, "N", "The ping, from 0 (default: the middle one)")
       ->check(CLI::Range(std::size_t{0}, std::size_t{1000000000}));
-  command
-      .add_option("--width-px", arguments->width_px,
-                  "The picture's width; its height is 9/16 of it (default: 1600)")
-      ->type_name("N")
+  add_value(command, "--width-px", arguments->width_px, "N",
+            "The picture's width; its height is 9/16 of it (default: 1600)")
       ->check(CLI::Range(16, 16384));
   add_cache(command, arguments->cache);
   add_memory(command, arguments->memory);
