@@ -26,13 +26,12 @@ py::array array_of(const std::vector<T>& values, std::vector<py::ssize_t> shape,
 py::array layer_of(const py::object& self, const std::string& wanted, const BinLayers& layers,
                    const std::vector<py::ssize_t>& shape) {
   std::optional<py::array> found;
-  std::string known;
   BinLayers::for_each([&](std::string_view name, auto layer) {
     if (name == wanted) found = array_of(layers.*layer, shape, self);
-    known += fmt::format("{}{}", known.empty() ? "" : ", ", name);
   });
   if (!found)
-    throw py::key_error(fmt::format("there is no layer '{}'; there are: {}", wanted, known));
+    throw py::key_error(fmt::format("there is no layer '{}'; there are: {}", wanted,
+                                    fmt::join(layer_names(), ", ")));
   return *found;
 }
 

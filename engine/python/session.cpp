@@ -33,6 +33,10 @@ py::array_t<T> table_of(const py::object& given, std::string_view name, std::str
   return py::array_t<T, py::array::c_style | py::array::forcecast>(array);
 }
 
+std::vector<std::string> copied(std::span<const std::string> names) {
+  return {names.begin(), names.end()};
+}
+
 /// A Simulator for several Python threads: one thread at a time uses it, without the interpreter's
 /// lock.
 class Session {
@@ -163,13 +167,6 @@ class Session {
 }  // namespace
 template <>
 constexpr bool is_class_of_module<Session> = true;
-namespace {
-
-std::vector<std::string> copied(std::span<const std::string> names) {
-  return {names.begin(), names.end()};
-}
-
-}  // namespace
 
 void add_simulator(py::module_& module) {
   py::class_<Session> simulator(module, "Simulator",
