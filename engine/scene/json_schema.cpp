@@ -12,9 +12,11 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-json number(const char* type, const Range& range) {
-  return {{"type", type}, {"minimum", range.low}, {"maximum", range.high}};
+json number(const Range& range) {
+  return {{"type", "number"}, {"minimum", range.low}, {"maximum", range.high}};
 }
+
+json list_of(const json& items) { return {{"type", "array"}, {"items", items}}; }
 
 json whole_number(const Range& range) {
   return {{"type", "integer"},
@@ -22,8 +24,10 @@ json whole_number(const Range& range) {
           {"maximum", whole_limit(range.high)}};
 }
 
-/// The words, and each word with - and _ exchanged, since the reader accepts both.
-json words(const std::vector<std::string_view>& choices) {
+/// Any text, or one of the words. Of each word also the form with - and _ exchanged, since the
+/// reader accepts both.
+json text(const std::vector<std::string_view>& choices) {
+  if (choices.empty()) return {{"type", "string"}};
   json list = json::array();
   for (const std::string_view choice : choices) {
     list.push_back(choice);
@@ -48,27 +52,22 @@ json value_schema(const ConstOption& option, const Range& range,
                            std::is_same_v<T, std::optional<std::uint64_t>>)
           return whole_number(range);
         else if constexpr (std::is_same_v<T, double> || std::is_same_v<T, std::optional<double>>)
-          return number("number", range);
+          return number(range);
         else if constexpr (std::is_same_v<T, std::vector<double>>)
-          return {{"type", "array"}, {"items", number("number", range)}};
+          return list_of(number(range));
         else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>)
-          return {{"type", "array"},
-                  {"items",
-                   {{"type", "array"},
-                    {"items", number("number", range)},
-                    {"minItems", 2},
-                    {"maxItems", 2}}}};
+          return list_of(
+              {{"type", "array"}, {"items", number(range)}, {"minItems", 2}, {"maxItems", 2}});
         else if constexpr (std::is_same_v<T, std::vector<std::string>>)
-          return {{"type", "array"},
-                  {"items", choices.empty() ? json{{"type", "string"}} : words(choices)}};
+          return list_of(text(choices));
         else
-          return choices.empty() ? json{{"type", "string"}} : words(choices);
+          return text(choices);
       },
       option);
 }
 
-/// Writes the schema of a scene or of a recipe. In a recipe a table, the distribution, may replace
-/// any value.
+/// Writes the schema of a scene or of a recipe. In a recipe, any value may be a table: a
+/// distribution.
 class SchemaWriter {
  public:
   explicit SchemaWriter(bool recipe) : recipe_(recipe) {}

@@ -66,8 +66,7 @@ class TrackBuilder {
             (flight_.poses.back().position - flight_.poses.front().position).head<2>().norm());
       case TrackKind::lawn_mower:
         return "use fewer track.legs, or less track.leg_length_m, leg_spacing_m or turn_radius_m, "
-               "or "
-               "move track.middle_east_m and track.middle_north_m";
+               "or move track.middle_east_m and track.middle_north_m";
       case TrackKind::file: break;
     }
     return "move the track with track.middle_east_m and track.middle_north_m, or use another "
@@ -162,26 +161,15 @@ class TrackBuilder {
     if (p.x() >= low.x() && p.x() <= high.x() && p.y() >= low.y() && p.y() <= high.y()) return;
     throw SceneError(
         fmt::format("track: ping {} lies off the seafloor, at {:.1f} m east, {:.1f} m north (the "
-                    "seafloor spans "
-                    "{:.1f} to {:.1f} m east, {:.1f} to {:.1f} m north); {}",
+                    "seafloor spans {:.1f} to {:.1f} m east, {:.1f} to {:.1f} m north); {}",
                     ping, p.x(), p.y(), low.x(), high.x(), low.y(), high.y(), what_to_move()));
   }
 
   void set_heights() {
-    const bool by_altitude =
-        track_.vertical == Vertical::altitude || recorded_altitude_m(0).has_value();
-    if (by_altitude) {
-      follow_bed();
-      return;
-    }
-    double sum_m = 0.0;
-    std::size_t found = 0;
-    for (const double bed_m : bed_m_)
-      if (!std::isnan(bed_m)) {
-        sum_m += bed_m;
-        ++found;
-      }
-    const double mean_bed_m = sum_m / static_cast<double>(found);
+    if (track_.vertical == Vertical::altitude || recorded_altitude_m(0)) return follow_bed();
+    std::vector<double> known_m = bed_m_;
+    std::erase_if(known_m, [](double z) { return std::isnan(z); });
+    const double mean_bed_m = mean_of(known_m);
     for (Pose& pose : flight_.poses) pose.position.z() = mean_bed_m + track_.altitude_m;
   }
 
