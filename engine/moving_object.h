@@ -6,8 +6,7 @@
 
 namespace ensonify::engine {
 
-/// An object that a session adds to a scene and moves, such as a vehicle, a buoy on its line or a
-/// diver.
+/// An object that a session adds to a scene and moves: a vehicle, a buoy on its line, a diver.
 struct MovingObject {
   /// In metres, with z up and y along the object's heading; a pose places the origin of this frame.
   /// If the mesh encloses a volume, perhaps after a repair (refine::encloses_volume,

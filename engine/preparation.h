@@ -15,14 +15,12 @@ struct PreparedSeafloor;
 
 /// How a scene is made ready.
 struct Preparation {
-  /// folder for analysed seafloors, made if it does not exist; empty: no cache
-  std::filesystem::path cache;
+  std::filesystem::path cache;  ///< folder for analysed seafloors, made if missing; empty: none
   /// If the cache is larger, the files that were used longest ago are removed.
   std::uintmax_t cache_limit_bytes = std::uintmax_t{16} << 30;
   int threads = 0;  ///< 0: one per core of the machine
   /// Called with the name of a stage ("seafloor", "analysis", "tree") when the stage begins, and
-  /// again while it lasts; by one thread at a time. An exception that it throws ends the
-  /// preparation.
+  /// again while it lasts; by one thread at a time. It may throw to end the preparation.
   std::function<void(std::string_view stage)> progress;
   /// Called repeatedly, by any thread: during a ping, while an object is added, while a track is
   /// made, and while the exact reference's tree and the grid for altitudes are made. An exception
@@ -32,17 +30,15 @@ struct Preparation {
   /// is shared, not copied. Null: the seafloor is made. Programs leave this null.
   std::shared_ptr<const PreparedSeafloor> seafloor = {};
   MemoryLimit memory = {};  ///< for the whole process
-  /// the bytes of this limit that the caller will use itself, for example for images
-  double more_bytes = 0.0;
+  double more_bytes = 0.0;  ///< what the caller itself will use, e.g. for images
 };
 
 /// How a seafloor was prepared.
 struct SeafloorOrigin {
-  std::string surface;  ///< the face source that the scene names or that `auto` chose
-  std::string why;      ///< why `auto` chose it; empty if the scene names one
-  /// the file of the cache that was read or written; empty: none
-  std::filesystem::path cache_file;
-  bool cached = false;  ///< whether the seafloor was read from this file
+  std::string surface;               ///< the face source that the scene names or that `auto` chose
+  std::string why;                   ///< why `auto` chose it; empty if the scene names one
+  std::filesystem::path cache_file;  ///< that was read or written; empty: none
+  bool cached = false;               ///< whether the seafloor was read from this file
 };
 
 /// The default folder for analysed seafloors: $XDG_CACHE_HOME/ensonify, or ~/.cache/ensonify; empty

@@ -26,8 +26,8 @@ struct KeyValue {
 };
 
 /// The scene of a session: its text, which is read once, and the keys that were changed since then.
-/// Only the last value of each key is kept, so that a long session does not get slower. Copies
-/// share the text.
+/// Only the last value of each key is kept, so a long session does not get slower. Copies share the
+/// text.
 class SessionScene {
  public:
   /// The arguments are those of parse_scene().
@@ -57,8 +57,7 @@ class SessionScene {
 };
 
 /// Whether a key is written as `sonar.NAME.key`, where both words have only letters, digits, _ and
-/// -. TOML has more ways to write a sonar's key: with quotes, with spaces, or with a table as the
-/// value.
+/// -. TOML has more ways to write a sonar's key: with quotes, spaces or a table as the value.
 bool is_sonar_key(std::string_view key);
 
 /// The sonars of the scene that one of these keys (`sonar.NAME.key`) changes, with their numbers. A

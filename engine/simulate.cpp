@@ -218,8 +218,7 @@ std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
     for (std::size_t i = 0; i < own.sonars.size(); ++i)
       sonars.push_back(
           shared_->prepare(i, own.prepared[i]->settings, own.usual_ping, materials, warnings));
-    // if add() throws, the additional material in the tables has no effect
-    own.use(std::move(sonars), *shared_);
+    own.use(std::move(sonars), *shared_);  // no effect if add() throws
     own.warnings = std::move(warnings);
   }
   return own.objects.add(std::move(object), pose, shared_->parts.options.stop_check);

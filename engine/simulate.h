@@ -51,9 +51,8 @@ class Simulator {
   /// A Simulator for another thread, see above. Throws std::bad_alloc.
   Simulator clone_for_thread() const;
 
-  /// The next ping of the session, sent at pose.t_s (seconds) with the vehicle at the pose. It is
-  /// made like ping_numbered(), with the numbers 0, 1, 2, ... in order; a ping that throws takes no
-  /// number.
+  /// The next ping of the session, sent at pose.t_s (seconds) with the vehicle at the pose. It is a
+  /// ping_numbered() with the number 0, 1, 2, ...; a ping that throws takes no number.
   std::span<const EchoLine> ping(const Pose& pose);
 
   /// One ping of every sonar. Returns one line per sonar, beam and side. The sonars are in the
@@ -83,7 +82,7 @@ class Simulator {
   /// altitude_m() ignores the object. Throws std::invalid_argument for an unknown material, a pose
   /// that is not finite or lies beyond 1e8 m, a mesh without faces, or more objects or class names
   /// than there are labels; refine::MeshError for a face with a vertex that does not exist, is not
-  /// finite or lies beyond 1e8 m; MemoryError for a mesh that does not fit; and what the stop_check
+  /// finite or lies beyond 1e8 m; MemoryError for a mesh that does not fit; what the stop_check
   /// throws.
   std::uint32_t add(MovingObject object, const Pose& pose);
   /// The instance that the next add() returns.

@@ -4,8 +4,7 @@ namespace ensonify::engine {
 
 /// The seconds spent in the stages of pings, summed over pings.
 struct StageTimes {
-  /// preparing the faces; part of trace_s if the face source finds runs only
-  double surface_s = 0.0;
+  double surface_s = 0.0;  ///< preparing the faces; in trace_s if only runs are found
   double trace_s = 0.0;    ///< nearest hits, or runs
   double echo_s = 0.0;     ///< scattering and binning
   double receive_s = 0.0;  ///< the receiver: from the scatterers to the recorder's samples

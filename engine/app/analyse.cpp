@@ -52,8 +52,7 @@ Scene read_input(const SceneArguments& input) {
                      {.scene_folder = file.parent_path(), .data_folder = input.data_folder});
 }
 
-/// The number of tiles or clusters, how many of them existed before, and the time that the others
-/// took.
+/// The number of tiles or clusters, how many existed before, and the time that the others took.
 struct Made {
   std::size_t all = 0, before = 0;
   double seconds = 0.0;
@@ -63,8 +62,7 @@ struct Made {
 Made make_all(refine::HeightTiles& tiles, int threads, Progress& progress) {
   const Clock::time_point start = Clock::now();
   const std::size_t before = tiles.tiles_made();
-  // The last chunk first, in the north-east: each chunk then finds the borders of its neighbours
-  // made.
+  // The last chunk first, in the north-east: the borders of each chunk's neighbours are then made.
   std::mutex reporting;
   refine::parallel_for(tiles.chunks(), threads, [&](std::size_t item, int) {
     stop_on_signal("stopped on request; the same command continues");

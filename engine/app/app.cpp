@@ -166,8 +166,7 @@ Shard parse_shard(std::string_view option, const std::string& text) {
 void print(std::string_view text) {
   std::string shown;
   if (::isatty(STDOUT_FILENO)) text = shown = refine::printable(text, "\n\t");
-  // A pipe that can be written takes this many bytes at once, so that no write waits for the
-  // reader.
+  // A pipe that can be written takes this many bytes at once, without waiting for the reader.
   constexpr std::size_t most = PIPE_BUF;
   while (!text.empty()) {
     if (!SignalWatch::wait_for_output(STDOUT_FILENO)) throw Stopped("stopped on request");

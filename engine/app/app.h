@@ -1,7 +1,6 @@
 #pragma once
 
-// What the subcommands share. Each subcommand has a file with one function, which adds it to the
-// command line.
+// What the subcommands share. Each has a file with one function, which adds it to the command line.
 
 #include <atomic>
 #include <exception>
@@ -114,8 +113,7 @@ void print(std::string_view text);
 /// Writes the object of --json to stdout. Throws as print().
 void print_object(const nlohmann::ordered_json& json);
 /// Writes a text to stderr without changes. Write errors are ignored: a full disk under a log, or a
-/// reader that has ended, must not end the work. After a signal nothing is written to a pipe that
-/// is full.
+/// reader that has ended, must not end the work. After a signal nothing is written to a full pipe.
 void write_note(std::string_view text);
 
 /// A text as printable text; any other value unchanged.
@@ -160,13 +158,11 @@ class SignalWatch {
   static int caught() { return caught_; }  ///< the signal's number; 0: none yet
   /// Waits until a descriptor can be read. Returns false if a signal comes first, or came before.
   static bool wait_for_input(int descriptor);
-  /// Waits until a descriptor can be written. Returns false if it cannot when a signal comes, or
-  /// came before.
+  /// Waits until a descriptor can be written. Returns false if it cannot after a signal.
   static bool wait_for_output(int descriptor);
 
  private:
-  // other threads read it; a signal handler requires a lock-free type
-  static std::atomic<int> caught_;
+  static std::atomic<int> caught_;  // also read by other threads; lock-free, as handlers require
   static std::atomic<Clock::time_point> caught_at_;
   static_assert(std::atomic<int>::is_always_lock_free &&
                 std::atomic<Clock::time_point>::is_always_lock_free);

@@ -76,8 +76,7 @@ Sediment sediment_of(const BackscatterArguments& arguments) {
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (arguments.given[i]) {
       sediment.*parameters[i].member = *arguments.given[i];
-      // measured on the named bed, whose parameters are now changed
-      sediment.lambert_mu_db.reset();
+      sediment.lambert_mu_db.reset();  // holds for the named bed's parameters only
     }
   return sediment;
 }

@@ -30,8 +30,7 @@ namespace ensonify::engine::app {
 namespace {
 
 constexpr double slow_tests = 1e9;  // number of ray-face tests that take 15 s on one core
-/// An intersector that tests every face is skipped if it could be compared on fewer than one ray in
-/// this number.
+/// An intersector that could be compared on fewer than one ray in this number is skipped.
 constexpr std::uint64_t slowest_every = 10000;
 /// One in max_bent_every of the scene's rays is also compared as a bent ray; more, if these are
 /// fewer than enough_bent rays. The reference takes about 10 µs per bent ray.
@@ -106,8 +105,7 @@ std::unique_ptr<Prepared> prepare(const CheckArguments& arguments, const Prepara
   require_at_once(read.seafloor);
   // Every thread compares fans. fan_scan takes the most memory per ray of all intersectors.
   require_rays(how.memory, read.sonars, "fan_scan", how.threads);
-  // Only while the tree is made may a signal end the check: later, after a signal, the table is
-  // printed.
+  // A signal may end the check only while the tree is made: later, the table is still printed.
   const auto making = std::make_shared<bool>(true);
   Preparation how_reference = how;
   how_reference.stop_check = [making, progress = how.progress] {
@@ -180,8 +178,7 @@ std::vector<Candidate> candidates(const Prepared& all, const IntersectorKind& ki
   return some;
 }
 
-/// What finds altitudes: over the mesh, over its progressive mesh, and over the heights, if there
-/// are any.
+/// What finds altitudes: over the mesh, its progressive mesh, and the heights, if there are any.
 std::vector<HeightCandidate> heights(const Prepared& all) {
   const auto candidate = [](std::string_view surface, std::string name,
                             const Simulator& simulator) {
@@ -214,8 +211,7 @@ class Comparison {
                                    fmt::join(arguments_.intersectors, ", ")));
     const bool all_kinds = arguments_.intersectors.empty();
     comparisons_ = kinds.size() + (all_kinds ? 2 : 0);
-    // One intersector after another: its trees are freed before those of the next intersector are
-    // built.
+    // One after another: the trees of an intersector are freed before those of the next are built.
     for (const IntersectorKind& kind : kinds) {
       compare_intersector(kind);
       if (stopped_) return;

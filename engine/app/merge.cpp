@@ -31,9 +31,8 @@ std::string intervals(const std::vector<std::size_t>& numbers) {
   return text;
 }
 
-/// If pieces are missing or damaged, prints the damage and throws std::runtime_error. `command` is
-/// the command that makes missing pieces; it does not replace damaged pieces. `holders` is what the
-/// pieces are in.
+/// If pieces are missing or damaged, prints the damage and throws std::runtime_error. `command`
+/// makes missing pieces, but does not replace damaged ones. `holders`: what the pieces are in.
 void require_whole(const MergeArguments& arguments, std::string_view pieces,
                    std::string_view holders, std::string_view command,
                    const std::vector<std::size_t>& missing,

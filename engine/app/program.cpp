@@ -84,8 +84,7 @@ void catch_signals_of_libraries() {
 /// their descriptors. A write to such a stdout still fails.
 void open_closed_streams() {
   for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor)
-    if (::fcntl(descriptor, F_GETFD) < 0)
-      // open() takes the lowest free descriptor
+    if (::fcntl(descriptor, F_GETFD) < 0)  // open() takes the lowest free number
       ::open("/dev/null", descriptor == STDOUT_FILENO ? O_RDONLY : O_RDWR);
 }
 

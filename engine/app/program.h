@@ -2,8 +2,7 @@
 
 namespace ensonify::engine::app {
 
-// Each source file that includes this header has its own constant. A developer of ensonify needs no
-// warning.
+// Each source that includes this header has its own constant. Developers need no warning.
 #if defined(__OPTIMIZE__) || defined(ENSONIFY_DEVELOPER)
 constexpr bool compiled_with_optimisation = true;
 #else

@@ -30,8 +30,7 @@ class Progress {
   Clock::time_point shown_;
 };
 
-/// Returns work(progress). progress(stage, done, of) shows what is done, and returns false after a
-/// signal.
+/// Returns work(progress). progress(stage, done, of) shows it, and returns false after a signal.
 template <class Work>
 auto watched(bool quiet, const Work& work) {
   const SignalWatch signals;

@@ -16,9 +16,8 @@ namespace ensonify::engine::app {
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
-// largest distance of the ray from the straight lines between rows
-constexpr double between_rows_m = 1e-4;
-constexpr int max_rows = 2000000;  // about 200 MB of text
+constexpr double between_rows_m = 1e-4;  // largest distance of the ray from lines between rows
+constexpr int max_rows = 2000000;        // about 200 MB of text
 
 struct RayArguments {
   std::filesystem::path profile;

@@ -58,8 +58,7 @@ void print_info(const std::vector<fs::path>& files, bool json) {
   const std::vector<RecordedLine> lines = read_recordings(files);
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   std::string out;
-  // without repetitions: lines of one file may have the same warnings
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings;  // each once: lines of one file may share them
   for (const RecordedLine& line : lines) {
     for (const std::string& warning : line.warnings)
       if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);

@@ -11,8 +11,7 @@ class CallsAtFork {
  public:
   CallsAtFork();
 
-  /// Exists while a call lasts. The constructor throws std::runtime_error in a child that must not
-  /// use the object.
+  /// Exists while a call lasts. Its constructor throws std::runtime_error in such a child.
   class Call {
    public:
     explicit Call(CallsAtFork& of);
@@ -26,9 +25,8 @@ class CallsAtFork {
   };
 
  private:
-  const int made_by_;  // the process that made the object
-  // unfinished calls in that process; in a child, their number at the fork
-  std::atomic<int> calls_{0};
+  const int made_by_;          // the process that made the object
+  std::atomic<int> calls_{0};  // unfinished ones; in a child, those at the fork
 };
 
 }  // namespace ensonify::engine

@@ -15,9 +15,8 @@ namespace ensonify::engine {
 struct CsvColumn {
   std::string_view name;
   bool required = true;
-  /// the column's name in an instrument's files, used if `name` is missing
-  std::string_view alias = {};
-  bool may_be_empty = false;  ///< an empty field then has the value NaN
+  std::string_view alias = {};  ///< an instrument's heading, if `name` is missing
+  bool may_be_empty = false;    ///< an empty field then has the value NaN
   bool may_be_infinite = false;
 };
 
@@ -32,9 +31,9 @@ struct CsvFormat {
 /// column allows otherwise.
 ///
 /// A header row names the columns, in any order; unknown columns are skipped. Each further line is
-/// a row. The reader accepts blank lines, lines that begin with #, a byte-order mark, line ends
-/// CRLF or CR, and quoted fields. Above the header row it also accepts lines that begin with %,
-/// which instruments write. Every fault throws SceneError with `file:line: what is wrong, what was
+/// a row. Accepted are blank lines, lines that begin with #, a byte-order mark, line ends CRLF or
+/// CR, and quoted fields. Above the header row it also accepts lines that begin with %, which
+/// instruments write. Every fault throws SceneError with `file:line: what is wrong, what was
 /// expected`.
 class CsvTable {
  public:

@@ -26,8 +26,7 @@ bool is_toml(const Json& value) {
   return !value.is_null() && !value.is_object();
 }
 
-/// A JSON value of a scene's key as TOML. Throws std::invalid_argument if is_toml() is false for
-/// it.
+/// A JSON value of a scene's key as TOML. Throws std::invalid_argument if !is_toml(value).
 template <typename Json>
 std::string toml_text(const std::string& key, const Json& value) {
   if (is_toml(value)) return json_text(value);

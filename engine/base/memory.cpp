@@ -19,8 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// The number after `name` in a file of names and numbers, such as /proc/meminfo; 0 if the name is
-/// missing.
+/// The number after `name` in a file of names and numbers, such as /proc/meminfo; 0 if missing.
 double number_in(const fs::path& file, std::string_view name) {
   std::ifstream in(file);
   for (std::string word; in >> word;)
@@ -78,8 +77,7 @@ double available_in_groups_bytes() {
   return least;
 }
 
-/// The number of pages of this process: all mapped pages, those in memory, and those in memory that
-/// belong to files.
+/// Pages of this process: all that are mapped, those in memory, and those of files in memory.
 struct Pages {
   double mapped = 0.0, resident = 0.0, of_files = 0.0;
 };

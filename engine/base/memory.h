@@ -14,9 +14,8 @@ struct MemoryError : Error {
   using Error::Error;
 };
 
-/// The memory, in bytes, that this process can still allocate: what the machine has available,
-/// including swap, or less if a control group or RLIMIT_AS allows less. Infinite if none of these
-/// can be read.
+/// The bytes that this process can still allocate: what the machine has available, with swap, or
+/// less if a control group or RLIMIT_AS allows less. Infinite if none of these can be read.
 double available_memory_bytes();
 
 /// How much memory a process may use.
@@ -24,8 +23,7 @@ struct MemoryLimit {
   double bytes = 0.0;  ///< for the whole process; 0: what is available when it is checked
 
   /// Throws MemoryError if `more_bytes` additional bytes do not fit. Called before memory is
-  /// allocated. `what` names what needs the bytes, as a plural noun; `remedy` states how to need
-  /// fewer.
+  /// allocated. `what` is a plural noun for what needs them; `remedy` states how to need fewer.
   void require(double more_bytes, std::string_view what, std::string_view remedy) const;
 };
 

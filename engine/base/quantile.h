@@ -10,8 +10,7 @@
 
 namespace ensonify::engine {
 
-/// The quantile of `values` for a share from 0 to 1: the element of rank floor(share (n - 1)); 0 if
-/// empty.
+/// The quantile for a share from 0 to 1: the element of rank floor(share (n - 1)); 0 if empty.
 inline double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));

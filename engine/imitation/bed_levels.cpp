@@ -171,8 +171,7 @@ double range_slope_db(const LineWithBed& line, const RecorderSigns& recorder) {
   }
   const auto number = static_cast<double>(parts);
   const double error_db = std::sqrt((number - 1.0) * (squares - sum * sum / number) / number);
-  // usual gains, 20 to 40, have about this standard deviation
-  constexpr double most_error_db = 6.0;
+  constexpr double most_error_db = 6.0;  // the deviation of usual gains, 20 to 40
   return error_db < most_error_db ? slope.value() : unknown_level;
 }
 

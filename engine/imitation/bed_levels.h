@@ -14,8 +14,7 @@ namespace ensonify::engine {
 /// The mean power of one side's samples over a level bed, in dB re full scale, by cells of grazing
 /// angle of 2 degrees, of pings [first, end). NaN for a cell with fewer than `enough` samples.
 /// Samples that the transfer curve compressed are expanded first. The power that clipping removed
-/// is restored: of Rayleigh amplitudes with the mean power s, clipping at full scale leaves s (1 -
-/// exp(-1 / s)).
+/// is restored: of Rayleigh amplitudes of mean power s, it leaves s (1 - exp(-1 / s)).
 constexpr double grazing_cell_deg = 2.0;
 constexpr std::size_t grazing_cells = 45;
 /// The angle in the middle of a cell, and the cell that contains an angle.
@@ -52,8 +51,7 @@ SharedSlope shared_slope(const std::vector<std::vector<LevelAtRange>>& cells, st
 /// little, or if the bed itself changes so much that the result is uncertain.
 double range_slope_db(const LineWithBed& line, const RecorderSigns& recorder);
 
-/// The recorder's gain over range: spreading in dB per factor of ten, and whether it compensates
-/// absorption.
+/// The recorder's gain over range: dB per factor of ten, and whether it compensates absorption.
 struct RangeLaw {
   double spreading = 30.0;
   bool absorption = true;
@@ -75,8 +73,7 @@ RangeLaw corrected_law(const RangeLaw& law, double slope_db, double ours_db,
 /// two neighbours over the mean of the block, divided by the sample's excess over this mean. A
 /// sample is bright if it exceeds 4 times the mean of its block (8 pings x 16 samples) at grazing
 /// angles of 8 to 20 degrees. A point of the bed stays bright for as many pings as have it in their
-/// beams; noise and other causes of single bright samples do not. NaN with fewer than 30 such
-/// samples.
+/// beams; noise and other causes of bright samples do not. NaN with fewer than 30 such samples.
 double lasting_peaks(const LineWithBed& line);
 
 }  // namespace ensonify::engine

@@ -20,8 +20,7 @@ constexpr std::size_t window = 64;          // pings from which one crab angle i
 constexpr double min_off_rad = 4 * degree;  // the least difference that is corrected
 constexpr double min_off_samples = 0.25;    // the same, as a drift in samples per ping
 
-/// The crab angle in the middle of a window of pings: stated by heading and course, and shown by
-/// the samples.
+/// The crab angle in the middle of a window of pings: stated by headings, and shown by samples.
 struct Crab {
   double ping, stated_rad, shown_rad;
   bool has_long_forms;
@@ -67,8 +66,7 @@ std::vector<Crab> crabs_of(const LineWithBed& line, const VehiclePath& path) {
                  north_m = path.y_m[last] - path.y_m[first];
     const double step_m = std::hypot(east_m, north_m) / static_cast<double>(last - first);
     if (!drift_m || !(step_m > 0.0)) continue;
-    // At the middle of the samples that bed_drift_m() uses, which are from twice the first return
-    // to the end.
+    // In the middle of what bed_drift_m() uses: from twice the first return to the end.
     const double middle_m = path.altitude_m[first + window / 2] + 0.5 * line.pings[first].range_m;
     const double cos_grazing =
         std::sqrt(std::max(0.0, 1.0 - std::pow(path.altitude_m[first + window / 2] / middle_m, 2)));

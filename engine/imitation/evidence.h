@@ -26,8 +26,7 @@ struct Evidence {
   bool at_limit = false;  ///< the fit reached the last value that it tries
 };
 
-/// The evidence for a value that is limited to `least` to `most`; with a note if the value is at a
-/// limit.
+/// The evidence for a value from `least` to `most`; with a note if the value is at a limit.
 inline Evidence within_limits(Evidence evidence, double value, double least, double most) {
   evidence.at_limit = value <= least || value >= most;
   if (evidence.at_limit)

@@ -139,8 +139,7 @@ void set_pulse(const RecordedLine& line, LineModel& model) {
   }
 }
 
-/// Sets the array's length by the stated width of its beam, and the stated vertical beam; otherwise
-/// usual values.
+/// Sets the array's length, by the stated beam width, and the vertical beam; or usual values.
 void set_beam(const RecordedLine& line, LineModel& model) {
   const double wavelength_m = model.sound_speed_mps / model.frequency_hz;
   constexpr double usual_beamwidth_rad = 0.5 * degree;
@@ -170,8 +169,7 @@ void note_missing(const RecordedLine& line, const LineModel& model,
             static_cast<double>(model.samples)));
   if (model.path.place.how == Confidence::assumed)
     unknown.push_back("how fast the vehicle is, and where it goes: " + model.path.place.why);
-  // Water is darker than the bed. If it is not, find_bed() may have found a change of the bed
-  // instead.
+  // If the water is not darker than the bed, find_bed() may have found a change of the bed.
   constexpr double clearly_db = 10.0;
   std::vector<double> levels_db;
   for (const GrazingLevels& side : model.levels_db)
@@ -290,8 +288,7 @@ void note_objects(const LineWithBed& line, const LineModel& model,
       places);
 }
 
-/// Adds to `unknown` what the fit did not reach: keys at their limits, and contrasts that still
-/// differ.
+/// Adds to `unknown` what the fit did not reach: keys at limits, and contrasts that still differ.
 void note_limits(const Imitation& made, std::vector<std::string>& unknown) {
   for (const FoundKey& key : found_keys(made.model))
     if (key.evidence.at_limit)
@@ -355,8 +352,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   model.bed = bed_extent(model);
   model.tones = tone_map(half, some_pings(model.path, halves.fit), model.recorder,
                          model.range_slope_db, model.bed.east_m, model.bed.north_m);
-  // An automatic gain removes differences of level, so that the level over the angle does not show
-  // the bed.
+  // With an automatic gain, the level over the angle does not show the bed.
   const bool beam_is_stated =
       states_vertical_beam(made.line) && !model.recorder.has_automatic_gain();
 

@@ -24,15 +24,12 @@ struct ImitationControl {
 /// The result of an imitation.
 struct Imitation {
   LineModel model;
-  LineWithBed line;      ///< the part of the recording that is imitated
-  LineWithBed imitated;  ///< the same pings, simulated with the scene
-  /// those pings of `line` and `imitated` that the fit did not use
-  LineWithBed judged, judged_imitated;
-  /// of the judged pings: a is the recording, b the imitation
-  std::vector<ComparedStatistic> statistics;
-  /// the sediments whose level over the grazing angle is nearest, the nearest first
-  std::vector<std::string> materials;
-  std::vector<std::string> unknown;  ///< what the recording does not show
+  LineWithBed line;                           ///< the part of the recording that is imitated
+  LineWithBed imitated;                       ///< the same pings, simulated with the scene
+  LineWithBed judged, judged_imitated;        ///< their pings that the fit did not use
+  std::vector<ComparedStatistic> statistics;  ///< of the judged pings; a: recording
+  std::vector<std::string> materials;         ///< the nearest first, by level over the angle
+  std::vector<std::string> unknown;           ///< what the recording does not show
 };
 
 /// Finds a scene whose images look like a recorded line. The pings are divided into blocks of 32.

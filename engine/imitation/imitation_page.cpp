@@ -18,8 +18,7 @@ struct Point {
 };
 using Curve = std::vector<Point>;
 
-/// A graph with the curves of the recording and of the imitation, as SVG. Empty if one has no
-/// points.
+/// A graph with the curves of recording and imitation, as SVG. Empty if one has no points.
 std::string graph(std::string_view title, std::string_view x_axis, std::string_view y_axis,
                   const Curve& recording, const Curve& imitation) {
   constexpr double width = 460.0, height = 260.0, left = 55.0, bottom = 40.0, top = 25.0;

@@ -23,10 +23,9 @@ namespace {
 /// A number that the fit corrects in each round, within limits.
 struct FittedKey {
   const char* key;
-  const char* statistic;  ///< what the number is fitted to
-  double least, most;     ///< limits of the value
-  /// limits of a round's step: added to levels and exponents, a factor for others
-  double least_step, most_step;
+  const char* statistic;         ///< what the number is fitted to
+  double least, most;            ///< limits of the value
+  double least_step, most_step;  ///< of a round: a term for levels and exponents, else a factor
 
   double step(double change) const { return std::clamp(change, least_step, most_step); }
   Evidence set(double to, double& value) const {
@@ -88,8 +87,7 @@ double array_correlation(double distance_over_length) {
 }
 /// The inverse of array_correlation().
 double distance_over_length(double correlation) {
-  // outside these, the correlation hardly depends on the distance
-  constexpr double least = 0.02, most = 0.98;
+  constexpr double least = 0.02, most = 0.98;  // beyond, the distance hardly matters
   const double wanted = std::clamp(correlation, least, most);
   double low = 0.0, high = 1.0;
   for (int i = 0; i < 50; ++i) {
@@ -142,9 +140,8 @@ class Fit {
     const RangeLaw before = model_.range_law;
     model_.range_law = corrected_law(before, model_.range_slope_db, range_slope_db(ours, unscaled),
                                      model_.absorption_db_per_m, model_.range_m);
-    // The noise floor is relative to full scale. If the bed had another level, it would have
-    // another distance from the floor, and this would change the level over the angle and the
-    // bottom line.
+    // The noise floor is relative to full scale. If the bed had another level, its distance from
+    // the floor would change the level over the angle and the bottom line.
     std::vector<double> louder_db;
     const GrazingLevels excess_db = excess_over(grazing_levels_of_sides(ours, model_.recorder));
     for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
@@ -221,8 +218,7 @@ class Fit {
   /// Corrects all other numbers, after a simulation of the whole chain.
   void correct(const LineWithBed& ours) {
     const Figures simulated(ours, model_.recorder);
-    // A fitted beam contains the whole level over the angle, and with it most of the level over
-    // range.
+    // A fitted beam contains the level over the angle, and with it most of the level over range.
     if (!model_.has_pattern()) correct_range_law(simulated);
     correct_levels(simulated);
     if (!model_.recorder.even_ranges) correct_floor(simulated);
@@ -313,8 +309,7 @@ class Fit {
   }
 
   void correct_levels(const Figures& simulated) {
-    // largest correction of a round; share of the difference
-    constexpr double most_db = 10.0, share = 0.9;
+    constexpr double most_db = 10.0, share = 0.9;  // per round; of the difference
     std::vector<double> offsets;
     for (const std::size_t side : {0u, 1u}) {
       std::vector<double> off;
@@ -340,8 +335,7 @@ class Fit {
 
   /// Corrects what is left in the level over range, after the level over the angle was fitted.
   void correct_range_law(const Figures& simulated) {
-    // If the altitude is constant, the level over range shows no more than the level over the angle
-    // does.
+    // At a constant altitude, the level over range shows no more than the level over the angle.
     if (model_.range_law.from.how == Confidence::assumed || std::isnan(model_.range_slope_db))
       return;
     std::vector<LevelAtRange> off;
@@ -378,8 +372,7 @@ class Fit {
     if (has > 0.0) model_.evidence[output_noise.key] = std::move(fitted);
   }
 
-  /// Relief correlates samples that are some distance apart; texture below the sonar's cell does
-  /// not.
+  /// Relief correlates samples at some distance; texture below the sonar's cell does not.
   void correct_relief(const Figures& simulated) {
     double off = 0.0;
     for (const char* name : {"range_correlation_2", "range_correlation_4"})
@@ -489,8 +482,7 @@ class Fit {
 
   /// Fits the array's length to the correlation of pings. In the near field, or if something else
   /// correlates the pings, the correlation does not depend on the length; then the length is not
-  /// changed. It is also not changed if pings are more than half the length apart, or if rows are
-  /// several beams.
+  /// changed. Nor is it changed if pings are more than half the length apart, or if rows are beams.
   void correct_array(const Figures& simulated) {
     if (stated(array_length.key) || !array_shows_) return;
     const double has = real_["track_correlation_1"], now = simulated["track_correlation_1"];

@@ -19,8 +19,7 @@
 
 namespace ensonify::engine {
 
-/// The size of a seabed about the middle of a path, and its cell. It reaches beyond the range on
-/// all sides.
+/// Size and cell of a seabed about the middle of a path. It reaches beyond the range on all sides.
 struct BedExtent {
   double east_m = 0.0, north_m = 0.0, cell_m = 0.0;
 };
@@ -39,8 +38,7 @@ struct LineModel {
   std::size_t samples = 0;
   std::size_t unrecorded = 0;  ///< as RecordedPing::unrecorded; a scene cannot state it
   bool port = true, starboard = true;
-  /// The recorder's gain for the sediment's own strength; unset: the gain that the sonar finds by
-  /// itself.
+  /// The recorder's gain for the sediment's own strength; unset: the sonar finds a gain itself.
   std::optional<double> gain_db;
   double ping_gain_db = 0.0;  ///< as ReceiverOptions::ping_gain_db
   double output_noise_db = -60.0;
@@ -48,8 +46,7 @@ struct LineModel {
   /// The two-way level of the vertical beam, by side and cell of grazing angle, in dB re its
   /// largest level. Empty: the beam has beamwidth_rad and tilt_rad.
   std::array<std::vector<double>, 2> vertical_db;
-  /// Added to the altitudes of the path, because the first return may not be the same as the bottom
-  /// line.
+  /// Added to the path's altitudes, because the first return may not be the bottom line.
   double altitude_shift_m = 0.0;
   std::string material = "medium sand";
   double height_at_1m_m = 0.01;
@@ -88,8 +85,7 @@ Scene scene_of(const LineModel& model);
 /// Writes scene.toml, navigation.csv and, if the model has a pattern or tones, beam.csv and
 /// tones.png. Reading these files gives scene_of().
 void write_scene(const LineModel& model, const std::filesystem::path& folder);
-/// A dataset recipe with distributions about the model's numbers. The folder of its data must have
-/// beam.csv.
+/// A dataset recipe with distributions about the model's numbers. Its data folder needs beam.csv.
 std::string recipe_text(const LineModel& model);
 
 }  // namespace ensonify::engine

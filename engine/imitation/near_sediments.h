@@ -24,9 +24,8 @@ GrazingLevels strength_db(const LineModel& model, std::string_view material);
 /// energy than arrives are left out.
 struct NearSediment {
   std::string name;
-  double rms_db;  ///< rms of what the sediment does not explain
-  /// the sum of its squares, each divided by the variance expected in its cell
-  double chi_squared;
+  double rms_db;       ///< rms of what the sediment does not explain
+  double chi_squared;  ///< the sum of (what it does not explain)^2 / expected variance
 };
 std::vector<NearSediment> nearest_sediments(const LineModel& model, const GrazingLevels& excess_db,
                                             bool beam_is_stated);

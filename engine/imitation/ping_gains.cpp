@@ -70,12 +70,11 @@ PingGains ping_gains(const LineWithBed& line, const RecorderSigns& recorder) {
       changes.push_back({next.near - one.near, next.far - one.far});
   }
   if (changes.size() < fewest) return found;
-  // a change is the difference of two gains
-  const double variance = 0.5 * robust_covariance(changes);
+  const double variance = 0.5 * robust_covariance(changes);  // of one gain; a change has two
   if (!(variance > noticed * noticed)) return found;
   found.rms_db = scatter::amplitude_to_db(std::exp(std::sqrt(variance)));
-  // How far each ping differs from its neighbours. The gain's part of this difference is its share
-  // of the variance.
+  // How far each ping differs from its neighbours. The gain's part of this is its share of the
+  // variance.
   std::vector<double> off(brightness.size(), 0.0);
   for (std::size_t i = 0; i < off.size(); ++i) {
     if (!std::isfinite(brightness[i].both())) continue;

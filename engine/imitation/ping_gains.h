@@ -9,9 +9,8 @@ namespace ensonify::engine {
 
 /// How the gain of a line changes from ping to ping.
 struct PingGains {
-  double rms_db = 0.0;  ///< as ReceiverOptions::ping_gain_db
-  /// factors of the amplitude, by ping; empty: no change of the gain was found
-  std::vector<double> factors;
+  double rms_db = 0.0;          ///< as ReceiverOptions::ping_gain_db
+  std::vector<double> factors;  ///< of the amplitude, by ping; empty: no change was found
 };
 
 /// Finds how the gain changes. A higher gain makes the near half and the far half of a ping's bed

@@ -185,8 +185,7 @@ void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
 }
 
 /// The number of looks whose speckle has nearest to this contrast. Texture and relief increase the
-/// contrast. If more looks were chosen, texture would have to make up for them, and it may not be
-/// able to.
+/// contrast. If more looks were chosen, texture might be unable to make up for them.
 int looks_of(double contrast, Detector detector, TransferCurve curve) {
   const auto speckle = [&](int looks) { return speckle_of(detector, looks, curve).contrast; };
   int looks = 1;
@@ -386,8 +385,7 @@ void set_column(const LineWithBed& line, RecorderSigns& signs) {
                          "the water column is below the digitiser's first step"};
   }
   signs.burst_from = {Confidence::measured, "bright samples before the water column"};
-  // The leakage of a scene is at full scale. A weaker echo, of the hull or of the pulse, is not
-  // leakage.
+  // The leakage of a scene is at full scale. A weaker echo of hull or pulse is not leakage.
   constexpr double as_leakage = 0.5;  // share of the largest amplitude
   const double share = expanded(median(std::move(levels)) / signs.full_scale, signs) /
                        expanded(largest / signs.full_scale, signs);

@@ -34,21 +34,18 @@ struct RecorderSigns {
 };
 RecorderSigns recorder_signs(const LineWithBed& line);
 
-/// The amplitude before the transfer curve, divided by full scale; `share` is a sample divided by
-/// full scale.
+/// The amplitude before the transfer curve for a sample; both are shares of full scale.
 double expanded(double share, const RecorderSigns& recorder);
 
 /// The contrast (standard deviation divided by mean) and the skewness of a detector's output for
 /// this number of looks with Rayleigh amplitudes; with a square-root curve, of its square root.
-/// With a logarithmic curve, contrast is the standard deviation in decibels, and skew the skewness
-/// of the decibels.
+/// With a logarithmic curve: standard deviation and skewness of the decibels.
 struct Speckle {
   double contrast, skew;
 };
 Speckle speckle_of(Detector detector, int looks, TransferCurve curve = TransferCurve::linear);
 
-/// The first recorded sample of a ping after the transmit leakage; `bed` is the ping's first sample
-/// of the bed.
+/// The first recorded sample of a ping after the transmit leakage; `bed` is its first bed sample.
 std::size_t column_begin(const RecordedPing& ping, std::size_t bed);
 
 }  // namespace ensonify::engine

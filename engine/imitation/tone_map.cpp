@@ -112,8 +112,7 @@ std::optional<double> mean_around(const ToneMap& map, const std::vector<double>&
 }
 
 /// Fills unknown tiles with the mean of their neighbours, from the known tiles outwards. Then
-/// replaces each tile by the mean of its neighbourhood, since a single tile shows speckle, not
-/// tone.
+/// replaces each tile by the mean around it, since a single tile shows speckle.
 std::vector<double> smoothed(const ToneMap& map, std::vector<double> tones,
                              std::vector<bool>& known) {
   constexpr int spread = 4;

@@ -15,8 +15,7 @@ struct ToneMap {
   static constexpr double step_db = 2.0;
   static constexpr int max_steps = 6;  ///< to brighter and to darker
   std::size_t columns = 0, rows = 0;
-  /// by pixel, row by row from the north-west; empty: a single tone
-  std::vector<std::int8_t> steps;
+  std::vector<std::int8_t> steps;  ///< by pixel, from the north-west; empty: a single tone
 };
 
 /// A single bright object on the bed, at its brightest place.

@@ -143,8 +143,7 @@ void leave_out_jumps(NavigationLog& log) {
     }
 }
 
-/// The median of the latitudes and the median of the longitudes. Single wrong positions do not
-/// change them.
+/// The medians of latitudes and of longitudes. Single wrong positions do not change them.
 std::optional<GeographicPlace> median_place(const RecordedLine& line) {
   Values latitudes_rad, longitudes_rad;
   for (const RecordedPing& ping : line.pings)
@@ -156,8 +155,7 @@ std::optional<GeographicPlace> median_place(const RecordedLine& line) {
   return GeographicPlace{median(std::move(latitudes_rad)), median(std::move(longitudes_rad))};
 }
 
-/// The places of the pings, in metres east and north of `origin`; on the file's map if there is no
-/// origin.
+/// The places of the pings, in metres east and north of `origin`; without it, on the file's map.
 NavigationLog places_of(const RecordedLine& line, const std::optional<GeographicPlace>& origin,
                         const Values& t_s) {
   const auto place_of = [&](const RecordedPing& ping) -> std::optional<Eigen::Vector2d> {

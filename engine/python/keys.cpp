@@ -26,8 +26,7 @@ py::dict dict_of(const py::handle& value, std::string_view name) {
       py::module_::import("builtins").attr("dict")(value).release());
 }
 
-/// A Python string as UTF-8. Throws ValueError for half of a surrogate pair, which UTF-8 cannot
-/// have.
+/// A Python string as UTF-8. Throws ValueError for half of a surrogate pair.
 std::string utf8_of(const py::handle& text) {
   py::ssize_t size = 0;
   const char* bytes = PyUnicode_AsUTF8AndSize(text.ptr(), &size);

@@ -24,8 +24,7 @@ namespace py = pybind11;
 namespace fs = std::filesystem;
 using namespace engine;
 
-/// The keys of a Python mapping, with their values as TOML. `name` is the mapping's name in
-/// messages.
+/// The keys of a Python mapping, with values as TOML. `name` is the mapping's name in messages.
 std::vector<KeyValue> key_values(const py::handle& keys, std::string_view name);
 
 /// The scene of a path or a mapping, with changed keys.
@@ -94,8 +93,7 @@ void add_simulator(py::module_& module);
 }  // namespace ensonify::python
 
 /// How pybind11 finds the C++ object of a Python object. pybind11 itself returns memory without a
-/// value for an object that was made by `Class.__new__(Class)`. Here such an object raises
-/// TypeError.
+/// value for an object that was made by `Class.__new__(Class)`. Here it raises TypeError.
 template <class T>
 class pybind11::detail::type_caster<T, std::enable_if_t<ensonify::python::is_class_of_module<T>>>
     : public type_caster_base<T> {

@@ -65,8 +65,7 @@ void set_angle(Pose& pose, double to_deg) {
   pose.*angle_rad = to_deg * degree;
 }
 
-/// The shortest number of degrees from which Pose makes this angle; if there is none, the nearest
-/// number.
+/// The shortest number of degrees from which Pose makes this angle; or else the nearest number.
 std::string degrees_text(double angle_rad) {
   const double nearest_deg = angle_rad / degree;
   for (int digits = 12; digits <= 17; ++digits)

@@ -37,8 +37,7 @@ std::vector<std::string> copied(std::span<const std::string> names) {
   return {names.begin(), names.end()};
 }
 
-/// A Simulator for several Python threads: one thread at a time uses it, without the interpreter's
-/// lock.
+/// A Simulator for several Python threads. One at a time uses it, without the interpreter's lock.
 class Session {
  public:
   Session(const py::object& scene, const py::object& keys, const fs::path& data,

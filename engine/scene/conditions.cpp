@@ -39,8 +39,7 @@ void use_survey_recorder(ReceiverOptions& receiver) {
 
 // The levels of two recordings ripple over the angle (bench/realism/ripple.py): by 3.4 and 2.8 dB
 // on the sides of one, by 0.4 and 0.9 dB on the sides of the other. These are bands along the track
-// that follow the altitude. An echo has the ripple of the beam twice. A measured beam already has
-// its ripple.
+// that follow the altitude. An echo has the ripple of the beam twice. A measured beam has its own.
 void use_survey_beam(VerticalPattern& vertical) {
   if (!vertical.file.empty()) return;
   vertical.ripple_db = 1.0;
@@ -67,8 +66,7 @@ void use_conditions(Scene& scene) {
     if (scene.track.kind != TrackKind::file) scene.motion = survey_motion();
     scene.arrivals.surface = true;
     use_survey_water(scene);
-    // in two recordings the transmitter makes the first 0.2 m bright
-    scene.arrivals.burst_m = 0.12;
+    scene.arrivals.burst_m = 0.12;  // in two recordings, the first 0.2 m are bright
     for (Sonar& sonar : scene.sonars) {
       use_survey_recorder(sonar.receiver);
       use_survey_beam(sonar.vertical);
@@ -76,8 +74,7 @@ void use_conditions(Scene& scene) {
     // On displays at sea, beds get darker with range. For a bed by Lambert's law, a gain of 50
     // would make all ranges equally bright.
     scene.display.spreading = 30.0;
-    // as a display that interpolates rows at even distances
-    scene.display.track_smoothing_px = 0.45;
+    scene.display.track_smoothing_px = 0.45;  // as with interpolated rows
   } else if (scene.conditions == Conditions::ideal) {
     scene.texture = false;
   }

@@ -10,8 +10,7 @@ namespace ensonify::engine {
 /// file gives the same scene. Files have the names that they have in the scene.
 std::string dump_scene(const Scene& scene, bool with_comments = true);
 
-/// The table of keys as a reference page in Markdown: each key, what it is, what is expected, and
-/// its default.
+/// A reference page of all keys in Markdown: what each is, what is expected, and its default.
 std::string schema_text();
 
 }  // namespace ensonify::engine

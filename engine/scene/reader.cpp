@@ -111,8 +111,7 @@ class Reader {
       }
     };
     take_defaults();
-    // the check of materials needs the content of their tables
-    for (Material& material : scene_.materials) {
+    for (Material& material : scene_.materials) {  // their check needs their tables
       find_file(fmt::format("material.{}.table", material.name), material.table);
       if (!material.table.path.empty())
         material.measured = read_strength_table(material.table.path);
@@ -220,8 +219,7 @@ class Reader {
     }
   }
 
-  /// Makes one owner for each table of `tables`, in the order of the file, which toml++ does not
-  /// keep.
+  /// One owner for each table of `tables`, in the file's order, which toml++ does not keep.
   template <class Owner>
   std::vector<Owner> named(const toml::table& tables, std::string_view kind) const {
     std::vector<std::pair<toml::source_position, std::string>> order;

@@ -27,8 +27,7 @@
 
 namespace ensonify::engine {
 
-/// The sea: its temperature and salinity, or a cast, or plain numbers of sound speed and
-/// absorption.
+/// The sea: its temperature and salinity, or a cast, or numbers of sound speed and absorption.
 struct Sea {
   scatter::SeaWater water;
   InputFile profile;  ///< a sound speed profile; its mean down to the bed is used
@@ -56,8 +55,7 @@ struct OutputOptions {
   LayerEncoding encoding;                                  ///< of EXR and NPZ
   int png_bits = 8;                                        ///< of NAME.png, 8 or 16
   bool truth = false;  ///< the truth drawn over the image, NAME_truth.png
-  /// names of the numbers 1, 2, ... in the layers
-  std::vector<std::string> class_names, sediment_names;
+  std::vector<std::string> class_names, sediment_names;  ///< of the numbers 1, 2, ... in layers
   std::string start_time;      ///< the recordings' time at t_s = 0; empty: see the help of the key
   int pings_per_file = 0;      ///< 0: a short run has one part, see RunParts
   bool file_per_leg = false;   ///< a part for each leg of a lawn-mower
@@ -71,8 +69,7 @@ enum class Conditions { by_preset, ideal, survey };
 struct Scene {
   Conditions conditions = Conditions::by_preset;
   std::uint64_t seed = 1;
-  /// seed of the seafloor and its objects; unset: `seed`
-  std::optional<std::uint64_t> seafloor_seed;
+  std::optional<std::uint64_t> seafloor_seed;  ///< of bed and objects; unset: `seed`
   bool speckle = true;
   bool texture = true;  ///< whether materials scatter unevenly below the cell; needs speckle
   Sea sea;
@@ -88,15 +85,13 @@ struct Scene {
   RunOptions run;
   Display display;
   OutputOptions output;
-  /// The place of each key in the file, "file:line:column", for errors that are found later. Not an
-  /// option.
+  /// The place of each key in the file, "file:line:column", for later errors. Not an option.
   std::map<std::string, std::string, std::less<>> places;
   /// Warnings about keys without effect (scene/checks/check.h). Not an option.
   std::vector<std::string> warnings;
 
   std::uint64_t bed_seed() const { return seafloor_seed.value_or(seed); }
-  /// The time from ping to ping. If the track does not give it, the two-way time of the longest
-  /// range.
+  /// The time from ping to ping. By default the two-way time of the longest range.
   double ping_interval_s(double sound_speed_mps) const;
 };
 

@@ -18,8 +18,7 @@ struct Ground {
   std::function<double(double x_m, double y_m)> bed_height_m;  ///< NaN where there is no bed
   Eigen::Vector2d lowest, highest;  ///< bounds of the seafloor, seen from above
   LocalFrame frame;
-  /// called often; an exception that it throws ends the work
-  std::function<void()> stop_check = {};
+  std::function<void()> stop_check = {};  ///< called often; may throw to end the work
 };
 
 /// One pose per ping of a scene.

@@ -25,8 +25,7 @@ constexpr double max_pixels = 1e9;                // their layers take 60 GB
 constexpr double max_rays = 1e8;                  // per side of one ping
 constexpr double max_bins_in_pulse = 10000;
 constexpr int max_bins = 65536;  // per side
-// Over this width VerticalTable has nine values or more: a two-way level then has an error of at
-// most 0.07 dB.
+// Over this width VerticalTable has nine or more values: a two-way level is then within 0.07 dB.
 constexpr double narrowest_vertical_deg = 0.5;
 constexpr double max_pings = 10e6;
 

@@ -132,8 +132,7 @@ void check_seabed(const Scene& scene, const Require& require) {
     }
   for_each_list(scene, [&](const auto& section, const auto& list) {
     if constexpr (requires { list.front().area.on; }) {
-      // key: the number that selects its random numbers
-      std::map<std::size_t, std::size_t> layer_of;
+      std::map<std::size_t, std::size_t> layer_of;  // index by number
       for (std::size_t i = 0; i < list.size(); ++i) {
         const Area& area = list[i].area;
         const std::size_t number = area.number_at(i);

@@ -21,8 +21,7 @@ struct SplitOptions {
   /// What defines a group, whose samples stay in one split: the seabed ("seafloor"), or keys of the
   /// recipe. Samples of a group have the same values of all of these.
   std::vector<std::string> by = {"seafloor"};
-  /// values of `by` that belong to these splits
-  std::vector<std::string> held_out_val, held_out_test;
+  std::vector<std::string> held_out_val, held_out_test;  ///< values of `by` in these splits
 };
 
 /// Rectangles cut from images.

@@ -76,8 +76,7 @@ struct Range {
 /// The largest seed: TOML's largest integer.
 inline constexpr auto largest_seed = static_cast<double>(std::numeric_limits<std::int64_t>::max());
 
-/// A row of the key table. The name of a number ends with its unit. Degrees (_deg) are stored as
-/// radians.
+/// A row of the key table. The name of a number ends with its unit. Degrees are stored as radians.
 template <class Owner>
 struct Key {
   std::string_view name;

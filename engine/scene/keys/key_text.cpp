@@ -13,8 +13,7 @@ namespace ensonify::engine {
 namespace {
 
 std::string number_text(double value) {
-  // the integer -0 of TOML has no sign
-  if (value == 0.0) return std::signbit(value) ? "-0.0" : "0";
+  if (value == 0.0) return std::signbit(value) ? "-0.0" : "0";  // TOML's integer -0 has no sign
   return fmt::format("{}", value);
 }
 

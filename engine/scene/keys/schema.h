@@ -72,8 +72,7 @@ const Section<Layer>& relief_section() {
   return made_once<made_relief_section<Layer>>();
 }
 
-/// Calls f(section, list) for each list of tables that a scene can have. `scene` is a Scene or a
-/// const Scene.
+/// Calls f(section, list) for each list of tables of a scene, which may be const.
 template <class AnyScene, class F>
 void for_each_list(AnyScene& scene, F&& f) {
   auto& bed = scene.seafloor.seabed;

@@ -39,8 +39,7 @@ struct ExpectedValue {
 /// Makes the error for a value that a key does not accept. `hint` is added to the message.
 using RefuseValue = std::function<SceneError(const std::string& hint)>;
 
-/// Sets the option of a key to a TOML value. Throws what `refuse` makes if the key does not accept
-/// the value.
+/// Sets the option of a key to a TOML value. If the key refuses it, throws what `refuse` makes.
 void set_option(const Option& option, const toml::node& node, const ExpectedValue& expected,
                 const RefuseValue& refuse);
 

@@ -10,8 +10,7 @@ namespace {
 
 constexpr std::array<CsvColumn, 2> profile_columns = {
     {{.name = "depth_m", .alias = "Depth (Meter)"},
-     // the alias is a CastAway's heading
-     {.name = "soundspeed_mps", .alias = "Sound velocity (Meters per Second)"}}};
+     {.name = "soundspeed_mps", .alias = "Sound velocity (Meters per Second)"}}};  // CastAway's
 constexpr CsvFormat profile_format{.row = "sample", .columns = profile_columns};
 
 scatter::SoundSpeedProfile profile_of(const CsvTable& table) {

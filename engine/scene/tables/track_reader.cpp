@@ -73,8 +73,7 @@ std::optional<double> middle_value(const PingColumn& column, const RecordedPing&
   return *from + 0.5 * (is_angle ? std::remainder(*to - *from, 360.0) : *to - *from);
 }
 
-/// The time and the outermost beams of one ping. If the ping has one packet, both are the same
-/// beam.
+/// The time and the outermost beams of one ping; one beam twice if the ping has one packet.
 struct PingBeams {
   double t_s;
   const RecordedPing *rear, *front;
