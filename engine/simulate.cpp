@@ -1,7 +1,6 @@
 #include <ensonify/engine/simulate.h>
 
 #include <algorithm>
-#include <cmath>
 #include <initializer_list>
 #include <stdexcept>
 #include <utility>

@@ -1,7 +1,5 @@
 #include <ensonify/engine/imitation/imitate.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>

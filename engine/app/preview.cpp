@@ -3,7 +3,6 @@
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run/files_read.h>
-#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 
 #include <algorithm>

@@ -9,7 +9,6 @@
 #include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/output/geotiff.h>
 #include <ensonify/engine/output/npz.h>
-#include <ensonify/engine/run.h>
 #include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/engine/seafloor/analysis.h>

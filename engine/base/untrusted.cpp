@@ -1,7 +1,6 @@
 #include <ensonify/engine/base/untrusted.h>
 
 #include <algorithm>
-#include <stdexcept>
 #include <vector>
 
 #include <fmt/format.h>

@@ -1,7 +1,6 @@
 #include <ensonify/engine/imitation/crab.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>

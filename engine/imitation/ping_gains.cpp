@@ -1,7 +1,6 @@
 #include <ensonify/engine/imitation/ping_gains.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <span>

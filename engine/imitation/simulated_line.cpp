@@ -1,6 +1,5 @@
 #include <ensonify/engine/imitation/simulated_line.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 

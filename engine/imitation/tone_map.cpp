@@ -9,7 +9,6 @@
 
 #include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/base/random.h>
-#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/scatter/decibel.h>
 

@@ -1,7 +1,6 @@
 #include <ensonify/engine/imitation/vehicle_path.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>

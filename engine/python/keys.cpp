@@ -7,7 +7,6 @@
 
 #include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/scene/keys/key_text.h>
-#include <ensonify/engine/simulator/prepare.h>
 
 namespace ensonify::python {
 namespace {

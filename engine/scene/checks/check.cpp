@@ -14,7 +14,6 @@
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/trace/intersector.h>
 #include <ensonify/scatter/backscatter.h>
 
 namespace ensonify::engine {
