@@ -22,8 +22,7 @@
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
-#include "check_pings.h"
-#include "check_report.h"
+#include "check_parts.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {

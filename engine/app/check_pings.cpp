@@ -1,4 +1,4 @@
-#include "check_pings.h"
+#include "check_parts.h"
 
 #include <algorithm>
 #include <array>

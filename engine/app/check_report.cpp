@@ -1,4 +1,4 @@
-#include "check_report.h"
+#include "check_parts.h"
 #include "app.h"
 
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <ensonify/engine/imitation/simulated_line.h>
+#include <ensonify/engine/imitation/line_fit.h>
 
 #include <cmath>
 #include <cstdint>
