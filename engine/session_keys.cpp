@@ -74,8 +74,7 @@ bool is_sonar_key(std::string_view key) {
 
 std::vector<std::pair<std::size_t, Sonar>> changed_sonars(const Scene& scene,
                                                           std::span<const KeyValue> changes) {
-  // A preset may change the scene's conditions, which give all sonars another recorder
-  // (use_conditions()).
+  // A preset may change the scene's conditions, and with them all recorders (use_conditions()).
   const bool by_preset = std::ranges::any_of(
       changes, [](const KeyValue& change) { return change.key.ends_with(".preset"); });
   std::vector<std::pair<std::size_t, Sonar>> changed;

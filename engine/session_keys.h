@@ -26,7 +26,7 @@ struct KeyValue {
 };
 
 /// The scene of a session: its text, which is read once, and the keys that were changed since then.
-/// Only the last value of each key is kept, so a long session does not get slower. Copies share the
+/// Only the last value of each key is kept, so long sessions do not get slower. Copies share the
 /// text.
 class SessionScene {
  public:

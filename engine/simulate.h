@@ -82,8 +82,7 @@ class Simulator {
   /// altitude_m() ignores the object. Throws std::invalid_argument for an unknown material, a pose
   /// that is not finite or lies beyond 1e8 m, a mesh without faces, or more objects or class names
   /// than there are labels; refine::MeshError for a face with a vertex that does not exist, is not
-  /// finite or lies beyond 1e8 m; MemoryError for a mesh that does not fit; what the stop_check
-  /// throws.
+  /// finite or lies beyond 1e8 m; MemoryError for a mesh that does not fit; what stop_check throws.
   std::uint32_t add(MovingObject object, const Pose& pose);
   /// The instance that the next add() returns.
   std::uint32_t next_instance() const;
@@ -96,8 +95,7 @@ class Simulator {
   /// below the bed; NaN over a hole and outside the seafloor.
   double altitude_m(const Eigen::Vector3d& position) const;
 
-  /// The vehicle's pose at each ping of the scene's track over this seafloor. Throws
-  /// SceneError.
+  /// The vehicle's pose at each ping of the scene's track over the seafloor. Throws SceneError.
   std::vector<Pose> track() const;
 
   const Seafloor& seafloor() const;  ///< valid while this Simulator or a clone of it exists

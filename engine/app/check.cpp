@@ -110,8 +110,8 @@ std::unique_ptr<Prepared> prepare(const CheckArguments& arguments, const Prepara
   how_reference.stop_check = [making, progress = how.progress] {
     if (*making) progress("tree");
   };
-  // The tree of this simulator is the reference. A tree of the scene's own intersector would take
-  // memory without use.
+  // The tree of this simulator is the reference. A tree of the scene's intersector would waste
+  // memory.
   auto all = std::make_unique<Prepared>(Prepared{
       .scene = scene_with(read, refined_surface, read.run.intersector),
       .simulator =

@@ -235,8 +235,7 @@ int run_command_line(int argc, char** argv) {
 
 int app::program_main(int argc, char** argv, bool optimised) {
   open_closed_streams();
-  // With these signals ignored, a write beyond the file size limit, or to a pipe without a reader,
-  // fails with an error.
+  // A write beyond the file size limit, or to a pipe without a reader, then fails with an error.
   for (const int number : {SIGXFSZ, SIGPIPE}) std::signal(number, SIG_IGN);
   end_by_fault = std::set_terminate(end_without_memory);
   catch_signals_of_libraries();

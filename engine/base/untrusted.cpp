@@ -36,8 +36,7 @@ std::optional<std::size_t> too_deep_in_json(std::string_view json) {
 
 namespace {
 
-/// The byte after the TOML string that begins at `i`. If it has no end, the end of its line or
-/// text.
+/// The byte after the TOML string that begins at `i`. Without an end, the end of its line or text.
 std::size_t end_of_toml_string(std::string_view toml, std::size_t i) {
   const char quote = toml[i];
   const std::string three(3, quote);

@@ -39,8 +39,8 @@ bool has_long_forms(const LineWithBed& line, std::size_t first, double step_m) {
   // The speckle of two pings is alike if they are less than an array's length apart.
   constexpr double longest_array_m = 0.5;  // of most sonars' arrays
   constexpr double min_lag = 4, max_lag = 0.5 * window;
-  // Scenes with ripples or trawl marks have 0.3 to 0.8. Most other scenes and two real recordings
-  // have less than 0.25.
+  // Scenes with ripples or trawl marks have 0.3 to 0.8. Most others and two real recordings have
+  // less than 0.25.
   constexpr double max_likeness = 0.25;
   const auto lag =
       static_cast<std::size_t>(std::clamp(std::ceil(longest_array_m / step_m), min_lag, max_lag));

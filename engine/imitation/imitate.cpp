@@ -118,8 +118,8 @@ bool states_frequency(const RecordedLine& line) {
   return line.frequency_hz >= 1e3 && line.frequency_hz <= 10e6;
 }
 
-/// Sets the bandwidth and the kind of the pulse to what the file states; otherwise to a CW pulse as
-/// long as one sample.
+/// Sets the bandwidth and the kind of the pulse to what the file states; otherwise to CW, as long
+/// as a sample.
 void set_pulse(const RecordedLine& line, LineModel& model) {
   const double bin_m = model.range_m / static_cast<double>(model.samples);
   const double one_sample_hz = 0.5 * model.sound_speed_mps / bin_m;
@@ -323,8 +323,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   leave_out_silent_side(line, made.unknown);
   const VehiclePath path = vehicle_path(LineWithBed(line));
   note_altitudes(line, path, made.unknown);
-  // With these altitudes, the bottom line of the whole recording guides the search for it in parts
-  // of the recording.
+  // The bottom line of the whole recording then guides the search for it in parts of the recording.
   for (std::size_t i = 0; i < line.pings.size(); ++i) line.pings[i].altitude_m = path.altitude_m[i];
   made.line = LineWithBed(std::move(line));
   const Halves halves(made.line.pings.size());

@@ -97,8 +97,8 @@ double distance_over_length(double correlation) {
   return low;
 }
 
-/// Fills cells that are NaN with the known cell before them, or with the first known cell; with 0
-/// if no cell is known.
+/// Fills cells that are NaN with the known cell before them, or the first known cell; with 0 if
+/// none is known.
 void fill(std::vector<double>& cells) {
   const auto is_known = [](double cell) { return std::isfinite(cell); };
   const auto first = std::ranges::find_if(cells, is_known);

@@ -75,8 +75,7 @@ struct FoundKey {
   Evidence evidence;
   std::string name() const { return section.empty() ? key : section + "." + key; }
 };
-/// All keys of the model's scene, by section. In the section names of lists, the last part is the
-/// number in the list.
+/// All keys of the model's scene, by section. Sections of lists end with the number in the list.
 std::vector<FoundKey> found_keys(const LineModel& model);
 
 /// The model's scene, with the content of the files that it names. Its numbers are rounded in the

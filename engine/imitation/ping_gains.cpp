@@ -72,7 +72,7 @@ PingGains ping_gains(const LineWithBed& line, const RecorderSigns& recorder) {
   const double variance = 0.5 * robust_covariance(changes);  // of one gain; a change has two
   if (!(variance > noticed * noticed)) return found;
   found.rms_db = scatter::amplitude_to_db(std::exp(std::sqrt(variance)));
-  // How far each ping differs from its neighbours. The gain's part of this is its share of the
+  // How much each ping differs from those around. The gain's part of this is its share of the
   // variance.
   std::vector<double> off(brightness.size(), 0.0);
   for (std::size_t i = 0; i < off.size(); ++i) {

@@ -66,8 +66,7 @@ json value_schema(const ConstOption& option, const Range& range,
       option);
 }
 
-/// Writes the schema of a scene or of a recipe. In a recipe, any value may be a table: a
-/// distribution.
+/// Writes the schema of a scene or of a recipe. In a recipe, any value may be a distribution.
 class SchemaWriter {
  public:
   explicit SchemaWriter(bool recipe) : recipe_(recipe) {}

@@ -40,8 +40,8 @@ struct Sea {
 /// With this value of RunOptions::surface, prepare_seafloor() chooses a face source.
 inline constexpr std::string_view auto_surface = "auto";
 
-/// How a run is computed. These options do not change the result, except that its last bits depend
-/// on the intersector.
+/// How a run is computed. These options do not change the result, but the intersector affects its
+/// last bits.
 struct RunOptions {
   std::string surface{auto_surface};  ///< the name of a face source, or auto
   std::string intersector = "fan_scan";

@@ -28,8 +28,7 @@ void check_seabed(const Scene& scene, const Require& require);
 void check_seabed_files(const Scene& scene,
                         const std::function<std::string(std::string_view key)>& place);
 
-/// Throws SceneError, whose message begins with `place`, if the images of this number of pings
-/// would be too large.
+/// Throws SceneError, which begins with `place`, if images of `pings` pings would be too large.
 void check_pings(const Scene& scene, double pings, std::string_view place);
 
 /// Checks a scene that was not made by a reader: each value must be in the range of its key, and

@@ -12,8 +12,8 @@ namespace ensonify::engine {
 /// Whether names and TOML keys may have this character: A to Z, a to z, 0 to 9, _ and -.
 bool is_name_character(char character);
 
-/// What is wrong with the name of a sonar or of a material; `kind` says which of the two. None if
-/// nothing is wrong.
+/// What is wrong with the name of a sonar or of a material; `kind` says which. None if nothing is
+/// wrong.
 std::optional<std::string> fault_of_name(std::string_view kind, std::string_view name);
 
 /// The names of a sonar's files begin with the sonar's name. Returns what is wrong with a name

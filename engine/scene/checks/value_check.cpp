@@ -12,8 +12,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Whether a key may have a value. Degrees may have rounding errors, because they were converted to
-/// radians and back.
+/// Whether a key may have a value. Degrees may have rounding errors: they were radians before.
 template <class Owner, class T>
 bool may_be(const Key<Owner>& key, const T& value) {
   if constexpr (requires { value.has_value(); }) {

@@ -85,7 +85,7 @@ struct Key {
   std::string_view help;
   OptionAt<Owner> option;
   /// The allowed words; for an enumeration, in the order of its enumerators. A scene may write -
-  /// for _ in them.
+  /// for _.
   std::vector<std::string_view> choices;
   std::string_view expected = {};  ///< what the key accepts, if type and range do not show this
 
