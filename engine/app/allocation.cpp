@@ -21,7 +21,7 @@ constexpr std::size_t large_page_bytes = 2 << 20;
 [[maybe_unused]] const int set = ::mallopt(M_MMAP_THRESHOLD, 128 << 10);
 #endif
 
-/// Memory for an array of at least one large page. It begins with a page. Null if there is none.
+/// Memory for an array of at least one large page. It begins at a page. Null if there is none.
 void* large_block(std::size_t bytes) {
   void* block = nullptr;
   if (::posix_memalign(&block, large_page_bytes, bytes) != 0) return nullptr;

@@ -1,5 +1,5 @@
-#include "check_parts.h"
 #include "app.h"
+#include "check_parts.h"
 
 #include <cmath>
 

@@ -69,7 +69,7 @@ Values moving_median(const Values& values, std::size_t reach) {
   return medians;
 }
 
-/// Replaces single values, or two neighbours, that are more than `far` off the median around them.
+/// Single values, or two neighbours, more than `far` off the median around them become that median.
 Values without_single(Values values, double far) {
   const Values usual = moving_median(values, 2);
   for (std::size_t i = 0; i < values.size(); ++i)
