@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "support/at.h"
 #include "support/catch.h"
 
 #include <ensonify/engine/base/units.h>
@@ -13,16 +13,9 @@
 #include <ensonify/engine/output/xtf.h>
 
 using namespace ensonify::engine;
+using ensonify::tests::at;
 
 namespace {
-
-template <class T>
-T at(const std::vector<std::byte>& bytes, std::size_t offset) {
-  REQUIRE(offset + sizeof(T) <= bytes.size());
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof value);
-  return value;
-}
 
 std::string text_at(const std::vector<std::byte>& bytes, std::size_t offset, std::size_t width) {
   std::string text(reinterpret_cast<const char*>(bytes.data()) + offset, width);
