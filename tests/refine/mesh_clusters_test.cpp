@@ -231,16 +231,7 @@ TEST_CASE("clusters in files have the faces of those in memory, whichever proces
 TEST_CASE("clusters of a grid in tiles make the tiles that they need, and no others") {
   const Heights heights = random_heights(2300, 700, cell_m, 1.0, 0.0, 13);
   const HeightGrid grid = heights.grid();
-  const auto source = [&](int first_column, int first_row, int columns, int rows,
-                          std::span<double> z_m, std::span<std::uint8_t>) {
-    for (int row = 0; row < rows; ++row)
-      std::copy_n(
-          heights.z_m.begin() + std::ptrdiff_t{first_row + row} * heights.columns + first_column,
-          columns, z_m.begin() + std::ptrdiff_t{row} * columns);
-  };
-  const auto tiles = std::make_shared<HeightTiles>(
-      heights.x_m(), heights.y_m(), Eigen::Vector3d::Zero(),
-      [](HeightTiles::Shape& shape) { shape.mean_height_m = 0.0; }, source, fs::path{}, "key");
+  const auto tiles = heights.tiles();
   const HeightGrid tiled(tiles);
   MeshClusters expected(grid, {}, {}, ""), found(tiled, {}, {}, "");
   const std::vector<std::array<double, 2>> where = {{-500.0, 0.0}, {-499.5, 0.5}, {-480.0, 100.0}};
