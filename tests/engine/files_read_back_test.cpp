@@ -28,6 +28,7 @@
 
 #include "support/catch.h"
 #include "support/files.h"
+#include "support/message.h"
 #include "support/small_dataset.h"
 #include "support/temporary_folder.h"
 
@@ -39,12 +40,7 @@ namespace fs = std::filesystem;
 namespace {
 
 std::string message_of(const std::function<void()>& read) {
-  try {
-    read();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "was read";
+  return message_thrown<std::exception>(read, "was read");
 }
 
 }  // namespace

@@ -191,12 +191,7 @@ TEST_CASE("a JSF without a sidescan is named by what it has") {
       put(std::span(bytes).subspan(i * message), 4, static_cast<std::uint16_t>(type));
       put(std::span(bytes).subspan(i * message), 7, static_cast<std::uint8_t>(subsystem));
     }
-    try {
-      parse_recording(bytes, "r");
-    } catch (const RecordingError& error) {
-      return std::string(error.what());
-    }
-    return std::string("no error");
+    return tests::error_of(bytes);
   };
   CHECK(error_with(0, 80, 0) ==
         "r: has no sidescan samples; it has messages of a sub-bottom profiler, subsystem 0 (6), "

@@ -9,6 +9,7 @@
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/files.h"
+#include "support/message.h"
 #include "support/small_recording.h"
 #include "support/temporary_folder.h"
 
@@ -30,12 +31,7 @@ NavigationLog parsed_track(const std::string& text, const TrackOptions& track = 
 }
 
 std::string track_error(const std::string& text, const LocalFrame& frame = {}) {
-  try {
-    parsed_track(text, {}, frame);
-  } catch (const SceneError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return tests::message_thrown<SceneError>([&] { parsed_track(text, {}, frame); }, "accepted");
 }
 
 const LocalFrame survey{{405000.0, 6202000.0, 0.0}, true, 0};
