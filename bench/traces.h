@@ -10,8 +10,8 @@
 
 namespace ensonify::bench {
 
-/// The cost of tracing alone, on one thread: with a tree over the whole seafloor, or over the faces
-/// that a pair of fans can touch, which are then found and built first.
+/// The cost of tracing alone, on one thread. The tree is over the whole seafloor, or over the faces
+/// that a pair of fans can touch. Then these faces are found, and their tree is built, per pair.
 struct TraceMeasurement {
   std::string name;  ///< trace/BED/SIZE/INTERSECTOR
   std::string code_path;

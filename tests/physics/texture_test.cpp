@@ -61,7 +61,7 @@ double expected_excess(const Sonar& sonar, double cell_m, double patch_m, double
   return mean;
 }
 
-/// Of the intensities beyond 30 m of pings far from one another.
+/// The moments of the intensities beyond 30 m, over pings that are far from one another.
 IntensityMoments intensity_moments(const Sonar& sonar, const GroundTexture& texture, int pings) {
   GroundReceiver receiver(sonar, texture);
   double sum = 0.0, squares = 0.0, cubes = 0.0, count = 0.0;
@@ -292,7 +292,7 @@ TEST_CASE("the shape of a cell grows with the width of the beam") {
 }
 
 TEST_CASE("the excess of the texture over speckle is flat from 0.1 to 6 cycles per metre") {
-  // As that of point-like patches is. A pulse of 5 cm passes up to 10 cycles per metre.
+  // The excess of point-like patches is flat too. A pulse of 5 cm passes up to 10 cycles per metre.
   Sonar sonar = quiet_sonar();
   sonar.range_m = 80.0;
   sonar.bins = 3200;

@@ -228,7 +228,7 @@ TEST_CASE("a wall mirrors only bed that is seen") {
 }
 
 TEST_CASE("the echo of a high wall that leans is spread over its bins") {
-  // Its paths differ by metres, over which the echo has no gaps.
+  // The lengths of the wall's paths differ by metres. The echo has no gaps over these ranges.
   const Sonar sonar = open_sonar();
   EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
   const double leans_rad = 4.0 * degree;
@@ -263,7 +263,7 @@ TEST_CASE("a wall that is oblique or beside the beam mirrors less of the bed") {
           Approx(expected).epsilon(0.08).margin(0.01 * whole));
     CHECK(expected < 0.9 * whole);
   }
-  // From 45 degrees on, and from its back, it mirrors none.
+  // A wall that is turned by 45 degrees or more, or that shows its back, mirrors no sound.
   for (const double turned_deg : {46.0, 90.0, 180.0})
     CHECK(corner_energy(sonar, {.strength = lambert}, {.turned_rad = turned_deg * degree}) == 0.0);
 }

@@ -70,7 +70,7 @@ HWY_INLINE hn::Mask<Tag> mask_of(Tag tag, std::uint32_t bits) {
   return hn::Ne(set.all(), hn::Zero(tag));
 }
 
-// Over all masks.
+// Tests all masks.
 template <class Tag>
 HWY_INLINE std::int64_t faults_of_store_some(Tag tag) {
   using Number = hn::TFromD<Tag>;

@@ -572,7 +572,7 @@ TEST_CASE("shimmer's bands bend, and those of one side are not those of the othe
   };
   CHECK(std::abs(alike(0, 1, 0, 0)) < 0.3);
   CHECK(alike(0, 0, 1, 0) > 0.4);  // from ping to ping they are much the same
-  // One wave, or waves of one speed, would be the same again elsewhere.
+  // A single wave, or waves of one speed, would reappear unchanged at a later ping, shifted.
   double most = 0.0;
   for (std::ptrdiff_t shift = -200; shift <= 200; shift += 4)
     most = std::max(most, alike(0, 0, later, shift));
