@@ -36,7 +36,8 @@ TEST_CASE("the ping before is heard from c P / 2 farther, by the sonar equation"
     CHECK(scatter::to_db(all[static_cast<std::size_t>(r / sonar.bin_m())]) ==
           Approx(scatter::to_db(expected)).epsilon(0).margin(0.05));
   }
-  // Without an interval it is the two-way time of the range, 75 m. By default it is not heard.
+  // Without a given interval, the interval is the two-way time of the range, 75 m. By default there
+  // is no echo of earlier pings.
   const std::vector<double> at_once =
       received(sonar, {.second_time_around = true}, {}, {}, {.strength = lambert});
   CHECK(scatter::to_db(at_once[100] / (level(80.0) + level(155.0))) == Approx(0.0).margin(0.1));

@@ -45,7 +45,7 @@ refine::TriangleMesh folded_plate(double one_m, double other_m, double height_m,
 
 /// I of ObjectEchoes for the echo that such plates return by way of both, in the plane across the
 /// edge: Kirchhoff's integral from the sonar to one plate, from there to the other, and back,
-/// both ways round, over that of a flat plate. It shares nothing with the program.
+/// in both orders, divided by the integral of a flat plate. It shares no code with the program.
 double double_bounce_m2(double one_m, double other_m, double turned_rad, double excess_rad,
                         double range_m, double wavelength_m) {
   using Complex = std::complex<double>;

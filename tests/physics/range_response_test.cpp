@@ -88,7 +88,7 @@ TEST_CASE("a point's echo has the width of its pulse in range, and the pulse's s
 }
 
 TEST_CASE("a moving sonar hears an echo where it is when that comes back") {
-  // From a place p at the distance R, sent at 0 and heard at t: R + |p - v t| = c t.
+  // An echo of a place p at the distance R, sent at 0 and received at t: R + |p - v t| = c t.
   constexpr double altitude_m = 10.0, c = 1500.0;
   const Eigen::Vector3d sonar_at(0.0, 0.0, -10.0);
   for (const Eigen::Vector3d& velocity_mps :

@@ -85,7 +85,7 @@ TEST_CASE("under roll a side keeps its ranges and shadows, and the beam is tilte
   }
 
   // With a real vertical beam, its axis 20 degrees down: when rolled to starboard, the far range
-  // of starboard leaves the beam, and that of port comes nearer to the axis.
+  // of starboard leaves the beam, and the far range of port comes nearer to the axis.
   const auto plain = ping_once({}, bed, above_bed, height_m);
   Pose rolled = above_bed;
   rolled.roll_rad = 0.15;

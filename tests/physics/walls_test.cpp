@@ -22,8 +22,8 @@ using namespace ensonify::tests;
 
 namespace {
 
-/// A wall on the bed. Its middle along the track is beside_m from that of the beam; its normal is
-/// turned by turned_rad from facing the sonar, in the level.
+/// A wall on the bed. Along the track, the middle of the wall is beside_m from the middle of the
+/// beam. The normal is turned by turned_rad about the vertical, from the direction to the sonar.
 struct Wall {
   double length_m = 40.0, turned_rad = 0.0, beside_m = 0.0, slope = 0.0;
   double away_m = 24.0, height_m = 2.5;

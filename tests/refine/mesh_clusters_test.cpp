@@ -91,7 +91,7 @@ FacesByNumber faces_by_number(const ExactFaces& exact) {
       corners[k] = {p.x(), p.y(), p.z()};
     }
   }
-  // Not an assertion: those of Catch2 are for one thread.
+  // This is no assertion, because assertions of Catch2 are for one thread.
   if (faces.size() != exact.faces.size()) throw std::logic_error("two faces have one number");
   return faces;
 }
@@ -150,7 +150,7 @@ TEST_CASE("the active meshes of neighbouring clusters fit each other at any refi
     const std::vector<FanVolume> volumes = fans_at(x_m, y_m);
     active.refine(volumes);
     REQUIRE(active.active().size() >= 4);
-    // Each edge at a cluster's border is met by the neighbour's, in the other direction.
+    // Each edge at a cluster's border is also an edge of the neighbour, in the opposite direction.
     using Place = std::array<float, 3>;
     std::map<std::array<Place, 2>, int> open;
     for (const auto& its : active.active()) {
@@ -192,7 +192,7 @@ TEST_CASE("clusters in files have the faces of those in memory, whichever proces
   const std::vector<FacesByNumber> expected = named_at(in_memory, where);
   const fs::path files = folder / "a.clusters";
   {
-    // Two users at once; one goes the other way.
+    // Two users work at once, in opposite directions.
     MeshClusters one(bed.grid, bed.bodies, files, "key"), other(bed.grid, bed.bodies, files, "key");
     std::vector<FacesByNumber> found, reversed;
     std::thread thread([&] { found = named_at(one, where); });

@@ -53,7 +53,7 @@ TEST_CASE("the samples show looks, detector, scaled pings, curve, floor and clip
       CHECK(signs.column_db ==
             Approx(-60.0 + 20.0 * std::log10(32767.0 / signs.full_scale)).margin(1.0));
   }
-  // Texture adds to the contrast; that of 3 looks remains the nearest.
+  // Texture adds to the contrast. The contrast of 3 looks is still the nearest.
   CHECK(recorder_signs(LineWithBed(made_line({.looks = 3, .texture = 0.12}))).looks == 3);
   const RecorderSigns peak = recorder_signs(LineWithBed(made_line({.looks = 3, .peak = true})));
   CHECK(peak.detector == Detector::peak);

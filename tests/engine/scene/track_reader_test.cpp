@@ -70,7 +70,7 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
   }
   CHECK(log.x_m[0] == Approx(-log.x_m[1]).epsilon(1e-4));
   CHECK(log.y_m[1] - log.y_m[0] == Approx(111.2).margin(0.1));
-  // True north is that of the place, a thousandth of a degree west of the middle.
+  // A heading counts from true north at its place, which is 0.001 degrees west of the middle.
   CHECK(log.heading_rad[0] / degree == Approx(0.001 * std::sin(48.445 * degree)).epsilon(1e-3));
   CHECK(log.origin.value().latitude_rad == Approx(48.4455 * degree).epsilon(1e-12));
   CHECK(log.origin.value().longitude_rad == Approx(-68.828 * degree).epsilon(1e-12));

@@ -22,7 +22,7 @@ namespace ensonify::engine {
 
 #ifndef ENSONIFY_HELPER_FAULTS
 #define ENSONIFY_HELPER_FAULTS
-/// How many numbers are not those of plain code, by helper; and on which target.
+/// For each helper, how many numbers differ from the numbers of plain code; and on which target.
 struct HelperFaults {
   std::int64_t target, store_some, bits_of, fma, gather, gather_pair, promoted, vectors;
 };

@@ -1,4 +1,4 @@
-// The purpose of refinement: every ray of a fan hits what it hits on the whole mesh.
+// The purpose of refinement: every ray of a fan has the same hit as on the whole mesh.
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 
