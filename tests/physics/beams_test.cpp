@@ -281,11 +281,11 @@ TEST_CASE("at as many times the speed, the rows of several beams lie as those of
   const std::size_t far = image.columns() - 1;
   for (std::size_t row = 0; row < image.rows(); ++row) {
     const double y_m = double(image.pixels.y_m[row * image.columns() + far]);
-    // The receiver looks abeam of where it is when the echo is back.
+    // The receiver's beam is abeam of the place where the receiver is when the echo returns.
     const double drift_m = 2.0 * 10.0 * 50.0 / simulator.sound_speed_mps();
     CHECK(y_m == Approx(image.pings[row].pose.position.y() + drift_m).margin(0.05));
   }
-  // It hears the whole beam there, as far as the transmitter sounds it.
+  // The receiver gets the whole beam there, weighted by the transmit pattern.
   const double sound_speed_mps = simulator.sound_speed_mps();
   const LineArray transmitter{0.05, sound_speed_mps / scene.sonars[0].frequency_hz};
   constexpr std::size_t ping = 3, middle = 2;

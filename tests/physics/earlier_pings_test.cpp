@@ -54,7 +54,7 @@ TEST_CASE("the ping before is heard from c P / 2 farther, by the sonar equation"
 
 TEST_CASE("the first cells of the ping before have the energy of the places that lie in them") {
   // The bed is deeper than half the way that sound covers between two pings, so these cells are
-  // below the array. Summed over the bed on one side.
+  // below the array. The sum is over the bed on one side.
   Sonar sonar = open_sonar();
   sonar.range_m = 7.5;
   sonar.frequency_hz = 100e3;

@@ -126,7 +126,7 @@ TEST_CASE("two glints interfere as far as their pulses overlap in time, whatever
 }
 
 TEST_CASE("the pieces of an inclined plate with a window interfere as their pulses overlap") {
-  // It spans more range than a pulse: without regard to time its pieces would interfere all over.
+  // The body spans more range than a pulse. Without regard to time, all its pieces would interfere.
   const refine::TriangleMesh window =
       upright_cells(1.0, [](int i, int k) { return i % 3 == 0 || k % 3 == 0; });
   constexpr double range_m = 40.0;

@@ -47,7 +47,7 @@ TEST_CASE("a wall's shadow begins behind its foot and ends at X h / (h - t)") {
   CHECK(starboard.bins.instance[top] == 7);
   CHECK(starboard.bins.intensity_mean[top] > 5.0f * starboard.bins.intensity_mean[top - 10]);
 
-  // The other side sees nothing of it.
+  // The wall has no effect on the other side.
   for (std::size_t i = 0; i < lines[0].bins.region.size(); ++i) {
     REQUIRE(!is(lines[0], i, Region::shadow));
     REQUIRE(lines[0].bins.instance[i] == 0);
