@@ -30,7 +30,7 @@ using namespace ensonify::tests;
 
 namespace {
 
-/// The target strength of a body whose whole specular part is that of a rough surface.
+/// The target strength of a body whose whole specular part comes from a rough surface.
 double rough_strength_db(const refine::TriangleMesh& mesh, const scatter::Solid& solid,
                          double range_m, double heading_rad) {
   Sonar sonar = wide_sonar(20.0);
