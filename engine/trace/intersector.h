@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include <ensonify/engine/trace/fan_runs.h>
 #include <ensonify/engine/trace/intersector_options.h>

@@ -6,11 +6,16 @@
 
 namespace ensonify::engine {
 
+GridPlaces places(const Heightfield& grid) {
+  GridPlaces places;
+  for (int i = 0; i < grid.columns; ++i) places.x_m.push_back(static_cast<float>(grid.x_m(i)));
+  for (int i = 0; i < grid.rows; ++i) places.y_m.push_back(static_cast<float>(grid.y_m(i)));
+  return places;
+}
+
 refine::HeightGrid height_grid(const Heightfield& field, const std::function<void()>& stop_check) {
-  std::vector<float> x_m, y_m;
-  for (int i = 0; i < field.columns; ++i) x_m.push_back(static_cast<float>(field.x_m(i)));
-  for (int i = 0; i < field.rows; ++i) y_m.push_back(static_cast<float>(field.y_m(i)));
-  refine::HeightGridBuilder builder(std::move(x_m), std::move(y_m), field.world_origin);
+  GridPlaces at = places(field);
+  refine::HeightGridBuilder builder(std::move(at.x_m), std::move(at.y_m), field.world_origin);
   for (int row = 0; row < field.rows; ++row) {
     if (stop_check) stop_check();
     builder.add_row(

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/refine/height_grid.h>
@@ -8,13 +9,19 @@
 
 namespace ensonify::engine {
 
-/// The surface with these heights, with the faces that HeightGrid defines. Throws refine::MeshError
-/// if no cell is whole, or a position does not fit its type. `stop_check` is called for each row;
-/// it may throw to end the work.
+/// Where the columns and the rows of a grid lie.
+struct GridPlaces {
+  std::vector<float> x_m, y_m;
+};
+GridPlaces places(const Heightfield& grid);
+
+/// The surface over these heights; its faces are those that HeightGrid defines. Throws
+/// refine::MeshError if no cell is whole, or a position does not fit its type. `stop_check` is
+/// called for each row; what it throws ends the work.
 refine::HeightGrid height_grid(const Heightfield& field,
                                const std::function<void()>& stop_check = {});
 
-/// The mesh of height_grid(). Throws as height_grid().
+/// Its faces. Throws as height_grid() does.
 refine::TriangleMesh tessellate(const Heightfield& field);
 
 }  // namespace ensonify::engine
