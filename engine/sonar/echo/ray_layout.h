@@ -62,20 +62,22 @@ double planes_apart_rad(const Sonar& sonar, double wavelength_m);
 /// How far below the horizontal the abeam axis of a sector points at a pose: its tilt by roll.
 double roll_tilt_rad(const Pose& pose, const Sector& sector);
 
-/// The range of the rays. It ends a little beyond the last bin, because the pulse of a sweep
-/// reaches into the last bin from there, and its echoes from there may appear nearer.
+/// The range of the rays. It ends a little beyond the last bin, because the pulse of an echo from
+/// there still reaches into the last bin. While sonar and bed approach each other, echoes of a
+/// sweep also appear nearer than they are.
 double trace_range_m(const Sonar& sonar, double sound_speed_mps);
 
 /// The fan of a sector at a pose. Its origin is the position rounded to floats (nearest_floats.h).
 RayFan place_fan(const RayLayout& layout, const Pose& pose, const Sector& sector, double range_m);
 
-/// The layouts of a sonar, made when they are first needed. Altitudes within a step of 19 % and
-/// tilts within half a degree share one, so that steady pings make no new one. Nearest ranges
-/// within such a step share one, too; so do drifts within a quarter of the receiver's lobes, and
-/// heights above the horizontal within half the angle between the horizontal and a flat bed at the
-/// end of the range. Where rays bend, altitudes within 4 % and depths within 2 % of the altitude
-/// share the ranges of bent rays; each ping has a separate layout, whose rays follow the limits
-/// beyond which rays do not reach a level bed (LaunchLimits).
+/// The layouts of a sonar, made when they are first needed. Pings share one layout if these values
+/// lie in the same steps: the altitude and the nearest range in steps of 19 %, the tilt in steps of
+/// half a degree, the drift in steps of a quarter of the receiver's lobes, and rise_rad in steps of
+/// half the angle between the horizontal and a flat bed at the end of the range. So steady pings
+/// make no new layout. Where rays bend, pings share the ranges of bent rays if the altitude lies in
+/// one step of 4 % and the depth in one step of 2 % of the altitude. Each of these pings has a
+/// separate layout, whose rays follow the limits beyond which rays do not reach a level bed
+/// (LaunchLimits).
 class RayLayouts {
  public:
   RayLayouts(const Sonar& sonar, double wavelength_m);
@@ -92,8 +94,8 @@ class RayLayouts {
                                       double nearest_m, double drift_rad, double rise_rad);
 
  private:
-  /// The layout of a ping, and its grid. A later ping takes them if nothing else holds them, so
-  /// that a steady ping allocates nothing.
+  /// The layout of a ping, and its grid. A later ping reuses them if nothing else holds them, so
+  /// that steady pings allocate no memory.
   struct Moved {
     std::shared_ptr<RayLayout> layout;
     std::shared_ptr<FanGrid> grid;
@@ -108,8 +110,9 @@ class RayLayouts {
   double reference_mps_ = 0.0;
   /// By steps of altitude, finer steps of altitude, and steps of depth.
   std::map<std::array<int, 3>, BentRanges> bent_;
-  /// By the element's sector; by steps of altitude, nearest range, tilt, drift and rise; and for
-  /// bent rays of depth and finer steps of altitude.
+  /// The key is the number of the sector (-1 if the sector has no element), then the steps of
+  /// altitude, nearest range, tilt, drift and rise. If rays bend, the steps of depth and the finer
+  /// steps of altitude follow; otherwise these two are 0.
   std::map<std::array<int, 8>, std::shared_ptr<const RayLayout>> made_;
   std::vector<Moved> moved_;
 };
