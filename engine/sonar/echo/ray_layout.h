@@ -17,9 +17,9 @@ namespace ensonify::engine {
 /// How the rays of a sonar's fan are laid out, and the samples of the beam that do not change from
 /// ping to ping.
 ///
-/// A ray stands for the azimuths about its plane that are nearest to it. Over these azimuths the
-/// beam is integrated with two Gauss points in each part, which is half a null wide, or wider where
-/// only the near field reaches.
+/// A ray stands for the azimuths about its plane that are nearest to it. These azimuths are divided
+/// into parts that are half a null wide, or wider where only the near field reaches. The beam is
+/// integrated with two Gauss points in each part.
 struct RayLayout {
   /// Rays [from, until) of a plane, by elevation, that are within the beam.
   struct Stretch {
@@ -47,10 +47,10 @@ struct RayLayout {
 /// and for one tilt of the sector (roll_tilt_rad()). Ratio and tilt decide only where rays lie
 /// close together; the meaning of a ray does not depend on them. drift_rad: the angle by which the
 /// receiver turns and moves until its echo is back. If the receiver's beam is narrower than the
-/// transmitter's, the fan has as many more planes. nearest_share: the range of the nearest thing,
-/// divided by the altitude. In the near field the beam is wider at that range than over the bed, so
-/// there are further planes on the outside. rise_rad: how far above the horizontal the bed reaches,
-/// 0 if not. bent: as in FanLayout.
+/// transmitter's, the fan has additional planes for this angle. nearest_share: the range of the
+/// nearest thing, divided by the altitude. In the near field the beam is wider at that range than
+/// over the bed, so there are further planes on the outside. rise_rad: how far above the horizontal
+/// the bed reaches, 0 if not. bent: as in FanLayout.
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
                           const std::optional<Element>& element = {}, double roll_tilt_rad = 0.0,
                           double drift_rad = 0.0, double nearest_share = 1.0, double rise_rad = 0.0,

@@ -269,8 +269,8 @@ void OtherPaths::add_volume(const LineContext& context, double depth_m, double a
   };
   // The strengths of scatterers are exponentially distributed. So the sum of n of them has a gamma
   // distribution of the shape n, and the echo a K distribution (Abraham and Lyons, IEEE J. Oceanic
-  // Eng. 27, 800, 2002). They drift, and the beam leaves most of them before the next ping, which
-  // meets others.
+  // Eng. 27, 800, 2002). The scatterers drift, and the beam has left most of them before the next
+  // ping, which meets other scatterers.
   const double received_m = this->received_m();
   const bool few = !scatterers_.empty();
   const auto received_at = [&](std::size_t n) {
