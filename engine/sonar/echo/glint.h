@@ -28,12 +28,12 @@ namespace ensonify::engine {
 //
 //     sigma = A / 4 W,
 //
-// which is R1 R2 / 4 far away for the radii R1 and R2, a^2 / 4 for a sphere, and at most the r^2 /
-// 4 of a mirror. W / A contains the Gaussian curvature in the middle of the triangle; the curvature
-// changes towards the corners. Neighbouring facets share corners, so that only one of them has the
-// glint. A strip has the glint on a straight line, if the sonar is between the two planes that
-// contain the strip's sides and the normals there. With the width w there and the distance g from
-// one plane to the sonar and on to the other plane, a strip has
+// which is R1 R2 / 4 far away for the radii R1 and R2, a^2 / 4 for a sphere, and at most r^2 / 4,
+// the value of a mirror. W / A contains the Gaussian curvature in the middle of the triangle; the
+// curvature changes towards the corners. Neighbouring facets share corners, so that only one of
+// them has the glint. A strip has the glint on a straight line, if the sonar is between the two
+// planes that contain the strip's sides and the normals there. With the width w there and the
+// distance g from one plane to the sonar and on to the other plane, a strip has
 //
 //     sigma = |integral over the line of sqrt(r w / 2 lambda g) exp(i k (z - r t)^2 / r) dz|^2,
 //
