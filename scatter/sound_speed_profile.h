@@ -57,7 +57,7 @@ class SoundSpeedProfile {
 
   /// The harmonic mean speed between two depths, in either order: distance over travel time
   /// straight down. If they are equal, the speed there. Throws std::invalid_argument unless both
-  /// are finite.
+  /// depths are finite.
   double mean_speed_mps(double from_m, double to_m) const;
 
   /// All layers, downwards: a constant one above the first sample, one between each two samples, a

@@ -194,8 +194,8 @@ int looks_of(double contrast, Detector detector, TransferCurve curve) {
 }
 
 /// Distinguishes a square-root curve from a linear one by the contrast and skewness of the speckle.
-/// With a square root both are small. A linear curve can have such a small contrast by several
-/// looks, but then the skewness is clearly positive.
+/// With a square root both are small. With several looks, a linear curve can have such a small
+/// contrast, too, but then the skewness is clearly positive.
 void tell_root(const Speckle& found, RecorderSigns& signs) {
   const double line_skew = speckle_of(signs.detector, looks_of(found.contrast, signs.detector,
                                                                TransferCurve::linear))

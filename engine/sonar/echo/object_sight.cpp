@@ -229,9 +229,9 @@ double ObjectSight::seen_share(const FanPlace& place, double time_range_m,
   return traced > 0.0 ? seen / traced : 0.0;
 }
 
-/// The place, and how much of it is seen. The rays to another place (shows_seen) decide this, or if
-/// rays of all planes do not reach that place, the rays nearest to it along the array. None if the
-/// place is not in the fan and its beam.
+/// The range of a place, and how much of the place is seen. The rays to another place (shows_seen)
+/// decide how much is seen. If the fan has no rays to shows_seen, the rays nearest to it along the
+/// array decide. None if the place is not in the fan and its beam.
 std::optional<ObjectSight::Sight> ObjectSight::sight_of(const Eigen::Vector3d& place,
                                                         const OwnPlace& shows_seen,
                                                         bool with_arrays) const {

@@ -158,8 +158,8 @@ bool Straightening::move(std::span<const float> x_m, double y_m, std::span<const
 }
 
 // A curve of constant second derivative is off by an eighth of the difference of its tangents at
-// the ends. The Jacobians turn with the direction to the point, so an edge across the rays has a
-// bow too, although rays of equal length lead to its ends.
+// the ends. The Jacobians turn with the direction to the point. So an edge across the rays is bent,
+// too, although rays of equal length lead to its ends.
 float Straightening::bow8_m2(const RayToPoint& a, const RayToPoint& b, const Vector3f& edge) {
   return ((b.jacobian - a.jacobian) * edge).squaredNorm();
 }
