@@ -48,8 +48,8 @@ void use_survey_beam(VerticalPattern& vertical) {
 }
 
 // Turbid coastal water at some hundred kilohertz. Both numbers were chosen by the water columns of
-// two recordings (bench/realism): these have single bright points, and about as many per volume of
-// a cell near one of the sonars.
+// two recordings (bench/realism). Both water columns have single bright points. In one of them,
+// near the sonar, the levels fit about this number of scatterers per m^3.
 void use_survey_water(Scene& scene) {
   scene.arrivals.volume = true;
   scene.sea.state.volume_scattering_db = -55.0;
