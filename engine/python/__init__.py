@@ -26,9 +26,9 @@ def simulate(scene, *, sonar=None, layer="intensity", keys=None, data="", cache=
     the scene has several sonars and `sonar` is not given, returns a dict from each sonar's name to
     its array, in the scene's order.
 
-    scene: a scene file's path, or a dict of the same keys. sonar: the only sonar to return, by name.
-    layer: a name from `layers`. For a list of names or "all", each array is replaced by a dict from
-    layer names to arrays, which share the image's memory. keys: keys to change, such as
+    scene: a scene file's path, or a dict of the same keys. sonar: the name of the only sonar to
+    return. layer: a name from `layers`. For a list of names or "all", each array is replaced by a
+    dict from layer names to arrays, which share the image's memory. keys: keys to change, such as
     {"track.altitude_m": 4}. data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the
     folder for analysed seafloors (default: ~/.cache/ensonify). threads: 0 for one per core.
     progress(stage, done, of) is called repeatedly, from any thread.
