@@ -44,8 +44,8 @@ std::string wkt_of(const OGRSpatialReference& reference);
 /// The source files of a VRT mosaic. GDAL's drivers must be registered. Throws refine::MeshError in
 /// these cases: the VRT makes GDAL do anything other than join local files (fetch, call functions,
 /// warp, open other mosaics); a source is not a GeoTIFF, BAG, ESRI ASCII grid or netCDF file; a
-/// source is outside the mosaic's folder and the folders below it; a source could make GDAL open
-/// another file.
+/// source is a BAG of variable resolution; a source is missing, or outside the mosaic's folder and
+/// the folders below it; a source could make GDAL open another file.
 std::vector<std::filesystem::path> files_of_mosaic(const std::filesystem::path& file);
 
 /// The text of a VRT with which GDAL reads the heights of an .npy file in place. The file has an
