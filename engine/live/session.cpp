@@ -20,7 +20,7 @@ namespace ensonify::engine {
 
 /// The threads share the ring and the mailbox, each with its own lock, and what change_lock guards.
 struct LiveSession::Inner {
-  explicit Inner(LiveOptions its_options)
+  explicit Inner(const LiveOptions& its_options)
       : Inner(its_options, SessionScene::of_file(its_options.scene, its_options.overrides,
                                                  its_options.data_folder)) {}
 
@@ -77,8 +77,7 @@ struct LiveSession::Inner {
   std::thread prepare_thread;
 };
 
-LiveSession::LiveSession(LiveOptions options)
-    : inner_(std::make_unique<Inner>(std::move(options))) {}
+LiveSession::LiveSession(const LiveOptions& options) : inner_(std::make_unique<Inner>(options)) {}
 LiveSession::~LiveSession() { stop(); }
 
 std::vector<std::string> LiveSession::warnings() const {

@@ -39,7 +39,7 @@ struct LiveOptions {
 class LiveSession {
  public:
   /// Makes the scene ready. Throws SceneError, refine::MeshError, std::invalid_argument.
-  explicit LiveSession(LiveOptions options);
+  explicit LiveSession(const LiveOptions& options);
   ~LiveSession();  ///< calls stop()
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
@@ -63,9 +63,9 @@ class LiveSession {
   /// Throws std::invalid_argument or SceneError before anything is changed.
   void change(std::string_view json);
 
-  /// The truth of a line's column, as JSON. Throws std::out_of_range if the line has no such column
-  /// or is not in the ring.
-  std::string truth(std::uint64_t line, std::size_t column) const;
+  /// The truth of a column of the line with this number, as JSON. Throws std::out_of_range if the
+  /// line has no such column or is not in the ring.
+  std::string truth(std::uint64_t number, std::size_t column) const;
 
   /// Counts an open page as long as this object exists; `mesh`: the page shows the mesh.
   class Watch {
