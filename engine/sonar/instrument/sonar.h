@@ -14,9 +14,16 @@
 
 namespace ensonify::engine {
 
-/// One instrument: one line array per sector, which looks to port or to starboard.
+/// sidescan: line arrays along the track that look to the sides, with one beam or several parallel
+/// ones. imaging: an array across the track that looks ahead, with beams steered side by side.
+enum class SonarKind { sidescan, imaging };
+/// In what the steering of an imaging sonar's beams has even steps.
+enum class BeamSteps { angle, sine };
+
+/// One instrument: one line array per sector.
 struct Sonar {
   std::string name = "sidescan";
+  SonarKind kind = SonarKind::sidescan;
   std::string preset;  ///< the preset that gives its default values; empty: none
   Sides sides = Sides::both;
   Mounting mounting;
@@ -38,9 +45,14 @@ struct Sonar {
   /// Ranges at which the arrays are focused, each for the ranges nearest to it (in 1 / r); empty:
   /// as `focused` says.
   std::vector<double> focus_zones_m;
-  /// Beams that each sector receives from one ping, parallel and side by side along the track. With
-  /// more than one, the receiver alone is focused, and the transmitter must sound all of them.
+  /// Beams that each sector receives from one ping. Those of a sidescan are parallel and side by
+  /// side along the track. With more than one, the receiver alone is focused, and the transmitter
+  /// must sound all of them. Those of an imaging sonar are steered.
   int beams = 1;
+  double field_of_view_rad = 120.0 * degree;  ///< from the first steered beam's axis to the last's
+  BeamSteps beam_steps = BeamSteps::angle;    ///< of steered beams
+  /// Of an imaging sonar's transmitter, horizontally, -3 dB to -3 dB; 0: field_of_view_rad.
+  double transmit_beamwidth_rad = 0.0;
   double beam_spacing_m = 0.2;  ///< from each beam to the next
   int side_lobes = 0;           ///< number that is traced on either side of the main lobe
   VerticalPattern vertical;
@@ -70,22 +82,34 @@ struct Sonar {
   /// Its arrays, with their shading. Throws std::invalid_argument as Shading does.
   LineArray transmit_array(double wavelength_m) const;
   LineArray receive_array(double wavelength_m) const;
+  /// Whether its beams are steered; then they share one fan.
+  bool steers() const { return kind == SonarKind::imaging; }
+  /// The beams that lie side by side along the array, each with its own fan.
+  int parallel_beams() const { return steers() ? 1 : beams; }
+  /// Where a steered beam looks: positive to starboard. Beam 0 is the one farthest to port.
+  double bearing_rad(int beam) const;
   /// Lobes beyond the traced ones in which the two-way beam may have power: a moving receiver, and
   /// even more an outer one of several beams, reaches beyond the transmitter's lobes.
-  int lobes_beyond() const { return beams > 1 ? 4 : 1; }
+  int lobes_beyond() const { return parallel_beams() > 1 ? 4 : 1; }
   /// How far ahead of the array's middle a beam lies; beam 0 is at the rear end.
-  double beam_offset_m(int beam) const { return (beam - 0.5 * (beams - 1)) * beam_spacing_m; }
+  double beam_offset_m(int beam) const {
+    return steers() ? 0.0 : (beam - 0.5 * (beams - 1)) * beam_spacing_m;
+  }
   /// How far out of focus the receiver and, of a single beam, the transmitter are at a range r: 1 -
   /// r / z, with the z of focus_zones_m for which it is nearest to 0; 1 if unfocused, 0 if focused
   /// at all ranges. At that range the beam is as wide as the array's length times this, and spread
   /// by diffraction.
   double defocus(double at_m) const;
-  double transmit_defocus(double at_m) const { return beams > 1 ? 1.0 : defocus(at_m); }
+  double transmit_defocus(double at_m) const {
+    return steers() || beams > 1 ? 1.0 : defocus(at_m);
+  }
   /// The range r from nearest_m to range_m at which |defocus(r)| / r is largest.
   double most_defocused_m(double nearest_m) const;
   double bin_m() const { return range_m / bins; }
   /// Its sectors, in the order of its lines; valid for the program's life.
-  std::span<const Sector> sectors() const { return sectors_of(sides); }
+  std::span<const Sector> sectors() const {
+    return steers() ? std::span<const Sector>(imaging_sectors) : sectors_of(sides);
+  }
   bool has(Side side) const { return place_of(sectors(), name_of(side)).has_value(); }
   /// A copy. If the digitiser's rate is given, its bins are c / (2 rate) long for the sound speed
   /// c, and there are just enough to reach the range, at most 1e9.
